@@ -1,26 +1,26 @@
-"""Everything that happens in time: from a rack that is watched down to the scan loop.
+"""The simulation: everything that runs in virtual time, from the scan loop up to a watched session.
 
 Time is an integer number of nanoseconds since power-up, everywhere. Only `loop.pace` reads the wall clock.
 
 | folder | contents |
 |---|---|
 | `live/` | a rack that is watched and operated while it runs |
-| `tag_servers/` | tags over EtherNet/IP, Modbus and OPC UA, without sockets |
-| `config/` | rack files to objects |
-| `modules/` | the modules of slots, one registry |
+| `tag_servers/` | tag protocols (EtherNet/IP, Modbus, OPC UA), without sockets |
+| `config/` | rack files as typed objects |
+| `modules/` | the modules that fit into slots, and their registry |
 | `controllers/` | simulated controllers at the far end of a line |
-| `line/` | bytes in time: bus, ports, masters, clients, one codec per protocol |
+| `line/` | serial and network lines: bus, ports, masters, clients, one codec per protocol |
 | `machine/` | the machine that a module drives |
 | `kinematics/` | motions as closed forms of time |
 | `loop/` | CPU, phases, exchange, rack, forces, listeners, pace |
 
 Imports point downward in this table, by a contract in pyproject.toml;
-docs/decisions/0010-layers-of-the-runtime.md explains the cuts.
+docs/decisions/0010-layers-of-the-runtime.md explains the layers.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers assume that it is true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .config.rackfile import RackFileError, load_rack_file, parse_rack_file

@@ -29,7 +29,7 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 FUNCTIONS_KEPT = 256
-"""Functions whose code is kept: after an edit, most are those that ran before; libraries' are alike."""
+"""Functions whose code is cached: an edit leaves most functions unchanged, and programs share libraries."""
 
 
 def source_of(lowered: LoweredProgram) -> str:
@@ -44,8 +44,8 @@ Scanner = Callable[[Engine], Callable[[int], object]]
 class ObservedScanner(NamedTuple):
     """A compiled program that notes power and applies forces."""
 
-    bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]  # a `Scanner` with further variables
-    places: int  # length of that list
+    bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]  # a `Scanner` with more variables
+    places: int  # length of the list of noted power
     readings: Sequence[Reading]  # how to read the places of each noted line, see `truth_of`
 
 

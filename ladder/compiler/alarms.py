@@ -25,7 +25,7 @@ class _AlarmText(MemberText):
             self.set(**{name: self._values.condition(operand)})
 
     def requested(self, name: str) -> str:
-        """Return a variable that says whether the program or the operator requests this."""
+        """Return a variable that is true if the program or the operator requests `name`."""
         program = self.keep(self[f"Prog{name}"])
         request = self.keep(f"{program} and not {self[f'~{name}']} or {self[f'Oper{name}']}")
         self.set(**{f"~{name}": program, f"Oper{name}": False})
@@ -40,7 +40,7 @@ class _AlarmText(MemberText):
         self.set(**{f"Oper{on}": False, f"Oper{off}": False})
 
     def lasts(self, active: str) -> str:
-        """Write the time of a condition; return a variable that says whether it has lasted long enough."""
+        """Write the timing of a condition; return a variable that is true if it has lasted long enough."""
         found = self.keep("False")
         with self.block(f"if {active}:"):
             with self.block(f"if not {self['~active']}:"):

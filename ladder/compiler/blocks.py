@@ -13,7 +13,7 @@ from .rungs import RungWriter
 
 
 def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
-    """Write a call of a block; one of an array with a computed subscript is left to the interpreter."""
+    """Write a call of a block; with a computed subscript of an array, the interpreter runs it."""
     kind = group.type
     assert isinstance(kind, Structure)
     if any(map(can_fault, (group, *arrays))):
@@ -28,5 +28,5 @@ def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
 
 
 def names_of(kind: Structure) -> tuple[str, ...]:
-    """Return the names of all members of a block's structure, hidden ones too."""
+    """Return the names of all members of a block's structure, including hidden members."""
     return (*(each.name for each in kind.members), *(f"~{each.name}" for each in kind.hidden))

@@ -5,8 +5,8 @@
 
 Most instances are their own tags, at the beginning of their list: no offset is added. The second function
 is for instances in arrays, in structures and in other instances; it is written on demand.
-`left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, None
-for whole values; only InOuts that some call passes a bit have it.
+`left` counts the elements up to the end of the array; `bit` is the mask of a bit of an integer, None
+for whole values; only InOuts that get a bit in some call have it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
 
 
 def function_name(routine: str, *, based: bool) -> str:
-    """Return the function of an add-on routine in capitals; `based` ones take an offset."""
+    """Return the name of an add-on routine's function; with `based`, the function that takes an offset."""
     return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 

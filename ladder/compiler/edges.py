@@ -1,6 +1,6 @@
 """Instructions that act when their rung becomes true: the text decides when, the interpreter does the rest.
 
-So a rung that stays as it is costs no more than other outputs; `Spec.partly`.
+So an output costs no more than others while its rung does not change, see `Spec.partly`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None
 
 
 def write_message(rungs: RungWriter, power: str, group: Group) -> None:
-    """Write MSG, which has something to do unless it is idle or over, and the rung is as it was."""
+    """Write MSG, which does nothing while it is idle or finished and the rung does not change."""
     flags = rungs.values.keep(MemberText(rungs, group)["FLAGS"])
     power = rungs.kept(power)
     enabled, over = (sum(1 << MESSAGE_BITS[name] for name in names) for names in (("EN",), ("DN", "ER")))

@@ -49,7 +49,7 @@ class ControlText(MemberText):
 class ElementText:
     """Elements of an array of numbers from an operand on; writes the checks of its subscripts.
 
-    Only of operands that `has_elements`.
+    Only for operands with `has_elements`.
     """
 
     def __init__(self, rungs: RungWriter, operand: Resolved) -> None:
@@ -105,11 +105,11 @@ def converted_text(term: Term, kind: Elementary) -> str:
 class ByteEnd:
     """Elements in bytes from an operand on."""
 
-    tag: str  # text, as are
-    at: str  # the first byte
-    left: str  # and the number of bytes to the end of its array
+    tag: str  # variable of the bytes
+    at: str  # text for the first byte
+    left: str  # text for the number of bytes to the end of its array
     size: int  # bytes per element
-    surely: int  # the least that `left` may be
+    surely: int  # a lower bound of `left`
 
 
 def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
@@ -139,10 +139,10 @@ def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:
 
 
 def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], size: int = 1) -> str:
-    """Return text for the number of elements from an element, by its subscripts, to the end of its array.
+    """Return text for the number of elements from an element, given by subscripts, to the end of its array.
 
     Args:
-        size: what counts as that many, as an element's bytes do.
+        size: factor for the result, such as an element's number of bytes.
     """
     first = region.fixed_first
     if first is not None and not region.whole:
@@ -161,7 +161,7 @@ def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], 
 
 
 def plus(at: str, count: str) -> str:
-    """Return text for a sum, of numbers the sum itself."""
+    """Return text for a sum; if both texts are numbers, the text of their sum."""
     if at == "0" or count == "0":
         return count if at == "0" else at
     return str(int(at) + int(count)) if at.isdigit() and count.isdigit() else f"{at} + {count}"

@@ -1,12 +1,12 @@
 """Variants of a compiled program that note power or apply forces.
 
-They are compiled on demand; the plain program has no cost.
+They are compiled on demand, so the plain program has no extra cost.
 
-Noted: a rung collects the power after its instructions in variables and stores them in a list at its end; see
+Noting: a rung collects the power after its instructions in variables and puts them in a list at its end; see
 `power_notes`, and `statements` for structured text.
 
-Held: a line after every assignment to a forced variable forces it again. The value is computed all the
-same, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.
+Forcing: a line after every assignment to a forced variable forces it again. The value is computed
+anyway, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ LineKey = tuple[str, int]
 class Observation:
     """The lines to note and the variables to force."""
 
-    held: frozenset[tuple[str, bool]] = frozenset()  # forced variables; True: only some of its bits
+    held: frozenset[tuple[str, bool]] = frozenset()  # forced variables; True: only some bits of the variable
     noted: tuple[LineKey, ...] = ()  # noted lines in list order
-    forced: bool = False  # whether anything is forced, in a list or in bytes, too
+    forced: bool = False  # whether anything is forced, including values in lists and bytes
 
 
 UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction pairs of place and threshold: power after it if all places exceed theirs."""
+"""For each instruction, pairs of place and threshold: power after it means that all places exceed them."""
 
 
 class NoteList:
-    """The list of noted power: a place for each line, then further ones."""
+    """The list of noted power: a place for each line, then additional places."""
 
     def __init__(self, lines: int) -> None:
         self.size = lines
@@ -55,7 +55,7 @@ class NoteList:
         self._places: dict[tuple[int, int], int] = {}
 
     def further(self, line: int, number: int) -> int:
-        """Return a further place of a line, from 1; the same one on every compilation of the line."""
+        """Return an additional place of a line, from 1; every compilation of the line gets the same one."""
         found = self._places.setdefault((line, number), self.size)
         self.size += found == self.size
         return found
@@ -82,7 +82,7 @@ class Notes:
         return None if place is None else f"{NOTES}[{place}]"
 
     def further(self, number: int, which: int) -> int:
-        """Return a further place of a noted line, from 1."""
+        """Return an additional place of a noted line, from 1."""
         return self.listed.further(self.places[number], which)
 
     def read(self, number: int, reading: Reading) -> None:

@@ -11,7 +11,7 @@ from .writer import Writer
 
 
 class BitWriter(Protocol):
-    """What these functions ask of the `ValueWriter`."""
+    """What these functions need from the `ValueWriter`."""
 
     writer: Writer
 
@@ -44,7 +44,7 @@ def assign_packed(values: BitWriter, place: Place, text: str) -> None:
 
 
 def byte_of(values: BitWriter, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
-    """Return text for the byte of a BOOL, and for its mask, which may use a variable that the first sets."""
+    """Return text for the byte of a BOOL, and for its mask, which may use a variable that the former sets."""
     spot = values.writer.layout.spot(leaf)
     assert spot is not None
     fixed, bits = spot.part.offset, list[str]()

@@ -15,7 +15,7 @@ def _write_passes(
 ) -> None:
     """Write the passes of one scan; `one` writes lines for the element at POS, and `break` to stop there.
 
-    Jumps backward are counted together: the countdown of the passes ends where the watchdog does.
+    Backward jumps are counted together: the passes count down to the watchdog's limit.
     """
     keep, line, block, site = rungs.values.keep, rungs.writer.line, rungs.writer.block, rungs.values.site
     rises = keep(f"{power} and not {control['EN']}")

@@ -13,7 +13,7 @@ from .terms import Term
 
 
 class _LoopText(MemberText):
-    """A PID; its bits lie in CTL."""
+    """A PID, whose bits are in CTL."""
 
     def __init__(self, rungs: RungWriter, group: Group) -> None:
         super().__init__(rungs, group)
@@ -153,7 +153,7 @@ def _gains(loop: _LoopText) -> tuple[str, str, str]:
 
 
 def _write_change(loop: _LoopText) -> str:
-    """Return a variable of the rate of change of the error, or of -PV, in percent per second."""
+    """Return a variable with the error's rate of change, or that of -PV, in percent per second."""
     now = loop.keep(
         f"{loop['ERR']} if {loop.bit('DOE')} else {loop['PV']} if {loop.bit('CA')} else -{loop['PV']}"
     )
@@ -164,7 +164,7 @@ def _write_change(loop: _LoopText) -> str:
 
 
 def _write_track(loop: _LoopText, output: str) -> None:
-    """Write the integral with which the output is `output`."""
+    """Write the integral term that gives the output `output`."""
     _write_change(loop)
     proportional = f"{_gains(loop)[0]} * {loop.percent(loop['ERR'])}"
     loop.set(**{"~sum": f"{output} - {proportional} - {loop['BIAS']}"})

@@ -55,12 +55,12 @@ class PlaceWriter(ABC):
         return f"({whole} >> {number_text} & 1 != 0)"
 
     def whole(self, place: Place) -> str:
-        """Return text for the value that a place is, or is a bit of."""
+        """Return text for the value of a place, or for the integer that the place is a bit of."""
         name, element = self.writer.name(place.leaf), self.element(place)
         return f"{name}[{element}]" if element else name
 
     def is_packed(self, leaf: Leaf) -> bool:
-        """Whether a leaf is bits of bytes."""
+        """Whether a leaf's values are bits in bytes."""
         spot = self.writer.layout.spot(leaf)
         return spot is not None and spot.view == BITS
 
@@ -84,11 +84,11 @@ class PlaceWriter(ABC):
         return texts
 
     def offset(self, leaf: Leaf, subscripts: Sequence[str]) -> str:
-        """Return text for the list index of a value, from its subscripts' texts."""
+        """Return text for the list index of a value, from the text of its subscripts."""
         return self.placed(self.writer.layout.spot(leaf), leaf, subscripts)
 
     def placed(self, spot: Spot | None, leaf: Leaf, subscripts: Sequence[str]) -> str:
-        """Return text for an index from subscripts' texts; of a structure in bytes its first byte."""
+        """Return text for an index, from the text of subscripts; for a structure in bytes, its first byte."""
         fixed, strides = (spot.part.offset, spot.strides) if spot else (0, row_strides(leaf.dims, 1))
         base = self.writer.base(leaf, spot) if spot else ""
         terms = [base] if base else []
@@ -198,7 +198,7 @@ class PlaceWriter(ABC):
             )
 
     def string(self, operand: Group) -> StringPlace | None:
-        """Return the place of a STRING in bytes, None of others."""
+        """Return the place of a STRING in bytes; None if it is not in bytes."""
         spot = self.writer.layout.byte_spot(operand.path)
         if spot is None:
             return None

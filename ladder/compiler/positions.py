@@ -1,4 +1,4 @@
-"""Replacement of line numbers in compiled Python by those of the source file.
+"""Replaces line numbers in compiled Python with those of the source file.
 
 Replacing them in the code takes a fraction of the time and memory that a tree of `ast` takes.
 A code object keeps them as a table of entries, one for up to eight units of two bytes:
@@ -21,7 +21,7 @@ _LINE, _NO_LINE = 13, 15
 
 
 def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
-    """Return code, nested code included, with new line numbers by the old number less 1."""
+    """Return code, including nested code, with new line numbers: line `n` gets `lines[n - 1]`."""
     first = line = lines[code.co_firstlineno - 1]
     table = bytearray()
     at = 0

@@ -20,7 +20,7 @@
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
 
 The last line is the rung's `Reading`: notes are read on demand. A rung that may leave
-its routine half-way, and a line of structured text, put the truth itself into their first place, as a tuple.
+its routine half-way, and a line of structured text, store the truth values in their first place, as a tuple.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from .observed import NOTES
 from .rungs import RungWriter
 from .writer import both, either_of
 
-_ALWAYS, _NEVER = -1, 1 << 30  # thresholds that every number exceeds, and that none exceeds
+_ALWAYS, _NEVER = -1, 1 << 30  # thresholds that every number exceeds, and that no number exceeds
 
 Above = tuple[str, int]
 """A variable and a threshold: power where the variable is greater."""
 
 
 def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
-    """Write a rung, which notes its power where that is required."""
+    """Write a rung, with its power noted where that is required."""
     if rungs.notes.place(line.number) is None:
         rungs.series(line.nodes, power, needed=False)
     else:
@@ -95,7 +95,7 @@ class NotedRung:
         return power
 
     def _passed(self, power: str, count: int = 1) -> None:
-        """Note power after `count` instructions where a variable is true."""
+        """Note that there is power after `count` instructions if a variable is true."""
         self._powers += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
@@ -146,7 +146,7 @@ class NotedRung:
         return first, least, tuple(further)
 
     def _put(self, names: Iterator[str], *, last: bool = False) -> None:
-        """Note variables once; the line's first place names the first of the last ones."""
+        """Note each variable once; with `last`, the first of them goes to the line's first place."""
         fresh = [name for name in dict.fromkeys(names) if name not in self._places]
         if last and not fresh:
             fresh = ["True"]

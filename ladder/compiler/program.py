@@ -47,7 +47,7 @@ class ProgramText:
     idents: Sequence[str]  # its variables
     parts: Sequence[FunctionText]  # its functions
     file: str  # the rungs' file
-    functions: dict[str, str]  # name of the function by routine in capitals, without add-on instructions
+    functions: dict[str, str]  # name of the function by routine in capitals, except add-on routines
     noted: NoteList  # the list of noted power
 
     @property

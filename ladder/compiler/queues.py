@@ -1,6 +1,7 @@
 """Queues, stacks and shifted bits in Python text; `instructions.shifts` says what they do.
 
-Written are arrays of numbers in lists and views, and structures in bytes; others are left to the interpreter.
+Python is written for arrays of numbers in lists and views, and for structures in bytes; the interpreter does
+the rest.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved,
 
 
 def _is_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
-    """Whether a queue, and the structure that is put or taken, are of a kind that is written as Python."""
+    """Whether a queue, and the structure that is loaded or unloaded, can be written as Python."""
     if has_elements(rungs, queue):
         return not isinstance(single, Group) and not (isinstance(single, Place) and single.bit is not None)
     return all(isinstance(each, Group) and _in_bytes(rungs, each) for each in (queue, single))
@@ -107,7 +108,7 @@ def _write_taken_number(
     elements = ElementText(rungs, queue)
     number = "0" if first else values.keep(f"{level} - 1")
     if target.type == elements.type:
-        subscripts_kept(values, target)  # which come first
+        subscripts_kept(values, target)  # the target's subscripts are checked first
     taken, zero = values.keep(repr(elements.type.zero)), elements.type.zero
     with rungs.writer.block(f"if {level}:"):
         elements.check(number)
@@ -123,7 +124,7 @@ def _write_taken_number(
 def _write_taken_structure(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write the same for structures in bytes."""
+    """Write what `_write_taken_number` does, for structures in bytes."""
     assert isinstance(queue, Group)
     line, keep = rungs.writer.line, rungs.values.keep
     origin, goal = byte_end(rungs, queue), byte_end(rungs, target)

@@ -122,11 +122,11 @@ class RungWriter:
         return ""
 
     def interpret(self, *power: str) -> None:
-        """Write code that has the interpreter run the current instruction, by default as on a true rung."""
+        """Write a call of the interpreter for the current instruction, by default as on a true rung."""
         self.writer.line(self._interpretation(*power))
 
     def interpreted(self) -> str:
-        """Write the same for an input; return the power after it."""
+        """Write a call of the interpreter for an input; return the power after it."""
         return self.values.keep(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:

@@ -23,7 +23,7 @@ def _element(rungs: RungWriter, table: Resolved, number: str) -> str:
 
 
 def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> str:
-    """Write SQI; return text for whether the input is as the step says."""
+    """Write SQI; return text for whether the input matches the step."""
     if not has_elements(rungs, table):
         return rungs.interpreted()
     control, keep = ControlText(rungs, group), rungs.values.keep
@@ -39,7 +39,7 @@ def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolv
 
 
 def _write_step(rungs: RungWriter, control: ControlText) -> str:
-    """Write the step further; return a variable that says whether LEN and POS are valid."""
+    """Write the move to the next step; return a variable that is true if LEN and POS are valid."""
     block = rungs.writer.block
     valid = rungs.values.keep("False")
     with block(f"if {control['LEN']} <= 0 or {control['POS']} < 0:"):

@@ -1,4 +1,4 @@
-"""Services of the compiled program: rare and slow operations that no line of Python covers."""
+"""Services of the compiled program: rare and slow operations, as functions that its lines call."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Services:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
 
     def called(self, site: int) -> None:
-        """Count a call of a recursive routine; fault if they nest too deep."""
+        """Count a call of a recursive routine; fault if they nest too deeply."""
         self._fault_log.called(site)
 
     def returned(self) -> None:
@@ -82,7 +82,7 @@ class Services:
         self._fault_log.returned()
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> None:
-        """Fault: LEN or POS of a CONTROL is negative."""
+        """Raise a fault: LEN or POS of a CONTROL is negative."""
         self._fault_log.negative_control(site, tag, length, position)
 
     def jumped_back(self, site: int, times: int = 1) -> None:
@@ -118,7 +118,7 @@ class Services:
         return arithmetic.quotient(a, b)
 
     def modulo(self, site: int, a: int, b: int) -> int:
-        """Remainder of integers; a divisor of 0 yields the dividend."""
+        """Return the remainder of integers; a divisor of 0 yields the dividend."""
         if b == 0:
             self._fault_log.zero_divisor(site)
             return a
@@ -138,7 +138,7 @@ class Services:
         return self.real_result(site, arithmetic.real_quotient(a, b), a, b)
 
     def real_modulo(self, site: int, a: float, b: float) -> float:
-        """Remainder of REAL values."""
+        """Return the remainder of REAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
         return self.real_result(site, arithmetic.real_remainder(a, b), a, b)
@@ -156,7 +156,7 @@ class Services:
         return self.double_result(site, arithmetic.real_quotient(a, b), a, b)
 
     def double_modulo(self, site: int, a: float, b: float) -> float:
-        """Remainder of LREAL values."""
+        """Return the remainder of LREAL values."""
         if b == 0:
             self._fault_log.zero_divisor(site)
         return self.double_result(site, arithmetic.real_remainder(a, b), a, b)
@@ -187,7 +187,7 @@ class Services:
         return CompiledAddOnStore(self._frames[frame].layout, values, base, left, mask)
 
     def mask(self, bit: int, bits: int, signed: bool) -> int:
-        """Return the value with one set bit."""
+        """Return the integer with only this bit set."""
         return -1 << bit if signed and bit == bits - 1 else 1 << bit
 
     def text(self, path: str, at: int) -> bytes:
@@ -247,7 +247,7 @@ _NAMES = tuple(name for name in dir(Services) if not name.startswith("_"))
 
 
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
-    """Return the names of the compiled program's environment, from `regions_of` and `interpreted_of`."""
+    """Return the compiled program's environment by name, from `regions_of` and `interpreted_of`."""
     own = Services(engine, interpreted)
     named = {name: getattr(own, name) for name in _NAMES}
     named["region"], named["site"] = regions, engine.lowered.sites

@@ -1,7 +1,7 @@
 """Structured text in Python: IF is `if`, loops are `while`, a CASE compares its stored selector.
 
-An `elif` has no room for a condition with its own lines. An IF with such a condition first selects the
-arm, in lines that nest no deeper with every ELSIF, and then runs it.
+An `elif` can't have a condition that needs its own lines. An IF with such a condition first selects the
+arm, in lines that do not nest deeper with each ELSIF, and then runs it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Strings in bytes as Python text: what reads and writes them without a call."""
+"""Strings in bytes as Python text that reads and writes them without a call."""
 
 from __future__ import annotations
 
@@ -33,5 +33,5 @@ class StringPlace:
         return f"({self.tag}.bits[{begin}:{begin} + {length}] if {valid} else {otherwise})"
 
     def store(self, value: str, length: str) -> str:
-        """Return a line that sets it to characters, in a variable, that fit or are cut off."""
+        """Return a line that stores the characters in the variable `value`, truncated to its room."""
         return f"{PUT_TEXT}{self.room}({self.tag}.bits, {self.at}, {length}, {value})"

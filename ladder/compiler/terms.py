@@ -1,4 +1,4 @@
-"""Values as Python text, with what is known of them: the operations of integers and their ranges."""
+"""Values as Python text, with what is known about them: integer operations and their ranges."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def integer_operation(name: str, terms: list[Term], site: int) -> Term:
 
 
 def calculates(operand: Resolved) -> bool:
-    """Whether an operand or its subscripts contain a calculation, which may need its own lines."""
+    """Whether an operand or a subscript contains a calculation, which may need its own lines."""
     if isinstance(operand, Calculation):
         return True
     if isinstance(operand, (Place, Group)):
@@ -79,7 +79,7 @@ CARRIES: dict[str, Callable[[str, str, int], str]] = {
     "-": lambda a, b, _mask: f"{a} < {b}",
     "NEG": lambda a, _b, _mask: f"{a} != 0",
 }
-"""Text for the carry of an operator on operands without sign."""
+"""Text for the carry of an operator on unsigned operands."""
 
 _RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
     "+": lambda a, b: (a.low + b.low, a.high + b.high),

@@ -30,7 +30,7 @@ _REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
 
 
 class ValueWriter(PlaceWriter):
-    """Writes operands: places, and what is computed of them."""
+    """Writes operands: places, and calculations on them."""
 
     def store(self, place: Place, term: Term, width: int) -> None:
         """Write lines that convert and store a number and set S:Z and S:N."""
@@ -61,7 +61,7 @@ class ValueWriter(PlaceWriter):
         return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
 
     def assign_result(self, place: Place, text: str) -> None:
-        """Write an assignment of a result, and S:Z and S:N from it even if the place is forced."""
+        """Write an assignment of a result; S:Z and S:N follow the result even if the place is forced."""
         if not self.writer.flags:
             self.assign(place, text)
             return
@@ -118,7 +118,7 @@ class ValueWriter(PlaceWriter):
         return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
-        """Return numbers; any fault occurs before later operands write lines."""
+        """Return operands as numbers; one that can fault is evaluated before later operands write lines."""
         found = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
@@ -176,7 +176,7 @@ class ValueWriter(PlaceWriter):
     def _real_function(self, name: str, argument: str, width: int) -> str:
         function = FUNCTIONS[name]
         if function.safe:
-            is_exact = width != SINGLE or name in ("ABS", "TRN")  # the two of a REAL
+            is_exact = width != SINGLE or name in ("ABS", "TRN")  # exact for a REAL
             text = f"{function.real.__name__}({argument})"
             return text if is_exact else f"real({text})"
         value = argument if _simple(argument) else self.keep(argument)

@@ -39,9 +39,9 @@ class Writer:
         self.inputs: set[str] = set()  # input images that are read
         self.origin = 1  # source line of the current rung
         self.flags = lowered.flags  # whether the status flags are enabled
-        self.instructions = 0  # number of the current instruction
+        self.instructions = 0  # number of instructions so far
         self._texts: dict[str, str] = {}
-        self._texts_of = 0  # the instruction that they are valid after
+        self._texts_of = 0  # number of the instruction after which `_texts` are valid
         self._depth = 1
         self._temporaries = 0
         self._lasting = 0
@@ -72,16 +72,16 @@ class Writer:
             self.line("pass")
 
     def texts(self) -> dict[str, str]:
-        """Return the strings that the string instructions just before have stored: variables by place.
+        """Return the variables, by place, of the strings that the preceding string instructions have stored.
 
-        They are valid inside of the present block; a variable is None where its instruction stored nothing.
+        They are valid in the current block; a variable is None if its instruction stored nothing.
         """
         if self._texts_of != self.instructions - 1:
             self._texts.clear()
         return dict(self._texts)
 
     def keep_texts(self, texts: dict[str, str]) -> None:
-        """Set what `texts` returns to the next instruction."""
+        """Set what `texts` returns for the next instruction."""
         self._texts, self._texts_of = texts, self.instructions
 
     def temporary(self) -> str:
@@ -131,7 +131,7 @@ class Writer:
         return [name, f"{name}_at", f"{name}_left", *bit]
 
     def base(self, leaf: Leaf, spot: Spot) -> str:
-        """Return text for the beginning of a stretch in its list or view, "" for 0."""
+        """Return text for the start of a stretch in its list or view, "" for 0."""
         return "" if not spot.base or (leaf.root == OWN and not self._based) else spot.begin_text
 
     def mask(self, leaf: Leaf) -> str:

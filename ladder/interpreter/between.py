@@ -1,4 +1,4 @@
-"""An interpreter that lets something happen between two rungs."""
+"""An interpreter that calls a function between two rungs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class PausingInterpreter(Interpreter):
 
     Attributes:
         at: the routine in capitals, and the number of the rung or line.
-        pause: called with nothing; None = called already.
+        pause: called without arguments; None = already called.
     """
 
     at: tuple[str, int] = ("", 0)

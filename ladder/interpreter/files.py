@@ -42,7 +42,7 @@ class Control(Members):
 
 
 class Elements:
-    """Elements of an array from the operand on, along one or all dimensions; out of range they fault."""
+    """Elements of an array from the operand on, along one or all dimensions; others raise a fault."""
 
     def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
         self._machine = machine

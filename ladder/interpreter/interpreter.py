@@ -1,7 +1,7 @@
 """The interpreter: it executes a lowered program plainly, as the reference for the compiler.
 
 Power flows from left to right. An input reached by power decides the power after it; an output reached by
-power acts. The `Spec` of an instruction has its function; this module has what they share: rungs, branches,
+power acts. The `Spec` of an instruction has its function; this module has the rest: rungs, branches,
 calls of routines, prescan, postscan.
 """
 
@@ -41,7 +41,7 @@ Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
 
 
 LINES_OF_CALL = 30
-"""Rungs that a call of an add-on instruction counts as."""
+"""Number of rungs that a call of an add-on instruction counts as."""
 
 
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
@@ -70,7 +70,7 @@ class Interpreter(PlaceValues):
         super().__init__(lowered, memory, fault_log)
         self.inputs: Sequence[Passed] = ()  # arguments of the current routine
         self.selected: Value = 0  # selector of the current CASE
-        self.scheduler: Scheduler | None = None  # of a controller; None if a scan calls one routine
+        self.scheduler: Scheduler | None = None  # a controller's scheduler; None if a scan calls one routine
         self.prescanned: set[str] = set()  # recursive routines in prescan or postscan, in capitals
         self.lines_left = -1  # rungs and statements until an OutOfLinesError; negative without limit
         self._call_python = call_python
@@ -122,7 +122,7 @@ class Interpreter(PlaceValues):
                 number = target
 
     def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
-        """Run a rung or statement outside of MCR; return the power after it."""
+        """Run a rung or statement, without power in a disabled MCR zone; return the power after it."""
         self._count()
         power = statement or not (self.lowered.override and self.status(OVERRIDE))
         self.inputs = inputs
@@ -272,13 +272,13 @@ class Interpreter(PlaceValues):
         return self.argument_type(self.memory, path + rest, first * inner + flat, left, bit)
 
     def value(self, operand: Resolved) -> Passed:
-        """Return a value to pass to a routine; of a structure or an array its bytes."""
+        """Return a value to pass to a routine; a structure or an array is passed as bytes."""
         if isinstance(operand, Group):
             return Elements(self, operand).take(0, count_of(operand.dims))
         return operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
 
     def take(self, places: Sequence[Place | Group], values: Sequence[Passed]) -> None:
-        """Set tags to arguments or results, as many as both have."""
+        """Set tags to arguments or results; extra tags or values are ignored."""
         for place, value in zip(places, values, strict=False):
             if isinstance(place, Group):
                 self._take_group(place, value)
@@ -287,7 +287,7 @@ class Interpreter(PlaceValues):
             self.store(place, value)  # type: ignore[arg-type]  # `checks` pairs bytes with structures
 
     def _take_group(self, group: Group, data: Passed) -> None:
-        """Set a structure or an array from the bytes of another one of its type."""
+        """Set a structure or an array from the bytes of another one of the same type."""
         count, size = count_of(group.dims), size_of(group.type)
         if not isinstance(data, bytes) or len(data) != size * count:
             text = f"a routine in Python returned {data!r} for {group.text}"
@@ -310,8 +310,8 @@ class Interpreter(PlaceValues):
     def prescan(self, name: str | None = None) -> None:
         """Prescan a routine and those it calls, by default all main routines in task order.
 
-        Jumps are not taken. An instruction with a subscript out of range is skipped: its tags are not current
-        yet.
+        Jumps are not taken. An instruction with a subscript out of range is skipped: its subscript may not be
+        set yet.
         """
         if name is None:
             schedule = self.lowered.schedule
@@ -336,7 +336,7 @@ class Interpreter(PlaceValues):
             step.spec.prescan(self, *step.operands)
         except LadderFault as fault:
             if fault.site is not self.lowered.sites[step.site]:
-                raise  # of a routine that the instruction runs
+                raise  # the fault is in a routine that the instruction runs
 
     # --- postscan
 
@@ -347,10 +347,10 @@ class Interpreter(PlaceValues):
         [1756-PM006, automatic reset option].
 
         Args:
-            name: the routine, in capitals; one in Python is left alone.
+            name: the routine, in capitals; nothing happens for a routine in Python.
 
         Raises:
-            LadderFault: a subscript is out of range, unless the controller ignores that.
+            LadderFault: a subscript is out of range, unless the controller ignores such faults.
         """
         routine = self.lowered.routines.get(name)
         site = self.site
@@ -369,6 +369,6 @@ class Interpreter(PlaceValues):
 
     @property
     def _ignores_array_faults(self) -> bool:
-        """Whether postscan leaves an instruction alone whose subscript is out of range [1756-RM003N]."""
+        """Whether postscan skips an instruction with a subscript out of range [1756-RM003N]."""
         leaf = self.lowered.layout.find(IGNORES_ARRAY_FAULTS)
         return leaf is not None and self.memory.read(leaf) == 1

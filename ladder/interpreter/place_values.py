@@ -29,11 +29,11 @@ from ..state.memory import Memory, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, End, converted, copy, fill, put, region_of, take
 
 MOST_REGIONS = 1 << 16
-"""Maximum regions of operands that are remembered."""
+"""Maximum number of cached regions of operands."""
 
 
 class PlaceValues:
-    """Reads and writes the places of a program, and computes; `frame` has arguments by `Leaf.root`."""
+    """Reads and writes a program's places, and computes; `frame` maps `Leaf.root` to an argument's store."""
 
     def __init__(self, lowered: LoweredProgram, memory: Memory, fault_log: FaultLog) -> None:
         self.lowered, self.memory, self.fault_log = lowered, memory, fault_log
@@ -95,7 +95,7 @@ class PlaceValues:
         store.write(place.leaf, index, value)
 
     def whole(self, value: Value) -> int:
-        """Return a number as a whole one, cut off, or a truth as 0 or 1."""
+        """Return a number truncated to an integer, or a truth value as 0 or 1."""
         return int(value)
 
     def truth(self, value: Value) -> bool:
@@ -115,11 +115,11 @@ class PlaceValues:
         return math.isnan(value)
 
     def infinity(self, value: Value) -> float:
-        """Return infinity with the sign of a number; zero and NaN have one."""
+        """Return infinity with the sign of a number, including the sign of zero or NaN."""
         return math.copysign(math.inf, value)
 
     def truncated(self, value: float) -> int:
-        """Return a float without its fraction; 0 of infinity and NaN."""
+        """Return a float without its fraction; 0 for infinity and NaN."""
         return arithmetic.truncated(value)
 
     def least(self, value: int, most: int) -> int:
@@ -127,7 +127,7 @@ class PlaceValues:
         return min(value, most)
 
     def chosen(self, truth: Value, one: Value, other: Value) -> Value:
-        """Return one of two numbers."""
+        """Return `one` if the truth value is true, else `other`."""
         return one if truth else other
 
     def converted(self, kind: Elementary, value: Value) -> Value:
@@ -156,7 +156,7 @@ class PlaceValues:
         return low.ljust(size, b"\0")[:size]
 
     def integer_in(self, data: bytes) -> int:
-        """Return the integer in bytes, the lowest first, without a sign."""
+        """Return the unsigned integer in bytes, the lowest first."""
         return int.from_bytes(data, "little")
 
     def start_clock(self, since: Place) -> None:
@@ -164,7 +164,7 @@ class PlaceValues:
         self.put(since, self.now_ns)
 
     def elapsed(self, since: Place, unit_ns: int) -> int:
-        """Return the whole units of time since the instant in a hidden place, which moves on by them."""
+        """Return the whole units of time since the instant in a hidden place, and advance it by them."""
         last = int(self.get(since))
         units = (self.now_ns - last) // unit_ns
         self.put(since, last + units * unit_ns)
@@ -285,11 +285,11 @@ class PlaceValues:
         set_text_in(*self.string(target), value)
 
     def characters(self, name: str) -> Callable[..., Any]:
-        """Return what a string instruction computes."""
+        """Return the function that a string instruction computes."""
         return CHARACTERS[name]
 
     def string(self, operand: Group) -> tuple[Store, Layout, str, int]:
-        """Return where a string is."""
+        """Return the place of a string: store, layout, path and index."""
         length = operand.length
         return self.store_of(length.leaf.root), operand.layout, operand.path, self._index(length)
 
@@ -308,7 +308,7 @@ class PlaceValues:
         known = self._regions.get(id(operand))  # an operand of an instruction lives as long as the program
         if known is None or known[0] is not operand:
             if len(self._regions) >= MOST_REGIONS:
-                self._regions.clear()  # of operands that were requested once
+                self._regions.clear()  # of operands that are used once
             known = self._regions[id(operand)] = operand, region_of(operand)
         return known[1]
 

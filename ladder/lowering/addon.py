@@ -25,7 +25,7 @@ A call depends on the scan mode [1756-PM010]:
 | prescan | copied in | Logic is prescanned, then Prescan runs | copied out |
 | postscan, of an SFC action | copied in | Logic is postscanned, then Postscan runs | copied out |
 
-The copied parameters are the required ones. The rung condition after the call is EnableOut, which follows
+Only required parameters are copied. The rung condition after the call is EnableOut, which follows
 the rung unless a routine writes it.
 """
 
@@ -71,7 +71,7 @@ ROUTINES = (LOGIC, OTHERWISE, PRESCAN, POSTSCAN)
 """Roles of routines in a definition; only Logic is mandatory."""
 
 ENABLES = ("EnableIn", "EnableOut")
-"""Members of every instance: the rung before the call, and after it."""
+"""Members of every instance: the rung condition before the call, and after it."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
 """Instructions not allowed in a definition, whose only routines are its own [1756-PM010]."""
@@ -83,7 +83,7 @@ class ParameterMode(Enum):
     INPUT = "INPUT"  # by value, before the routine runs
     OUTPUT = "OUTPUT"  # by value, after the routine has run
     INOUT = "INOUT"  # by reference: the routine works on the caller's tag itself
-    LOCAL = "LOCAL"  # not at all: a tag of the instance's own
+    LOCAL = "LOCAL"  # not passed: the instance's own tag
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,15 +94,15 @@ class Parameter:
     type: DataType  # for INOUT, the type of the argument
     way: ParameterMode
     dims: tuple[int, ...] = ()  # length per dimension, none for a single value
-    required: bool = False  # whether a call has an argument for it, as always for an INOUT
+    required: bool = False  # whether a call has an argument for it; always true for an INOUT
     comment: str = ""
-    initial: object = None  # initial value in every instance, see `tags.Tag`; None = zero and for INOUT
+    initial: object = None  # initial value in every instance, see `tags.Tag`; None = zero, or an INOUT
     at: str = ""  # the part of a local tag that it names, "" if it has its own memory
 
 
 @dataclass(frozen=True)
 class AddOn:
-    """The definition of an add-on instruction, checked; called in Python, it returns a call."""
+    """The checked definition of an add-on instruction; calling it in Python returns a call instruction."""
 
     name: str
     parameters: tuple[Parameter, ...]  # parameters and local tags
@@ -124,13 +124,13 @@ class AddOn:
                 raise LadderError(f"add-on {self.name}, routine {routine.name}, {at.place}: {text}", at)
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
-        """Return the same add-on with other routines and equal instances."""
+        """Return the add-on with other routines; the type of its instances stays the same."""
         made = replace(self, routines=routines)
         made.__dict__["structure"] = self.structure
         return made
 
     def wrong_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
-        """Yield what a routine of an add-on can't contain: the place, and the reason."""
+        """Yield what an add-on's routine must not contain: the place, and the reason."""
         known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
         at = Site(routine=routine.name, unit=routine.unit)
         for place, rung in enumerate(routine.rungs):
@@ -257,12 +257,12 @@ def _uses(instruction: Instruction) -> tuple[Use, ...]:
     return spec.operands if spec else (Use.ARGUMENT,) * len(instruction.operands)
 
 
-# --- a call, spelled out
+# --- a call as rungs
 
 
 @dataclass(frozen=True, slots=True)
 class Copies:
-    """The parameters of a call by value, as rungs of the caller, and its InOuts."""
+    """The rungs of the caller that copy a call's parameters, and the arguments of its InOuts."""
 
     inputs: tuple[Series, ...]  # rungs that copy the arguments in
     outputs: tuple[Series, ...]  # rungs that copy the results out

@@ -1,8 +1,8 @@
-"""Axes of a program: on 3601s of the rack, one block per axis, run after every scan; the others are ideal.
+"""Axes of a program. An axis on a 3601 of the rack has a block that runs after every scan; others are ideal.
 
 An axis `Feed` adds the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
 owns the module's words; the routine `Axes3601` calls all of them. Motion instructions use the block, see
-`instructions.motion_3601`. For ideal axes, `instructions.ideal_axis`.
+`instructions.motion_3601`. For ideal axes see `instructions.ideal_axis`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ ROUTINE = "Axes3601"
 class Axes:
     """Axes of a program that a rack file names."""
 
-    settings: Mapping[str, AxisSettings]  # by tag, of those on 3601s
-    ideal: Mapping[str, AxisSettings]  # by tag, of ideal ones
+    settings: Mapping[str, AxisSettings]  # axes on 3601s, by tag
+    ideal: Mapping[str, AxisSettings]  # ideal axes, by tag
     state: Structure  # the type AXIS_3601
     block: AddOn  # the add-on instruction Amci3601
 
@@ -87,7 +87,7 @@ def lower_axes(lowering: Lowering, axes: Axes | None, data: MotionData) -> list[
 
 
 def _axis(lowering: Lowering, name: str, problems: list[Problem]) -> Group | None:
-    """Return the tag of an axis; None with a problem."""
+    """Return the tag of an axis; None if that adds a problem."""
     remedy = "name an axis of the program"
     try:
         tag = lowering.resolver.address(parse_address(name))
@@ -131,7 +131,7 @@ def _parts(tag: Tag) -> Iterator[MotionPart]:
 
 
 def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
-    """Yield the motion instructions of a program, those in add-on instructions included."""
+    """Yield the motion instructions of a program, including those in add-on instructions."""
     for leaf in lowered.layout.ending("~ticket"):
         path = leaf.path.rpartition(".")[0]
         for index in range(leaf.size):
@@ -187,7 +187,7 @@ def prescan_axes(engine: Any, first: bool) -> None:
 
 
 def run_axes(engine: Any) -> None:
-    """Run the blocks, move the ideal axes, and update the tags of all."""
+    """Run the blocks, move the ideal axes, and update the tags of all axes."""
     machine, lowered = engine.interpreter, engine.lowered
     bound = [Axis(machine, each) for each in lowered.axes.values()]
     if bound:

@@ -54,13 +54,13 @@ OWNER = "AMCI3601"
 """The add-on instruction that owns a module's words, in capitals."""
 
 MODEL = "Model"
-"""Its parameter that says what the module is, where the rack has a networked drive."""
+"""Its parameter for the model of a networked drive."""
 
 _MODELS = {Layout.SMD: 1, Layout.ANF2: 2}
 
 
 def model_number(words: ModuleWords | None) -> int:
-    """Return what `MODEL` is for a module, see `files.drive_blocks`; 0 unless it is a networked drive."""
+    """Return a module's value of `MODEL`, see `files.drive_blocks`; 0 unless it is a networked drive."""
     model = None if words is None else model_of(words)
     return 0 if model is None else _MODELS[model.layout]
 
@@ -73,7 +73,7 @@ MODULE_TAG = "scanrack_module_"
 
 
 def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
-    """Resolve an argument. For an InOut of type MODULE a module's name precedes a tag of the same name."""
+    """Resolve an argument. For an InOut of type MODULE, a module hides a tag of the same name."""
     if inout.type.name.upper() == MODULE and not argument.steps:
         try:
             return resolver.address(Address(f"{MODULE_TAG}{argument.name}"))

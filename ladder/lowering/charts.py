@@ -89,7 +89,7 @@ class ChartLowering:
             yield body_name(self._name, step, action), block
 
     def routine(self) -> LoweredRoutine:
-        """Lower it."""
+        """Lower the chart."""
         wrong = [*problems_of(self._tree)]
         for each in wrong:
             self._lowering.at(each.number, Origin(), each.element)
@@ -302,7 +302,7 @@ class ChartLowering:
 
     @staticmethod
     def _condition_of(decided: Body) -> Resolved:
-        """Return what the assignment to a transition's tag reads."""
+        """Return the operand that is assigned to a transition's tag."""
         (step,) = decided[-1].line.nodes if isinstance(decided[-1], Act) else (None,)
         return step.operands[1] if isinstance(step, LoweredStep) and len(step.operands) > 1 else constant(0)
 
@@ -318,14 +318,14 @@ class ChartLowering:
 
 
 def _member(tag: Group, member: Member) -> Place:
-    """Return a member; a bit of Status is a bit of that."""
+    """Return a member; for a bit of Status, the bit of Status."""
     host, _, bit = member.at.partition(".")
     place = tag.member(host or member.name)
     return replace(place, bit=constant(int(bit)), text=f"{tag.text}.{member.name}") if bit else place
 
 
 def lasting_number(name: str) -> int:
-    """Return a number for a name, not 0, which an online edit of the chart leaves as it is."""
+    """Return a number above 0 that depends on a name alone, so online edits of the chart do not change it."""
     return crc32(name.upper().encode()) + 1
 
 

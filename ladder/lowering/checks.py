@@ -47,7 +47,7 @@ IDEAL = {*ideal_moves.ANSWERS, *ideal_moves.GROUP_ANSWERS, *ideal_systems.ANSWER
 
 
 def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Problem]:
-    """Return warnings of likely mistakes, without the allowed ones of `ALLOWANCES`."""
+    """Return warnings of likely mistakes, except allowed ones, see `ALLOWANCES`."""
     return [*_repeated(lowered, allowed), *_not_ideal(lowered)]
 
 
@@ -65,7 +65,7 @@ def check_whole(lowered: LoweredProgram) -> list[Problem]:
 
 
 def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Messages without a stub."""
+    """Yield a problem for each message without a stub."""
     for routine, line, step in _all_steps(lowered, copies=False):
         message = step.operands[0] if step.name == "MSG" else None
         if isinstance(message, Group) and stub_of(lowered.stubs, message.path) is None:
@@ -100,7 +100,7 @@ def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
 
 
 def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Motion instructions of an axis of the rack that a 3601 can't carry out."""
+    """Yield problems of motion instructions on a rack's axis that a 3601 can't execute."""
     for routine, line, step in _all_steps(lowered, copies=False):
         if Use.MOTION not in step.uses or step.name in ANSWERS:
             continue
@@ -111,7 +111,7 @@ def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Motion instructions that neither a 3601 nor an ideal axis can carry out."""
+    """Yield problems of motion instructions that neither a 3601 nor an ideal axis can execute."""
     for routine, line, step in _all_steps(lowered, copies=False):
         first = step.operands[0] if Use.MOTION in step.uses else None
         if step.name in IDEAL or not isinstance(first, Group) or first.path.upper() in lowered.axes:
@@ -135,7 +135,7 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
 
 
 def exclusive_places(step: LoweredStep) -> Iterator[tuple[Use, Place | Group, object]]:
-    """Yield the operands of an instruction whose places should have one such use, with a key of the place."""
+    """Yield an instruction's operands whose places should have only one such use, with a key per place."""
     for use, operand in zip(step.uses, step.operands, strict=False):
         place = _identity(use, step.name, operand) if use in _EXCLUSIVE else None
         if place is not None and isinstance(operand, Place | Group):
@@ -201,7 +201,7 @@ def _jump_problem(
 
 
 def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
-    """SFR and SFP name a chart, and SFR one of its steps."""
+    """Return what is wrong with the chart or step that an SFR or SFP names, None if nothing is."""
     chart = lowered.charts.get(routine)
     if chart is None:
         names = ", ".join(each.name for each in lowered.charts.values()) or "none"
@@ -254,7 +254,7 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
 
 
 def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
-    """Return what is given and what is taken where structures or arrays differ first."""
+    """Return the given and the expected type of the first structures or arrays that differ."""
     for given, taken in pairs:
         kinds = _whole(given), _whole(taken)
         if kinds[0] != kinds[1] and (isinstance(given, Group) or isinstance(taken, Group)):
@@ -263,7 +263,7 @@ def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] |
 
 
 def _whole(parameter: Resolved) -> str:
-    """Return the type of a parameter with its dimensions: `Rec`, `INT[5]`, a number as it is."""
+    """Return the type of a parameter with its dimensions, as `INT[5]`; describe a constant or calculation."""
     if not isinstance(parameter, Place | Group):
         return described(parameter)
     dims = ",".join(map(str, parameter.dims)) if isinstance(parameter, Group) else ""
@@ -304,7 +304,7 @@ MOST_CALLS = 50
 
 
 def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Find the first routine whose calls nest too deep. Recursive calls are counted during the scan."""
+    """Yield the first routine whose calls nest too deeply. Recursive calls are counted during the scan."""
     depths: dict[str, int] = {}
     ends = lowered.routines.keys() - lowered.recursive
     todo = list(lowered.routines)
@@ -325,7 +325,7 @@ def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Main routines and fault routines are called without inputs."""
+    """Yield a problem for each main or fault routine with inputs: a scan passes none."""
     for name in sorted(lowered.roots):
         main = lowered.routines.get(name)
         if main is None or not main.parameters:
@@ -336,7 +336,7 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Copies of single bytes that may end in the middle of a word of an output image."""
+    """Yield problems of copies of single bytes that may end in the middle of an output image's word."""
     longest = max((each.size for each in lowered.layout.images if each.output), default=0)
     if not longest:
         return

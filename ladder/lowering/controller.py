@@ -47,7 +47,7 @@ IMPLICIT_TASK = "MainTask"
 class Controller(LadderLogic):
     r"""Shared tags, programs and tasks.
 
-    Names in a program mean its own tags first, then those of the controller; `\Main.Run` is the tag Run
+    Names in a program mean its own tags first, then the controller's; `\Main.Run` is the tag Run
     of program Main from anywhere. Routines are called `\Main.Step` here, `Step` in their program.
     """
 
@@ -61,7 +61,7 @@ class Controller(LadderLogic):
     # --- declaring
 
     def program(self, name: str, *, main: str | None = None, fault: str | None = None) -> Program:
-        """Add and return an empty program with names of its main (by default the first) and fault routine."""
+        """Add and return an empty program; `main` (by default the first) and `fault` name its routines."""
         self._refuse_if_built()
         if not name.isidentifier() or not name.isascii():
             raise LadderError(f"{name!r} is not a program name: letters, digits and _ are allowed")

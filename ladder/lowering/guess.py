@@ -35,20 +35,20 @@ class Guess:
     weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
     bit: int = -1  # the highest accessed bit, -1 without one
     copied: int = 0  # elements that COP and the like name, 0 without such a use
-    single: bool = False  # whether a use takes it whole, and is not of an array
+    single: bool = False  # whether a use takes it as a whole, as a single value
     twin: Guess | None = None  # has the evidence of both, see `same_as`
     _made: DataType | None = None
 
     @property
     def root(self) -> Guess:
-        """Where its evidence is: itself, or the last of its twins."""
+        """The holder of its evidence: itself, or the last of its twins."""
         here = self
         while here.twin is not None:
             here = here.twin
         return here
 
     def same_as(self, other: Guess) -> None:
-        """Note that both have one type: the element of a queue and what is loaded into it."""
+        """Note that both have the same type, such as a queue's element and what is loaded into it."""
         here, there = self.root, other.root
         todo = [(here, there)]
         while todo:
@@ -70,7 +70,7 @@ class Guess:
 
     @property
     def is_bare(self) -> bool:
-        """Whether nothing but copies and subscripts tells its type."""
+        """Whether only copies and subscripts show its type."""
         here = self.root
         return not here.members and here.bit < 0 and not here.votes and here.weak in ([], [DINT])
 
@@ -91,14 +91,14 @@ class Guess:
 
     @property
     def dims(self) -> tuple[int, ...]:
-        """Its dimensions: of its subscripts, else those of a copy if no other use takes it whole."""
+        """Its dimensions: from its subscripts, else from a copy if no other use takes it as a whole."""
         lengths = self.lengths
         if self.copied and (lengths or not self.single):
             lengths = [max([self.copied, *lengths[:1]]), *lengths[1:]]
         return tuple(max(1, each) for each in lengths[:3])
 
     def type(self, path: str) -> DataType:
-        """Return its type; `path` is the name of a structure of its members."""
+        """Return its type; `path` is the name of a new structure with its members."""
         here = self.root
         if here._made is None:
             here._made = here._type(path)
@@ -151,7 +151,7 @@ class Guess:
         return Structure(path, tuple(self.own_members(path)))
 
     def own_members(self, path: str) -> Iterator[Member]:
-        """Yield the members in use, with their types; `path` is the name of a structure of them."""
+        """Yield the members in use, with their types; `path` is the name of their structure."""
         for each in self.members.values():
             yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
 
@@ -167,7 +167,7 @@ def _longest(some: list[int], others: list[int]) -> list[int]:
 
 
 def type_at(tag: Tag, address: Address) -> DataType | None:
-    """Return the type of an address in a tag, None for a bit and for a member that there is not."""
+    """Return the type of an address in a tag, None for a bit or a missing member."""
     kind: DataType = tag.type
     for step in address.steps:
         if isinstance(step, MemberStep):

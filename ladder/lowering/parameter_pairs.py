@@ -1,4 +1,4 @@
-"""Parameters of one type: what JSR passes and SBR takes, what RET returns and JSR takes."""
+"""Parameters of the same type: what JSR passes and SBR takes, what RET returns and JSR takes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from ..model.tree import Address, Instruction, Number, Operand
 
 Pair = tuple[str, Operand, Operand]
-"""A program, and two operands of one type in it."""
+"""A program, and two of its operands that have the same type."""
 
 
 class ParameterPairs:
-    """Collects the calls of routines."""
+    """Collects calls of routines, and pairs their parameters."""
 
     def __init__(self) -> None:
         self._calls: list[tuple[str, str, Instruction]] = []  # program, routine in capitals, JSR
@@ -26,7 +26,7 @@ class ParameterPairs:
             self._sides.setdefault((program, routine.upper()), []).append(instruction)
 
     def __iter__(self) -> Iterator[Pair]:
-        """Yield the operands that have one type."""
+        """Yield the pairs of operands that have the same type."""
         for program, routine, call in self._calls:
             inputs, returns = _parts(call)
             for side in self._sides.get((program, routine), ()):

@@ -123,7 +123,7 @@ class Program(LadderLogic):
         self._routines.append(routine)
 
     def statements(self, name: str, text: str) -> None:
-        """Add a routine of structured text; RungTextError: a syntax error, LadderError: its name is taken."""
+        """Add a routine of structured text; raise a RungTextError, or a LadderError if its name is taken."""
         block = parse_statements(text, specs=self.specs)
         self.add_routine(Routine(name, (), statements=block))
 
@@ -143,7 +143,7 @@ class Program(LadderLogic):
     # --- building
 
     def lower_into(self, lowering: Lowering, scope: str = "") -> list[Problem]:
-        """Lower the routines, in the scope of a controller's program; return further problems."""
+        """Lower the routines, in the scope of a controller's program; return more problems."""
         lowering.enter(scope)
         for name, function in self._functions.items():
             lowering.lowered.functions[scoped(scope, name).upper()] = function

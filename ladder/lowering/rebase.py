@@ -11,17 +11,17 @@ from .runnable import LadderLogic
 
 
 class MovedEdits(NamedTuple):
-    """Edits of a later program."""
+    """Edits, moved to a later program."""
 
     edits: tuple[RungEdit, ...]
-    conflicts: int  # edits of rungs that are others there, or are gone
+    conflicts: int  # edits of rungs that were changed or removed there
 
 
 def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) -> MovedEdits:
     """Return edits of a program as edits of a later one.
 
-    An edit follows its rung. One of a rung that is another one there stands at that one; new rungs whose rung
-    is gone stand after the one before it. What the later program has already is left out.
+    An edit follows its rung, or the rung that replaced it. If the rung was removed, new rungs follow the rung
+    before it. Changes that the later program already has are left out.
     """
     old, new = _texts(before), _texts(after)
     found: dict[tuple[str, int], list[str]] = {}
@@ -33,7 +33,7 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
         if is_there:
             texts = _without_known(texts, own, rungs, number, at)
         keeps = number != BEFORE_FIRST and texts[:1] == [own[number]]
-        if keeps:  # its rung stays, and rungs are new after it
+        if keeps:  # the rung stays, and new rungs follow it
             texts[:1] = rungs[at : at + 1] if is_there else []
         if is_there:
             conflicts += not is_same and texts != [rungs[at]] and not keeps
@@ -54,7 +54,7 @@ def _rung_at(rungs: list[str], at: int) -> list[str]:
 
 
 def _without_known(texts: list[str], own: list[str], rungs: list[str], number: int, at: int) -> list[str]:
-    """Return the texts of an edit without its new rungs if the later program has the same ones."""
+    """Return the texts of an edit without its new rungs if the later program has the same rungs."""
     end = _next(own, rungs, number)
     first = 0 if number == BEFORE_FIRST else 1
     return texts[:first] if end is not None and texts[first:] == rungs[at + 1 : end] else texts
@@ -65,7 +65,7 @@ def _texts(program: LadderLogic) -> dict[str, list[str]]:
 
 
 def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
-    """Return where the rung after one is in a later routine; None if it is not there."""
+    """Return the number of the next rung in a later routine; None if it was removed."""
     if number + 1 >= len(old):
         return len(new)
     at, is_there, _ = _place(old, new, number + 1)
@@ -73,9 +73,9 @@ def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
 
 
 def _place(old: Sequence[str], new: Sequence[str], number: int) -> tuple[int, bool, bool]:
-    """Return where a rung is in a later routine, whether one is in its place, and whether it is the same.
+    """Return a rung's number in a later routine, whether a rung is in its place, and whether it is the same.
 
-    Without one it is the place of the rung before it.
+    Without one, the number is that of the rung before it.
     """
     if number == BEFORE_FIRST:
         return BEFORE_FIRST, True, True

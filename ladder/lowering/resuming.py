@@ -1,12 +1,12 @@
-"""A program that begins with the values of an export, in the middle of its work.
+"""Start of a program from the values of an export, in the middle of its work.
 
-No prescan comes before its first scan, S:FS is off, and steps of charts stay active. State that instructions
-hide, and an export does not have, follows from the members that it has:
+No prescan comes before its first scan, S:FS is off, and steps of charts stay active. Hidden state of
+instructions, which an export does not have, is derived from the members that it has:
 
 | of | from |
 |---|---|
 | PID: integral term | the output, without a bump |
-| PID, one-shots, counters, flip-flops of diagrams: values of the previous scan | the present ones |
+| PID, one-shots, counters, flip-flops of diagrams: values of the previous scan | the current values |
 | ALMD, ALMA: whether the condition is active, and since when | InAlarm, MinDurationACC |
 | steps and actions: time | T |
 """
@@ -33,7 +33,7 @@ def _integral(pid: Visible) -> float:
 
 
 def _measured(pid: Visible) -> float:
-    """Return what the derivative is of."""
+    """Return the value whose derivative the PID uses."""
     return float(pid("ERR") if pid("DOE") else pid("PV") if pid("CA") else -pid("PV"))
 
 
@@ -62,11 +62,11 @@ HIDDEN_STATE: Mapping[str, Mapping[str, Callable[[Visible], Value]]] = {
     },
     "ALARM_ANALOG": {**_ALARM, "AckAll": lambda alarm: bool(alarm("ProgAckAll"))},
 }
-"""Hidden members by type, each with its value at the beginning."""
+"""Hidden members by type, each with a function that returns its initial value."""
 
 
 def resume(engine: Engine) -> None:
-    """Set the hidden state of a fresh engine from the values that its tags begin with."""
+    """Set the hidden state of a fresh engine from the initial values of its tags."""
     layout = engine.lowered.layout
     for tag in layout.tags().values():
         _resume(engine, tag.name, tag.type, count_of(tag.dims))

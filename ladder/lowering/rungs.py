@@ -270,7 +270,7 @@ class Lowering:
     def _note_model(
         self, definition: AddOn, instance: Group, outputs: Place | Group, call: Instruction
     ) -> None:
-        """Give the owner of a module's words what it is, where the rack has a networked drive."""
+        """Set a networked drive's model in the instance that owns its words; report blocks without one."""
         number = model_number(self.lowered.layout.modules.get(first_leaf(outputs).slot or 0))
         if any(each.name == MODEL for each in definition.parameters):
             index = instance.member(MODEL).fixed_index
@@ -290,7 +290,7 @@ class Lowering:
         return self.lowered.frames[name]
 
     def _note_handed(self, frame: AddOnFrame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
-        """Lay out the arguments of a call in lists."""
+        """Lay out the arguments of a call in lists, and note InOuts that get bits."""
         for operand in (instance, *handed.values()):
             leaf = first_leaf(operand)
             if not leaf.frame:
@@ -347,7 +347,7 @@ class Lowering:
         return resolved
 
     def _keyword(self, operand: Operand) -> str:
-        """Return a word of a list, in capitals and as structured text writes it; "" for another operand."""
+        """Return a keyword as structured text writes it, in capitals; "" for another operand."""
         if not isinstance(operand, Address) or operand.steps:
             return ""
         word = plain(operand.name)

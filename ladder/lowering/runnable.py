@@ -82,22 +82,22 @@ class LadderLogic(ABC):
         self.modules: Mapping[int, ModuleWords] = {}  # of the rack, by slot
         self.axes: Axes | None = None  # axes that the rack names, or None
         self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
-        self.motion = MotionData()  # what an export says of axes
+        self.motion = MotionData()  # data of axes in an export
         self.outputs: Mapping[int, bytes] = {}  # first values of output images, by slot
         self.keeps_values = False  # whether it begins with its initial values, without prescan
         self.declares_missing = False  # whether undeclared tags are declared by their use
-        self.declared_missing: list[Tag] = []  # those tags, once it is built
+        self.declared_missing: list[Tag] = []  # tags declared by their use, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
         self.monitors: Callable[[Lowering], None] | None = None  # lowers what follows the routines
         self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and what they do
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
-        self._memory: Memory | None = None  # of the check, for the first engine
+        self._memory: Memory | None = None  # created by the check, for the first engine
         self._initial: tuple[object, Memory | None] = (
             None,
             None,
-        )  # for further engines, with `Layout.size`
+        )  # `Layout.size`, and the memory that other engines copy
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 
@@ -116,7 +116,7 @@ class LadderLogic(ABC):
         """Lower and check the program; return it with its warnings, or raise a BuildError."""
 
     def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
-        """Return what was lowered with its warnings, or raise a BuildError; `problems` are those so far."""
+        """Check the lowered program; return it with its warnings, or raise a BuildError with all problems."""
         problems += lower_axes(lowering, self.axes, self.motion)
         if self.monitors is not None:
             self.monitors(lowering)
@@ -162,9 +162,9 @@ class LadderLogic(ABC):
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
     def take_stubs(self, stubs: Stubs) -> None:
-        """Add stubs, or replace those of the same name; a LadderError for new ones once the program is built.
+        """Add stubs, or replace stubs of the same name; raise a LadderError for new stubs once it is built.
 
-        A program that is built keeps its tags: modules of a rack then bring no new names.
+        Modules of a rack add names of tags only before the program is built.
         """
         known = {name: self.stubs.get(name) for name in stubs.by_name}
         is_new = known != stubs.by_name or stubs.missing_tags > self.declares_missing
@@ -178,19 +178,19 @@ class LadderLogic(ABC):
         self.stubs.update(stubs.by_name)
 
     def before_scans(self, hook: Callable[[Engine, bool], None]) -> None:
-        """Call a function before each scan, ahead of all others: the engine, and whether it is the first."""
+        """Call a function before each scan, ahead of others: with the engine, and whether it is the first."""
         lowered = self.build()
         lowered.opening = (hook, *lowered.opening)
 
     def take_axes(self, axes: Axes) -> None:
-        """Take the axes that the rack names; a LadderError if the program runs already."""
+        """Use the axes that the rack names; raise a LadderError if the program is already running."""
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
         self.axes = axes
         self.forget()
 
     def keep_values(self) -> None:
-        """Begin with the initial values, without prescan; a LadderError if the program runs already."""
+        """Start from the initial values, without prescan; raise a LadderError if it is already running."""
         if self._engine is not None:
             raise LadderError(f"{self.kind} {self.name} runs already: it has begun")
         self.keeps_values = True
@@ -198,7 +198,7 @@ class LadderLogic(ABC):
             self._lowered.resume = resume
 
     def copied(self) -> Self:
-        """Return a copy that is not built, to which parts can be added; this program stays as it is."""
+        """Return an unbuilt copy, to which parts can be added; this program is not changed."""
         found = copy(self)
         found.forget()
         found.declarations, found.add_ons = [*self.declarations], {**self.add_ons}
@@ -206,7 +206,7 @@ class LadderLogic(ABC):
         return found
 
     def forget(self) -> None:
-        """Forget what was built: it is built again when it is used."""
+        """Discard what was built; the next use builds it again."""
         self._lowered = self._scanner = self._memory = self._engine = None
         self._initial = None, None
 
@@ -269,7 +269,7 @@ class LadderLogic(ABC):
         return definition.operand_types
 
     def structures(self) -> list[Structure]:
-        """Return the types of its tags that are structures."""
+        """Return the structures among the types of its tags."""
         found = (each.type for each in self.declarations if isinstance(each, Tag))
         return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
 
@@ -314,7 +314,7 @@ class LadderLogic(ABC):
         return TagRef(parse_address(name))
 
     def add(self, declaration: Declaration) -> None:
-        """Add a declaration; a LadderError if its name is taken, or name or dimensions are not allowed."""
+        """Add a declaration; raise a LadderError if its name is taken, or name or dimensions are invalid."""
         self._refuse_if_built()
         name = declaration.name
         if not self._is_name(name):
@@ -337,7 +337,7 @@ class LadderLogic(ABC):
         return named and not name.upper().startswith(("S:", "I:", "O:"))
 
     def use(self, *add_ons: AddOn) -> None:
-        """Add add-on instructions; a LadderError if there is another one of that name."""
+        """Add add-on instructions; raise a LadderError if another one has the same name."""
         self._refuse_if_built()
         for each in add_ons:
             if self.add_ons.setdefault(each.name.upper(), each) != each:
@@ -388,7 +388,7 @@ class LadderLogic(ABC):
         return Engine(self.build(), memory=self._take_memory())
 
     def _take_memory(self) -> Memory:
-        """Return a memory with initial values: that of the check once, then copies of another one."""
+        """Return a memory with initial values: the check's memory the first time, then copies of another."""
         lowered = self.build()
         memory, self._memory = self._memory, None
         if memory is not None:
@@ -424,7 +424,7 @@ class LadderLogic(ABC):
 
     @property
     def engine(self) -> Engine:
-        """The engine of calls."""
+        """The engine that runs when the program is called."""
         if self._engine is None:
             self._engine = self.compile()
         return self._engine
@@ -448,7 +448,7 @@ class LadderLogic(ABC):
         _ = self.engine
 
     def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
-        """No operation."""
+        """Do nothing."""
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, see `Engine.step`."""
@@ -461,7 +461,7 @@ class LadderLogic(ABC):
         no prescan. The other program is unchanged.
 
         Raises:
-            LadderError: this program has done a scan already, or is running.
+            LadderError: this program has already done a scan, or is running.
             BuildError: it can't be built; the other one continues.
         """
         if self._engine is not None:
@@ -481,14 +481,14 @@ class LadderLogic(ABC):
         Args:
             question: one of `never`, `always` and `reachable`, a condition of structured text on the state
                 after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
-                differ from scan to scan; `written_outside`, patterns of tags that an operator writes, too;
+                differ from scan to scan; `written_outside`, patterns of tags that an operator also writes;
                 `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
 
         Returns:
             The answer, a `prove.answers.Answer`: true if it is proved, or reached; its text is the scenario.
 
         Raises:
-            LadderError: a condition can't be used, or the program has what no proof covers.
+            LadderError: a condition can't be used, or proofs do not cover a part of the program.
             SolverMissingError: the extra `prove` is not installed.
         """
         return hooks.ask(self, **question)
@@ -508,7 +508,7 @@ class LadderLogic(ABC):
 
 
 def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
-    """Return a list of names, of a long one the first.
+    """Return a list of names as text; of a long list, the first names and how many more there are.
 
     >>> shortened(["Feed", "Clamp", "Table"], 2)
     'Feed, Clamp, and 1 more'
@@ -527,7 +527,7 @@ def times(count: int) -> str:
 
 
 def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
-    """Return the tags of scopes by name in capitals; the last scope hides those before it."""
+    """Return the tags of scopes by name in capitals; a later scope hides earlier ones."""
     return {
         each.name.upper(): each for scope in scopes for each in scope.declarations if isinstance(each, Tag)
     }

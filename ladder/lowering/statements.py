@@ -34,7 +34,7 @@ from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, 
 
 
 class Lowerer(Protocol):
-    """The part of `lowering.Lowering` in use here."""
+    """The part of `lowering.Lowering` that is used here."""
 
     resolver: Resolver
 
@@ -82,7 +82,7 @@ class StatementLowering:
         return taken
 
     def body(self, block: Block) -> Body:
-        """Lower statements; their lines are in `taken`."""
+        """Lower statements; `taken` returns their lines."""
         return self._body(block)
 
     def _body(self, block: Block) -> Body:

@@ -1,7 +1,7 @@
-"""Which tags are bytes: structures that instructions use as a whole often enough.
+"""Selects the tags to store as bytes: structures that instructions use as a whole often enough.
 
-A copy of bytes costs little per value, but each single use of a value costs more than that of a variable. A
-tag and the InOuts that it is passed to are alike: a compiled add-on instruction has one version.
+A copy of bytes costs little per value, but each use of a single value costs more than with a variable. A
+tag and the InOuts that it is passed to have the same storage: a compiled add-on instruction has one version.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ _WHOLE = frozenset(
         *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET, Use.PARAMETERS),
     )
 )
-"""Uses of a structure as a whole; those of a timer and the like are uses of its members."""
+"""Uses of a structure as a whole; uses of a timer and the like count as uses of its members."""
 
 _COPY = (Use.SOURCE, Use.DESTINATION)
 
 _VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
-"""What bytes cost more at a single use of a value, and what a value in a copy costs that is not of bytes.
+"""Extra cost of bytes per use of a single value, and the costs of a value in a copy without bytes; all in ns.
 
-Singly from variable to variable; from or to an array of another type; in a region.
+The latter are: singly from variable to variable; from or to an array of another type; in a region.
 """
 
 _MEMBERS = 4  # single values in a use of a timer and the like
 
 _Root = tuple[str, str]
-"""Memory of one form: an add-on instruction and `Leaf.root`, or "" and a tag; all in capitals."""
+"""Memory stored in one way: an add-on instruction and `Leaf.root`, or "" and a tag; all in capitals."""
 
 
 def choose_bytes(lowered: LoweredProgram) -> None:
-    """Lay out as bytes what gains by it."""
+    """Lay out as bytes the tags and InOuts that are faster that way."""
     uses = _Uses()
     for step in lowered.all_steps:
         uses.step(step)
@@ -63,7 +63,7 @@ def choose_bytes(lowered: LoweredProgram) -> None:
 
 
 def _is_large(tag: Tag) -> bool:
-    """Whether a tag is a structure: as bytes it has one variable, though the program never uses it."""
+    """Whether a tag is a structure that can be bytes: then an unused tag takes only one variable."""
     return isinstance(tag.type, Structure) and fits_bytes(tag.type)
 
 
@@ -79,11 +79,11 @@ def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
 
 
 class _Uses:
-    """The uses of all roots, and which of them are alike."""
+    """The uses of all roots, and which roots must be stored in the same way."""
 
     def __init__(self) -> None:
         self.gain: dict[_Root, int] = defaultdict(int)  # ns per scan that bytes gain by whole uses
-        self.loss: dict[_Root, int] = defaultdict(int)  # and lose by single ones
+        self.loss: dict[_Root, int] = defaultdict(int)  # ns per scan that bytes lose by single uses
         self.unfit: set[_Root] = set()
         self.calls: list[AddOnCall] = []
         self.wholes: dict[str, None] = {}  # paths of structures of tags that instructions use as a whole
@@ -163,7 +163,7 @@ class _Uses:
         return root
 
     def chosen(self, lowered: LoweredProgram) -> Iterator[_Root]:
-        """Yield the roots that are bytes."""
+        """Yield the roots to store as bytes."""
         roots = dict.fromkeys((*self.gain, *self.loss, *self._above, *self._above.values()))
         gains: dict[_Root, int] = defaultdict(int)
         for root in roots:
@@ -186,7 +186,7 @@ def _fits(lowered: LoweredProgram, root: _Root) -> bool:
         return fits_bytes(layout.own)
     tag = layout.declarations.get(name)
     if not isinstance(tag, Tag) or not fits_bytes(tag.type):
-        return False  # numbers are passed as a list or a view, which are used alike
+        return False  # numbers are passed as a list or a view, which are used in the same way
     return isinstance(tag.type, Structure) or (not owner and bool(tag.dims))
 
 
@@ -196,7 +196,7 @@ def _root_of(operand: Place | Group) -> _Root:
 
 
 def _count(operand: Place | Group, step: LoweredStep) -> int:
-    """Return the number of elements of a copy, as far as it is known."""
+    """Return the number of elements of a copy; an estimate if its length is computed."""
     most = count_of(operand.dims or operand.array)
     length = step.operands[-1]
     if isinstance(length, Constant) and isinstance(length.value, int):

@@ -7,8 +7,8 @@
     operand    = expression | string | "?"
 
 Expressions and addresses are in `expressions`. White space is allowed anywhere between
-these; the text of a tree has none. Names of tags keep their case; names of instructions
-print in capitals and under one name.
+these; the text of a tree has none. Names of tags keep their case; names of instructions print
+in capitals, in their canonical form.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def parse_rung(
         specs: the known instructions, by name in capitals.
 
     Raises:
-        RungTextError: a syntax error; where, and what was expected.
+        RungTextError: a syntax error; the message says where, and what was expected.
     """
     parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
     series = parser.series()
@@ -88,7 +88,7 @@ class RungParser(ExpressionParser):
         self._branches = 0
 
     def series(self) -> Series:
-        """Read a series up to a sign that can't continue it."""
+        """Read a series up to a character that can't continue it."""
         elements: list[Element] = []
         text = self.text
         while self.at < len(text):

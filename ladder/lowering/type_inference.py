@@ -83,7 +83,7 @@ from .guess import COMPUTED, MOST, Guess, add_kind
 from .parameter_pairs import ParameterPairs
 
 CODE = 4
-"""Maximum characters of a number: `MOV('A',Code)`."""
+"""Maximum characters of a string that is used as a number: `MOV('A',Code)`."""
 
 _BITS = (Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE, Use.TRUTH, Use.SWITCH)
 
@@ -184,7 +184,7 @@ class Guesses:
                 self._parameters.note(program, routine.name, instruction)
 
     def _alike(self, program: str, one: Operand, other: Operand) -> None:
-        """Give two operands one type if one of them is a structure."""
+        """Give two operands the same type if one of them is a structure."""
         kinds = self._kind(program, one), self._kind(program, other)
         kind = next((each for each in kinds if isinstance(each, Structure)), None)
         if not isinstance(one, Address) or not isinstance(other, Address):
@@ -233,7 +233,7 @@ class Guesses:
             here.single = True
 
     def _pair(self, instruction: Instruction, one: Guess, other: Guess) -> None:
-        """Note that an instruction moves one type: into a queue, or by a copy, which alone decides it."""
+        """Note that a queue instruction's operands have the same type; collect the operands of a copy."""
         queue = instruction.name in ("FFL", "FFU", "LFL", "LFU")
         if queue:
             one.same_as(other)
@@ -269,7 +269,7 @@ class Guesses:
         if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
             return partner, None
         if use in _MAY_BE_TEXT:
-            return None, STRING if _is_code(instruction) else partner  # DINT, too, without another use
+            return None, STRING if _is_code(instruction) else partner  # without another use, it is a DINT
         return None, REAL if partner is REAL else DINT
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
@@ -391,7 +391,7 @@ class Guesses:
                     self._index(program, each)
 
     def _index(self, program: str, index: Operand) -> None:
-        """Note that a subscript is an integer, whatever it is beside elsewhere."""
+        """Note that a subscript is an integer, whatever its other uses suggest."""
         for address in [index] if isinstance(index, Address) else addresses_in(index):
             if not (address.steps and isinstance(address.steps[-1], BitStep)):
                 self._address(program, address, DINT, None)
@@ -452,7 +452,7 @@ def _is_logical(operand: Operand) -> bool:
 
 
 def _is_truth(value: Operation) -> bool:
-    """Whether the value of an assignment is a bit, to judge by its operators."""
+    """Whether the value of an assignment is a bit, judging by its operators."""
     return value.name in (*_RELATIONS, "NOT") or (
         value.name in _LOGICAL and any(map(_is_logical, value.operands))
     )
@@ -462,7 +462,7 @@ def _takes_bits(operation: Operation, is_bit: bool) -> bool:
     """Whether the operands of an operation are bits.
 
     Args:
-        is_bit: whether its result is one.
+        is_bit: whether its result is a bit.
     """
     if operation.name in _LOGICAL and is_bit:
         return True
@@ -470,7 +470,7 @@ def _takes_bits(operation: Operation, is_bit: bool) -> bool:
 
 
 def _is_name(operand: Address, use: Use) -> bool:
-    """Whether an operand is a word or the name of something else than a tag."""
+    """Whether an operand is a keyword, or the name of something other than a tag."""
     return use in _NAMES or (use is Use.KEYWORD and not operand.steps and plain(operand.name) in KEYWORDS)
 
 

@@ -8,7 +8,7 @@
 | anything to LREAL | rounded to double precision, half to even | as for REAL |
 
 Functions on floating-point numbers compute in double precision. A computation in REAL rounds each result by
-`real`; one in LREAL keeps it.
+`real`; one in LREAL is not rounded.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def real(value: float) -> float:
     """
     try:
         return _unpack(_pack(value))[0]  # type: ignore[no-any-return]
-    except (OverflowError, struct.error):  # a float too large; an integer beyond any float
+    except (OverflowError, struct.error):  # the value exceeds single precision, or any float
         return math.inf if value > 0 else -math.inf
 
 
 def wrap(value: int, bits: int) -> int:
-    """Keep the low bits, read as a signed number; negative `bits` as one without a sign.
+    """Keep the low bits as a signed number, or as an unsigned one if `bits` is negative.
 
     >>> wrap(65_665, 16), wrap(65_665, 8), wrap(2**31, 32), wrap(-1, -16)
     (129, -127, -2147483648, 65535)
@@ -49,7 +49,7 @@ finite, root = math.isfinite, math.sqrt
 
 
 def whole(value: float) -> int:
-    """Round to the nearest integer, half to even; infinity and NaN have none and give 0.
+    """Round to the nearest integer, half to even; infinity and NaN give 0.
 
     >>> [whole(x) for x in (2.5, 1.5, -1.5, -2.5, 1.4, -1.6)]
     [2, 2, -2, -2, 1, -2]
@@ -58,7 +58,7 @@ def whole(value: float) -> int:
 
 
 def quotient(a: int, b: int) -> int:
-    """Divide integers, cutting off toward zero; b is not 0.
+    """Divide integers, truncating toward zero; b is not 0.
 
     >>> quotient(7, 2), quotient(-7, 2), quotient(7, -2)
     (3, -3, -3)
@@ -97,7 +97,7 @@ def real_quotient(a: float, b: float) -> float:
 
 
 def power(a: float, b: float) -> float:
-    """Raise a to b; NaN where it is not defined, infinite where it is too large.
+    """Raise a to the power b; NaN where undefined, infinite where too large.
 
     >>> power(-1e200, 3.0), power(0.0, -1.0), power(-8.0, 0.5)
     (-inf, inf, nan)
@@ -112,26 +112,26 @@ def power(a: float, b: float) -> float:
 
 
 def square_root(value: float) -> float:
-    """Root of the absolute value [1756-RM003N p. 284]."""
+    """Return the square root of the absolute value [1756-RM003N p. 284]."""
     return math.sqrt(abs(value))
 
 
 def integer_root(value: int) -> int:
-    """Root of the absolute value of an integer, truncated."""
+    """Return the truncated square root of an integer's absolute value."""
     return math.isqrt(abs(value))
 
 
 MOST_DECIMAL = 10**8
-"""Numbers below it fit into the eight digits of a DINT in binary coded decimal."""
+"""The lowest number that does not fit into the eight BCD digits of a DINT."""
 
 
 def to_digits(value: int) -> int:
-    """Return a number >= 0 in binary coded decimal."""
+    """Convert a number >= 0 to binary coded decimal."""
     return int(str(value), 16)
 
 
 def from_digits(pattern: int) -> int:
-    """Return the number of a binary coded decimal; a digit above 9 counts with its value.
+    """Convert binary coded decimal to a number; a digit above 9 counts with its hexadecimal value.
 
     >>> from_digits(0x1254), from_digits(0x1A)
     (1254, 20)
@@ -172,7 +172,7 @@ def real_from_decimal(value: float) -> float:
 
 
 def _or_nan(function: Callable[[float], float], at_zero: float | None = None) -> Callable[[float], float]:
-    """Return a function that is NaN where it is not defined, and `at_zero` at 0 unless that is None."""
+    """Wrap a function to return NaN where it is undefined, and `at_zero` at 0 unless that is None."""
 
     def compute(value: float) -> float:
         if value == 0 and at_zero is not None:
@@ -189,7 +189,7 @@ def _or_nan(function: Callable[[float], float], at_zero: float | None = None) ->
 sine, cosine, tangent = map(_or_nan, (math.sin, math.cos, math.tan))
 arc_sine, arc_cosine, arc_tangent = map(_or_nan, (math.asin, math.acos, math.atan))
 natural_log, common_log = _or_nan(math.log, -math.inf), _or_nan(math.log10, -math.inf)
-"""Of and in radians.
+"""Trigonometric functions have angles in radians; logarithms are -inf at 0.
 
 >>> natural_log(1.0), natural_log(0.0), natural_log(-1.0), common_log(1000.0)
 (0.0, -inf, nan, 3.0)
@@ -235,7 +235,7 @@ def swapped(value: int, bits: int, mode: str) -> int:
 
 _REVERSED = (3, 2, 1, 0)
 _ORDERS = {"REVERSE": _REVERSED, "WORD": (2, 3, 0, 1), "HIGH/LOW": (1, 0, 3, 2)}
-"""For each byte of a result, the lowest first, the byte that it was."""
+"""For each byte of a result, lowest first, the number of the source byte."""
 
 
 def distributed(source: int, source_bit: int, target: int, target_bit: int, length: int, bits: int) -> int:

@@ -2,7 +2,7 @@
 
 A chart is a net: a transition leaves its `sources` and enters its `targets`. Several transitions of one step
 are a selection, and their order is their priority; several targets diverge to simultaneous branches, several
-sources converge from them. Steps stand in their order of execution.
+sources converge from them. Steps are in order of execution.
 
 Sources: Logix 5000 Controllers Sequential Function Charts, 1756-PM006; IEC 61131-3.
 """
@@ -25,14 +25,14 @@ STEP_TYPE, ACTION_TYPE, STOP_TYPE = "SFC_STEP", "SFC_ACTION", "SFC_STOP"
 class Qualifier(Enum):
     """When an action starts and stops [1756-PM006, choose a qualifier for an action]."""
 
-    N = "N"  # with its step
+    N = "N"  # while its step is active
     P1 = "P1"  # once, when the step is activated
-    L = "L"  # with its step, for PRE at most
-    S = "S"  # until R
-    SL = "SL"  # until R, or for PRE
-    D = "D"  # PRE after the step's activation, with its step
-    DS = "DS"  # PRE after the activation if the step is still active, until R
-    SD = "SD"  # PRE after the activation, until R
+    L = "L"  # while its step is active, for PRE at most
+    S = "S"  # from the step's activation until R
+    SL = "SL"  # from the step's activation, until R or for PRE
+    D = "D"  # from PRE after the step's activation, while the step is active
+    DS = "DS"  # from PRE after the activation if the step is still active, until R
+    SD = "SD"  # from PRE after the activation, until R
     P = "P"  # once when the step is activated, once when it is deactivated
     P0 = "P0"  # once, when the step is deactivated
     R = "R"  # resets a stored action
@@ -72,7 +72,7 @@ class LastScan(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ChartOptions:
-    """Options of all charts of a controller; by default those of a new project."""
+    """Options of all charts of a controller; the defaults are those of a new project."""
 
     control: ExecutionControl = ExecutionControl.CURRENT
     restart: RestartPosition = RestartPosition.MOST_RECENT
@@ -84,19 +84,19 @@ DEFAULT_OPTIONS = ChartOptions()
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """An action of a step; without a body (None) a Boolean action, or one that resets another."""
+    """An action of a step. Without a body (None) it is a Boolean action, or resets another action."""
 
-    name: str  # its tag, a SFC_ACTION
+    name: str  # its tag, an SFC_ACTION
     qualifier: Qualifier = Qualifier.N
     body: Block | None = None
     preset: Operand | None = None  # expression of PRE; None leaves the tag's value
-    indicator: str = ""  # a tag that is shown beside it
+    indicator: str = ""  # a tag that is shown next to the action
     number: int = field(default=0, compare=False)  # of the element in its chart
     origin: Origin = field(default=Origin(), compare=False)
 
     @property
     def is_boolean(self) -> bool:
-        """Whether other logic runs by its Q."""
+        """Whether it only sets its Q, for other logic."""
         return self.body is None and self.qualifier is not Qualifier.R
 
     @property
@@ -107,7 +107,7 @@ class Action:
         return f"ACTION {self.name} {self.qualifier.value}{shown}{preset}"
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield its text, line by line."""
         if self.body is None:
             yield f"{self.head};"
             return
@@ -122,9 +122,9 @@ PRESETS = ("PRE", "LimitHigh", "LimitLow")
 
 @dataclass(frozen=True, slots=True)
 class ChartStep:
-    """A step; `stop` ones end their path: they have no actions, and no transition leaves them."""
+    """A step. A `stop` ends its path: it has no actions, and no transition leaves it."""
 
-    name: str  # its tag, a SFC_STEP or SFC_STOP
+    name: str  # its tag, an SFC_STEP or SFC_STOP
     actions: tuple[Action, ...] = ()
     initial: bool = False
     stop: bool = False
@@ -138,7 +138,7 @@ class ChartStep:
         return f"{'STOP' if self.stop else 'INITIAL_STEP' if self.initial else 'STEP'} {self.name}"
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield its text, line by line."""
         yield self.head
         if self.stop:
             return
@@ -195,7 +195,7 @@ class Chart:
 
     @property
     def elements(self) -> Mapping[int, str]:
-        """Its steps, actions and transitions as texts, by number."""
+        """The texts of its steps, actions and transitions, by number."""
         found: dict[int, str] = {}
         for step in self.steps:
             found[step.number] = step.head
@@ -204,7 +204,7 @@ class Chart:
         return found
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield its text, line by line."""
         for word, listed in (("INPUTS", self.inputs), ("RETURNS", self.returns)):
             if listed:
                 yield f"{word} {', '.join(map(str, listed))}"

@@ -1,8 +1,8 @@
 """Checks of a chart: names, reachability, and that its simultaneous branches begin and end in pairs.
 
-A step lies in the branches whose divergence leads to it and whose convergence does not yet: a list of pairs,
-the divergence and its legs. A convergence joins legs of one divergence; joining the last ones leaves it. So
-no two tokens ever meet in one step, and no branch is entered or left by a jump.
+A step is inside each branch whose divergence comes before it and whose convergence comes after it. These are
+a list of pairs: a divergence and its legs. A convergence joins legs of one divergence; joining all of them
+leaves it. So two tokens never meet in one step, and no jump enters or leaves a branch.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ MOST_ELEMENTS = 2_000
 """Maximum steps, actions and transitions of a chart."""
 
 Legs = tuple[tuple[int, frozenset[int]], ...]
-"""The simultaneous branches around a step, the outermost first: number of the divergence, and its legs."""
+"""The simultaneous branches around a step, outermost first: the divergence's number, and its legs."""
 
 
 class ChartProblem(NamedTuple):
-    """A part of a chart that can't be."""
+    """A part of a chart that is not allowed."""
 
     number: int  # of the element
     element: str
@@ -29,7 +29,7 @@ class ChartProblem(NamedTuple):
 
 
 def problems_of(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield what is wrong with a chart; nothing else of it is checked if its names are."""
+    """Yield what is wrong with a chart; if its names are wrong, nothing else is checked."""
     found = [*_names(chart)]
     yield from found
     if not found:
@@ -66,7 +66,7 @@ def _names(chart: Chart) -> Iterator[ChartProblem]:
 
 
 def _twice(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield steps, and actions of a step, that have the tag of another one."""
+    """Yield steps with the same tag, and actions of one step with the same tag."""
     seen: set[str] = set()
     for step in chart.steps:
         if step.name.upper() in seen:

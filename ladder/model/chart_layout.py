@@ -1,7 +1,7 @@
-"""Where the elements of a chart stand in a picture: columns from the left, rows from the top.
+"""Layout of a chart's picture: columns from the left, rows from the top.
 
-A step stands below all transitions that lead to it from above; further legs of a branch go to the right, and
-what follows a convergence stands in its first leg's column. A link up, to a loop's beginning, is a jump.
+A step is below all transitions that lead down to it. Further legs of a branch go to the right. What follows a
+convergence is in its first leg's column. A link back up to the beginning of a loop is a jump.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class ChartLayout:
 
 
 def layout_of(chart: Chart) -> ChartLayout:
-    """Return where a chart's elements stand."""
+    """Return the cells of a chart's elements."""
     return _Placing(chart).layout()
 
 
 class _Visit(NamedTuple):
-    """A step or transition to place: entered by a transition, in a column or in the next free one (None)."""
+    """A step or transition to place; `by` is the transition, and `column` None is the next free column."""
 
     what: str
     name: str
@@ -105,7 +105,7 @@ class _Placing:
                 )
 
     def _targets(self, visit: _Visit) -> list[_Visit]:
-        """Give a transition its column; return the steps after it."""
+        """Assign a transition its column; return the steps after it."""
         if visit.by in self._of_transitions:
             return []
         self._of_transitions[visit.by] = column = self._column(visit)
@@ -123,7 +123,7 @@ class _Placing:
         return visit.column
 
     def _rows(self) -> tuple[dict[str, int], dict[int, int]]:
-        """Return rows: each element below everything that leads to it, jumps aside."""
+        """Return rows: each element below everything that leads to it, except jumps."""
         steps = dict.fromkeys(self._columns, 0)
         transitions = dict.fromkeys(range(len(self._chart.transitions)), 0)
         for _ in range(len(steps) + 1):

@@ -1,9 +1,9 @@
 """The cyclic garbage collector, paused while large trees are built.
 
 Each collection visits all live objects. While a program of thousands of rungs is read and compiled, nothing
-becomes garbage, and collections take a third of the time. What a large one leaves counts as old afterwards,
-as if it had survived them: else the next collection visits all of it at once. The collector does not count
-that, and old garbage would stay: after some of these it collects all.
+becomes garbage, and collections take a third of the time. What a large tree leaves is then declared old, as
+if it had survived them: otherwise the next collection would visit all of it at once. The collector does not
+count this, so old garbage would stay: after every few large trees, all garbage is collected.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from itertools import count
 
 LARGE = 100_000
-"""Objects that are left by a tree whose visit takes long: tens of ms."""
+"""Number of new objects above which a tree counts as large: visiting them takes tens of ms."""
 
 COLLECTED = 8
 """Large trees after which all garbage is collected."""
@@ -33,7 +33,7 @@ def collector_paused() -> Iterator[None]:
         if was_on:
             if (
                 gc.get_count()[0] > LARGE and not gc.get_freeze_count()
-            ):  # what others have frozen stays frozen
+            ):  # what other code has frozen stays frozen
                 if next(_large) % COLLECTED:
                     gc.freeze()
                     gc.unfreeze()

@@ -1,4 +1,4 @@
-"""The drawing of a function block diagram: what stands where on its sheets, with the tags of its values."""
+"""The drawing of a function block diagram: what is where on its sheets, and the tags of its values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class DrawnPin:
-    """A pin of an element; `value` is the address of what it has, "" without one."""
+    """A pin of an element; `value` is the address of its value, "" without one."""
 
     name: str
     value: str = ""
@@ -23,7 +23,7 @@ class DrawnElement:
     x: int
     y: int
     lines: tuple[str, ...]  # its type and its tag, its operand, or its text
-    tag: str = ""  # the address that it stands for, "" without one
+    tag: str = ""  # the address that it shows, "" without one
     inputs: tuple[DrawnPin, ...] = ()
     outputs: tuple[DrawnPin, ...] = ()
     places: tuple[int, ...] = ()  # numbers of its lines of structured text
@@ -31,7 +31,7 @@ class DrawnElement:
 
 @dataclass(frozen=True, slots=True)
 class DrawnWire:
-    """A wire from an output pin of an element to an input pin of another one; "" of a reference."""
+    """A wire from an output pin of an element to an input pin of another; a reference's pin is ""."""
 
     source: int  # index of the element
     output: str
@@ -43,7 +43,7 @@ class DrawnWire:
 
 @dataclass(frozen=True, slots=True)
 class DrawnSheet:
-    """A sheet."""
+    """A sheet of a diagram."""
 
     number: int
     comment: str

@@ -31,8 +31,8 @@ class Problem:
     rung: str  # the rung as text, "" if it is not a rung
     text: str  # the error, with the value and what is allowed
     remedy: str
-    site: Site = NOWHERE  # without `rung` for other places
-    rule: str = ""  # of a warning, the rule of `scanrack check`
+    site: Site = NOWHERE  # its `rung` is unset if the problem is not in a rung
+    rule: str = ""  # for a warning, the rule of `scanrack check`
 
     def __str__(self) -> str:
         shown = f"\n    {self.rung}" if self.rung else ""
@@ -54,11 +54,11 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
     def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
         self.site, self.tag, self.text, self.type, self.code = site, tag, text, kind, code
         self.calls: tuple[Site, ...] = ()
-        self.tags: tuple[str, ...] = ()  # those of the condition of an ASSERT
+        self.tags: tuple[str, ...] = ()  # the tags in the condition of an ASSERT
         super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
 
     def called_by(self, site: Site) -> None:
-        """Add the call of the add-on instruction around the fault."""
+        """Record the add-on call in which the fault occurred."""
         self.calls += (site,)
 
     def __str__(self) -> str:
@@ -73,19 +73,19 @@ CONTROL_CODE = 21
 """LEN or POS of a CONTROL is negative [1756-PM014, major fault codes]."""
 
 ASSERTION_CODE = 990
-"""A condition of ASSERT is false: 990 to 999 are the user's own [1756-PM014, major fault codes]."""
+"""A condition of ASSERT is false; codes 990 to 999 are the user's own [1756-PM014, major fault codes]."""
 
 TIMER_CODE = 34
 """PRE or ACC of a timer is negative [1756-RM003N p. 117]."""
 
 STACK_CODE = 84
-"""Stack overflow: subroutines call each other too deep [1756-PM014, major fault codes]."""
+"""Stack overflow: subroutine calls are nested too deeply [1756-PM014, major fault codes]."""
 
 WATCHDOG_TYPE, WATCHDOG_CODE = 6, 1
 """The task's watchdog has expired [1756-PM014, major fault codes]."""
 
 STRING_CODE = 51
-"""Minor: LEN of a string is above the size of its DATA, or the result is [1756-RM003N p. 610]."""
+"""Minor: LEN of a string, or of the result, is above the size of DATA [1756-RM003N p. 610]."""
 
 SHORT_STRING_CODE = 52
 """Minor: the destination is too short for the string of a number [1756-RM003N p. 629]."""
@@ -94,7 +94,7 @@ STRING_NUMBER_CODE = 53
 """Minor: the number in a string does not fit its destination [1756-RM003N p. 623]."""
 
 STRING_PLACE_CODE = 56
-"""Minor: a start or a quantity is outside of a string [1756-RM003N p. 614, 618]."""
+"""Minor: a start or a quantity is outside a string [1756-RM003N p. 614, 618]."""
 
 PID_TIME_CODE, PID_SETPOINT_CODE = 35, 36
 """Minor: the update time of a PID is not above 0; its setpoint is out of range [1756-PM014]."""
@@ -116,7 +116,7 @@ class OutOfLinesError(Exception):
 
 
 class ScanEndedError(Exception):
-    """The scan ends in any routine: TND of an SLC 500."""
+    """TND of an SLC 500 ends the scan, in any routine."""
 
 
 @dataclass(frozen=True, slots=True)

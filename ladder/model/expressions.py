@@ -68,10 +68,10 @@ _NOT = re.compile(r"NOT\b", re.IGNORECASE)
 _FUNCTION = re.compile(rf"(?:{'|'.join(FUNCTION_NAMES)})\s*\(", re.IGNORECASE)
 
 
-_INDEX_DIGITS = 9  # digits of the number of an element or a bit; more are never in range
+_INDEX_DIGITS = 9  # maximum digits of an element or bit number; a longer one is never in range
 
 MOST_DIGITS = 100
-"""Digits of a number, leading zeros and underscores among them."""
+"""Maximum digits of a number, including leading zeros and underscores."""
 
 _HIGHEST = (1 << 64) - 1  # highest integer that can be written
 
@@ -94,7 +94,7 @@ class ExpressionParser(Scanner):
         self.fail(f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts")
 
     def _inner(self, levels: int, level: int = 0) -> Operand:
-        """Read an expression inside of another one, whose operators bind at `level` or tighter."""
+        """Read an expression inside another, whose operators bind at `level` or tighter."""
         self._open += levels
         if self._open > LEVELS:
             self._refuse_levels(self.at)

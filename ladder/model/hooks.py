@@ -1,6 +1,6 @@
-"""What a program offers from rooms above this one.
+"""Functions of higher packages that a program offers.
 
-`scanrack.ladder` sets it, so that no import points upward.
+`scanrack.ladder` sets them, so that no import points upward.
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Checks of operands by use, each with its text and its remedy."""
+"""Checks of operands by use, each with its message and remedy."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def described(resolved: Resolved) -> str:
 
 
 def require_type(block: Group, kind: Structure) -> None:
-    """Raise an OperandError unless a structure has a type."""
+    """Raise an OperandError unless a structure is of type `kind`."""
     if block.type != kind:
         text = f"{block.text} is {described(block)}, a {kind.name} is needed"
         raise OperandError(text, f"declare it as {kind.name}")

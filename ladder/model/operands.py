@@ -19,7 +19,7 @@ DOUBLE = -1
 """Width of a computation in LREAL."""
 
 FAULT = ":I.Fault"
-"""Behind the slot in the address of a connection's fault, which is no word of an image."""
+"""What follows the slot in the address of a connection's fault, which is not a word of an image."""
 
 
 @record
@@ -32,7 +32,7 @@ class Constant:
 
 @record
 class Place:
-    """One elementary value."""
+    """The place of one elementary value."""
 
     leaf: Leaf
     indices: tuple[Resolved, ...]  # one per dimension of the leaf
@@ -72,7 +72,7 @@ class Place:
 
     @property
     def address(self) -> str | None:
-        """Address of the word or bit of a slot's image or fault; None of any other or computed place."""
+        """Address of the word or bit of a slot's image or fault; None for another or computed place."""
         if self.leaf.slot is None or self.can_fault:
             return None
         word = f"Local:{self.leaf.slot}{FAULT}"
@@ -83,7 +83,7 @@ class Place:
 
 @record
 class Group:
-    """A structure, an array, or an array from one element on."""
+    """A structure, an array, or the part of an array from one element on."""
 
     type: DataType
     path: str  # tag and members, without subscripts
@@ -104,7 +104,7 @@ class Group:
 
     @property
     def length(self) -> Place:
-        """LEN of a STRING, under the name of the string."""
+        """LEN of a STRING; messages show the string's name."""
         return Place(self.layout.leaf(f"{self.path}.LEN"), self.indices, None, self.text)
 
 
@@ -117,7 +117,7 @@ class Calculation:
     can_fault: bool = field(init=False, compare=False, repr=False)  # see the function `can_fault`
 
     def __post_init__(self) -> None:
-        """Ask the operands once: a chain of them asks for each of its links."""
+        """Compute `can_fault` once: a chain of operations would compute it for each of its links."""
         object.__setattr__(self, "can_fault", any(map(can_fault, self.operands)))
 
 
@@ -148,7 +148,7 @@ MOST_CHARACTERS = 8
 def as_number(resolved: Resolved) -> Resolved:
     """Return a string constant as its ASCII number where a number is needed; others unchanged.
 
-    The first character is the most significant byte, as the display style ASCII has it.
+    The first character is the most significant byte, as in the display style ASCII.
 
     >>> as_number(StringConstant("A")).value, as_number(StringConstant("AB")).value == 0x4142
     (65, True)
@@ -175,7 +175,7 @@ def first_leaf(resolved: Place | Group) -> Leaf:
 
 @lru_cache(maxsize=1024)
 def _rests(kind: DataType) -> tuple[str, ...]:
-    """Return what follows the path of a type's values in those of their leaves."""
+    """Return the paths of a type's visible values, each with a dot before it."""
     return tuple(f".{path}" if path else "" for path, _, _ in leaves_of(kind) if HIDDEN not in path)
 
 
@@ -203,7 +203,7 @@ def is_number(resolved: Resolved) -> bool:
 
 
 def is_truth(resolved: Resolved) -> bool:
-    """Whether this is a bit, a comparison, or AND, OR, XOR, NOT of such."""
+    """Whether this is a bit, a comparison, or AND, OR, XOR, NOT of these."""
     if isinstance(resolved, Place):
         return resolved.type.is_bool
     if not isinstance(resolved, Calculation):
@@ -253,6 +253,6 @@ def width_moved(source: Resolved, *kinds: Elementary) -> int:
 
 
 def place_of(operand: Resolved) -> Place:
-    """Return an operand whose type the checks have ensured."""
+    """Return an operand as a Place; earlier checks ensure that it is one."""
     assert isinstance(operand, Place)
     return operand

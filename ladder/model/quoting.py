@@ -1,13 +1,13 @@
-"""Characters of string literals: `$` begins an escape, as Logix has it.
+"""Characters of string literals: `$` begins an escape, as in Logix.
 
 | text | characters |
 |---|---|
-| `$$`, `$'`, `$"` | the sign itself |
+| `$$`, `$'`, `$"` | the character itself |
 | `$L` | line feed, 0A |
 | `$N` | new line, 0D 0A |
 | `$P` | form feed, 0C |
 | `$R` | carriage return, 0D |
-| `$T` | tabulator, 09 |
+| `$T` | tab, 09 |
 | `$` and two hexadecimal digits | the character of that code |
 """
 
@@ -27,7 +27,7 @@ def unquoted(text: str) -> str:
     "It's 5$\n"
 
     Raises:
-        ValueError: a `$` begins no escape; which.
+        ValueError: a `$` begins no escape; the message shows it.
     """
     return _ESCAPE.sub(_character, text)
 
@@ -41,7 +41,7 @@ def _character(found: re.Match[str]) -> str:
 
 
 def quoted(value: str) -> str:
-    r"""Return the string literal for characters.
+    r"""Return characters as the text of a string literal.
 
     >>> print(quoted("It's 5$\n"))
     'It$'s 5$$$0A'

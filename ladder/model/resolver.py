@@ -1,4 +1,4 @@
-"""Resolve addresses: tag, type, bounds.
+"""Resolves addresses to places in memory, and checks types and bounds.
 
 | address | means |
 |---|---|
@@ -75,7 +75,7 @@ class AddressError(LadderError):
 
 
 def missing_in(error: ValueError) -> str:
-    """Return the tag that is missing, "" if an error has another reason."""
+    """Return the missing tag that an error reports; "" for another error."""
     return next((site.tag for site in sites_of(error)), "")
 
 
@@ -100,7 +100,7 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
 
 
 def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
-    """Return the bits of a module by meaning: its own names, and a 3601's where it has no such group."""
+    """Return a module's bits by meaning: its own names, and a 3601's for groups that it lacks."""
     own = {
         group.upper(): (
             any(at.image == "O" for at in names.values()),
@@ -119,7 +119,7 @@ _WORD = re.compile(r"DATA(?P<data>\d+)|CH(?P<channel>\d+)DATA")
 
 @cache
 def module_type(words: int, *, output: bool) -> Structure:
-    """Return the type of an image of a number of words; its bytes are equal in all profiles."""
+    """Return the type of an image of `words` words; its bytes are the same in all profiles."""
     name = "AM:1769_3601" if words == WORDS else f"AB:1769_MODULE_INT_{2 * words}Bytes"
     fault = () if output else (Member("Fault", DINT),)
     return Structure(f"{name}:{'O' if output else 'I'}:0", (*fault, Member("Data", INT, (words,))))
@@ -208,7 +208,7 @@ class Resolver:
         return known
 
     def meant(self, text: str) -> Address:
-        """Return the address of a user's tag name, see `io_images.tag_names`, or raise a LadderError."""
+        """Return the address that a user's name means, see `io_images.tag_names`, or raise a LadderError."""
         address = parse_address(normal(text))
         name = address.name.upper()
         if is_image(name) or self._layout.declaration(name, self._program) is not None:
@@ -219,11 +219,11 @@ class Resolver:
             raise AmbiguousTagError(str(error), "write one of them") from None
 
     def named(self, text: str) -> Place | Group:
-        """Resolve a tag name of a user, as `meant` does."""
+        """Resolve a user's tag name, as `meant` does."""
         return self.address(self.meant(text))
 
     def full_name(self, text: str) -> str:
-        """Return the declared name that a tag name of a user means, as `meant` finds it."""
+        """Return the declared name that a user's tag name means, see `meant`."""
         address = self.meant(text)
         where = self.address(address)
         declaration = self._layout.declaration(address.name.upper(), self._program)
@@ -233,8 +233,8 @@ class Resolver:
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
     def base_name(self, text: str) -> str:
-        """Return the full name that a tag name of a user means; an alias is the tag that it names."""
-        self.named(text)  # aliases in a circle are an error
+        """Return the full name that a user's tag name means, with aliases replaced by their tags."""
+        self.named(text)  # circular aliases are an error
         address, program = self.meant(text), self._program
         declaration = self._layout.declaration(address.name.upper(), program)
         while isinstance(declaration, Alias) and not declaration.type:
@@ -446,7 +446,7 @@ class Resolver:
 
 
 def address_in(resolver: Resolver, name: str) -> str | None:
-    """Return the address of the word or bit of an image or a fault that a user's name means; else None."""
+    """Return the address of the image word, image bit or fault that a user's name means; else None."""
     try:
         where = resolver.named(name)
     except LadderError:

@@ -32,7 +32,7 @@ class Routine:
 
     @property
     def block(self) -> Block:
-        """Its statements, those in a chart included; none of rungs."""
+        """Its statements, including those in a chart; empty for rungs."""
         return tuple(self.chart.statements()) if self.chart else self.statements or ()
 
     @property
@@ -45,7 +45,7 @@ class Routine:
         return sorted({number for each in self.statements for number, _ in each.numbered() if number})
 
     def numbered(self, number: int) -> str:
-        """Return the rung or the statements of a number, or raise a LadderError."""
+        """Return the rung or the statements with a number, or raise a LadderError."""
         if number not in self.numbers:
             there = (
                 ", ".join(map(str, self.numbers))
@@ -69,7 +69,7 @@ class Routine:
 
 
 def element_of(routines: Iterable[Routine], site: Site) -> tuple[str, int | None]:
-    """Return the routine of a place and its number there; of an action's body, chart and element."""
+    """Return the routine of a place and its number there; for an action's body, the chart and the element."""
     for routine in routines:
         if routine.chart is not None and site.routine.upper().startswith(f"{routine.name.upper()}."):
             for step, action, _ in routine.chart.bodies():

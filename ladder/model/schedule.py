@@ -6,8 +6,8 @@
 | periodic | at multiples of its rate after power-up |
 | event | when EVENT has triggered it |
 
-Between two scans of the continuous task all due tasks run, the lowest priority number first, in the order
-of their declaration where it is equal. A task that becomes due again before it has run counts an overlap.
+Between two scans of the continuous task all due tasks run, the lowest priority number first; tasks of equal
+priority run in order of declaration. A task that becomes due again before it has run counts an overlap.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class TaskKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A task of a controller; a LadderError for rate or priority out of range or of another kind."""
+    """A task of a controller; raises a LadderError if its rate or priority is out of range or not allowed."""
 
     name: str
     kind: TaskKind
@@ -85,7 +85,7 @@ class ScheduledTask:
 
 @dataclass(frozen=True, slots=True)
 class Schedule:
-    """The tasks in order of declaration; leaves of the memory hold its state, as snapshots do."""
+    """The tasks in order of declaration; leaves of the memory hold their state, so snapshots include it."""
 
     tasks: tuple[ScheduledTask, ...]
     before: Leaf  # leaf with the time of the previous scan, ns; -1 before the first
@@ -113,7 +113,7 @@ class Schedule:
 
     @property
     def preempted(self) -> frozenset[str]:
-        """Programs, in capitals, whose rungs another task may follow."""
+        """Programs, in capitals, after whose rungs another task may run."""
         if self.continuous is None or not any(each.task.preempt for each in self.tasks):
             return frozenset()
         return frozenset(each.name.upper() for each in self.continuous.programs)

@@ -2,7 +2,7 @@
 
 A family file in `instructions` holds one `Spec` per instruction. The parser, the Python front end,
 the checks, both back ends, the debugger and the drawing read what they need from it, so that an
-instruction has one place.
+instruction is described in one place.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from .tree import Address, Instruction, Unknown
 class Use(Enum):
     """How an instruction uses an operand; `operand_checks` has the accepted operands."""
 
-    __hash__ = object.__hash__  # members are single, and frequent keys
+    __hash__ = object.__hash__  # members are singletons, and frequent keys
 
     BIT = auto()  # reads a bit
-    COIL = auto()  # writes a bit on a true and a false rung: once per bit
+    COIL = auto()  # writes a bit on a true and a false rung: should occur once per bit
     LATCH = auto()  # writes a bit when true
     STORAGE = auto()  # remembers the rung condition of the last scan in a bit
     NUMBER = auto()  # reads a number
@@ -77,7 +77,7 @@ class Use(Enum):
     ANYTHING = auto()  # any number of operands of any kind: tags, numbers, words
     LABEL = auto()
     ROUTINE = auto()
-    PARAMETERS = auto()  # any number of further operands: values into and out of a routine
+    PARAMETERS = auto()  # any number of additional operands: values into and out of a routine
     INSTANCE = auto()  # a tag of an add-on instruction's type
     ARGUMENT = auto()  # the argument for a parameter of an add-on instruction
 
@@ -132,12 +132,12 @@ class Spec:
         run: executes it, see `interpreter.Interpreter`.
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
-        prove: what `run` means for all values at once, called with the machine, the power before it and the
-            operands, returns the power after it, see `prove.machine`; None runs `run` on terms.
-        faults: whether it may fault with all subscripts in range: a proof without a model of it expects that.
+        prove: does what `run` does, for all values at once: called with the machine, the power before it and
+            the operands, it returns the power after it, see `prove.machine`; None runs `run` on terms.
+        faults: whether it may fault with all subscripts in range: a proof without a model of it assumes that.
         partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
-        fetch: computes in the interpreter what `write` asks for by `fetched(site, ...)`; called like `run`,
-            with the further values before the operands.
+        fetch: computes in the interpreter what `write` requests by `fetched(site, ...)`; called like `run`,
+            with the additional values before the operands.
         prescan: called like `run` without the condition; None if prescan does nothing.
         postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
             structured text for nothing [1756-PM006, automatic reset option].
@@ -148,10 +148,10 @@ class Spec:
         other: its second name, which Studio 5000 prints from revision 36 on; None without one.
         decides: whether it also runs on a false rung, and decides the condition after it.
         alone: whether it may be the only element of a rung although it is an input.
-        in_rungs: whether rungs have it, not only structured text.
+        in_rungs: whether it can be used in rungs, not only in structured text.
         leaves: whether execution may continue elsewhere, so that the condition after it does not count.
         symbol: the contact or coil that it is drawn as; "" for a box.
-        captions: what the operands of its box are called, as Studio 5000 calls them.
+        captions: names of the operands in its box, as in Studio 5000.
         instead: what structured text has in its place [1756-RM003N, available languages]; "" if it is in
             structured text too.
     """
@@ -182,12 +182,12 @@ class Spec:
 
     @cached_property
     def uses(self) -> tuple[Use, ...]:
-        """The use of each operand, presets apart."""
+        """The use of each operand, without presets."""
         return tuple(use for use in self.operands if use is not Use.PRESET)
 
     @cached_property
     def members(self) -> dict[int, tuple[int, str]]:
-        """Operands that show a member of another operand: by place, the place of that one and the member.
+        """Operands that show a member of another operand: by index, that operand's index and the member.
 
         `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
         """
@@ -203,11 +203,11 @@ class Spec:
 
     @cached_property
     def variadic(self) -> bool:
-        """Whether it takes any number of further operands."""
+        """Whether it takes any number of additional operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
     def other_count(self, count: int) -> str:
-        """Return how many operands it takes instead of some: `2`, `2 to 4`; "" if it takes as many."""
+        """Return how many operands it takes, as `2` or `2 to 4`; "" if `count` is allowed."""
         most = len(self.operands)
         least = most - self.optional - self.variadic
         if least <= count and (count <= most or self.variadic):

@@ -170,7 +170,7 @@ class Enclosing(Statement):
 
 @dataclass(frozen=True, slots=True)
 class For(Enclosing):
-    """FOR: a block per value of a counter."""
+    """FOR: a block that runs once per value of a counter."""
 
     count: Address
     first: Operand

@@ -1,10 +1,10 @@
 """Stretches: the memory of values that are passed by reference, and of structures that are used as a whole.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
-InOut, is a stretch of a list: its elementary values in one order for every tag of the type. A function that
+InOut, is a stretch of a list: its elementary values, in one order for all tags of a type. A function that
 takes a list and an offset works on all of them.
 
-A structure that is copied, filled or a string is a stretch of bytes in a controller's layout, see
+A string, or a structure that is copied or filled, is a stretch of bytes in a controller's layout, see
 `types.fields_of`. Each value is an element of a view of all bytes in its type; a BOOL is a bit.
 """
 
@@ -93,13 +93,13 @@ class BytePart:
     strides: tuple[int, ...] = ()
 
     def within(self, offset: int, dims: tuple[int, ...], size: int) -> BytePart:
-        """Return the part of an array of structures of that size."""
+        """Return the part within an array at `offset`, whose structures have `size` bits."""
         strides = row_strides(dims, size)
         return BytePart(self.view, offset + self.offset, dims + self.dims, strides + self.strides)
 
     @property
     def counted(self) -> StretchPart:
-        """The part in elements of its view."""
+        """The part, counted in elements of its view."""
         unit = _UNITS.get(self.view, 8)
         return StretchPart(self.offset // unit, self.dims, tuple(each // unit for each in self.strides))
 
@@ -134,9 +134,10 @@ def byte_parts(kind: DataType) -> dict[str, BytePart]:
 
 @lru_cache(maxsize=1024)
 def fits_bytes(kind: DataType) -> bool:
-    """Whether a type may be bytes: hidden members are numbered by their structure's first byte.
+    """Whether a type can be stored as bytes.
 
-    So none may have more of them than bytes, or begin with another structure that has some. A BOOL of its own
+    Hidden members are numbered by their structure's first byte. So no structure may have more of them
+    than bytes, or begin with another structure that has some. A BOOL of its own
     is a byte to COP, but a bit in memory.
     """
     if isinstance(kind, Elementary):
@@ -179,12 +180,12 @@ class Spot:
         return _UNITS.get(self.view, 8)
 
     def begin(self, base: int) -> int:
-        """Return the first element after an offset in values or bytes."""
+        """Return the index of the element at an offset in values or bytes."""
         return base * 8 // self.unit if self.view else base
 
     @property
     def begin_text(self) -> str:
-        """The same as text, from the variable `base`."""
+        """Return `begin` as Python text, for the offset in the variable `base`."""
         if self.unit == 1:
             return f"{self.base} * 8"
         shift = self.unit.bit_length() - 4

@@ -2,11 +2,11 @@
 
 | text | means |
 |---|---|
-| `done after 20 ms` | EN with the rung, DN that much later; a message ends so |
+| `done after 20 ms` | EN with the rung, DN that much later; a message ends the same way |
 | `error 16#00CB after 20 ms` | EN with the rung, ER and the code that much later |
 | `waits` | EN with the rung, and nothing more; a message ends when its TO bit is set |
 | `false`, `true` | the power after the instruction |
-| `plant.py:xrp` | a Python function does it; in the `[stubs]` of a rack file only |
+| `plant.py:xrp` | a Python function replaces it; in the `[stubs]` of a rack file only |
 
 STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
@@ -45,7 +45,7 @@ _POWER = {"FALSE": False, "TRUE": True}
 class Sample(NamedTuple):
     """What a partner sends."""
 
-    value: Any  # in the form of `Tags`; None for nothing new
+    value: Any  # as `Tags` returns values; None if nothing is new
     running: bool = True  # whether the producer is in run mode
     faulted: bool = False  # whether the connection is broken
 
@@ -61,11 +61,11 @@ class DataSource(Protocol):
         """Return the samples.
 
         Args:
-            tag: of the other rack, unless the source names one.
+            tag: tag of the other rack, unless the source names one.
             rpi_ns: interval of the samples.
 
         Raises:
-            LadderError: no such tag.
+            LadderError: there is no such tag.
         """
 
     def __str__(self) -> str: ...
@@ -75,10 +75,10 @@ class DataSource(Protocol):
 class Ending:
     """The result of a message or of another instruction that takes time."""
 
-    after_ns: int  # NEVER for one that waits
+    after_ns: int  # NEVER if it does not end
     error: int = 0  # 0 for success, else its ERR, 1 to 65,535
     reply: DataSource | None = None  # the data of a message that is done
-    to: str = ""  # tag that gets them, "" for that of the export
+    to: str = ""  # tag that gets the data, "" for the tag in the export
 
     def __str__(self) -> str:
         if self.after_ns >= NEVER:
@@ -93,7 +93,7 @@ class Partner:
     """The partner of a consumed tag."""
 
     source: DataSource
-    rpi_ns: int = 0  # 0 for that of the export, else `RPI_NS`
+    rpi_ns: int = 0  # 0 for the interval in the export, or `RPI_NS` without one
 
     def __str__(self) -> str:
         return str(self.source)
@@ -108,9 +108,9 @@ RPI_NS = 20_000_000
 
 @dataclass(frozen=True, slots=True)
 class Remote:
-    """The connection of a consumed tag, or the destination of a message, as an export has it."""
+    """The connection of a consumed tag, or the destination of a message, from an export."""
 
-    tag: str = ""  # tag of the producer; of a message the tag here that gets its data
+    tag: str = ""  # tag of the producer; for a message, the local tag that gets its data
     rpi_ns: int = 0
 
 

@@ -1,9 +1,9 @@
 """Declarations of tags, and the layout of a program's memory that follows from them.
 
-Every elementary value is one leaf, or, if it lies in arrays, one element of a
+Every elementary value is one leaf, or, if it is in arrays, one element of a
 leaf: `Recipe.Step.Time` of an array of structures is one list of all the times.
 A leaf has a Python identifier, under which the compiled program reads and writes
-it. The images of a slot are leaves, too, made when an address names them.
+it. The images of a slot are leaves, too, created when an address names them.
 """
 
 from __future__ import annotations
@@ -63,14 +63,14 @@ Declaration = Tag | Alias | SlotAlias
 
 @record
 class Leaf:
-    """An elementary value, or all of one path in arrays."""
+    """An elementary value, or all values of one path in arrays."""
 
     path: str  # tag and members, without subscripts
     type: Elementary
     dims: tuple[int, ...]  # dimensions of all arrays around it, the outermost first
     ident: str  # its identifier in the compiled program
     slot: int | None = None  # slot of a module's image or fault, else None
-    output: bool = False  # of a module: whether the program writes it
+    output: bool = False  # for a module: whether the program writes it
     frame: str = ""  # the add-on instruction whose instances contain it, in capitals; "" for tags
     root: str = ""  # in an add-on instruction the start of its path: `OWN`, or an InOut in capitals
     outer: int = 0  # in an add-on instruction the number of the InOut's own dimensions
@@ -112,7 +112,7 @@ STATUS_FLAGS = {
 """Status bits of every program, with their meaning."""
 
 TRUTHS = {"TRUE": 1, "FALSE": 0}
-"""Names of values, unless a tag has the name."""
+"""Constants by name, unless a tag has the name."""
 
 Presets = Mapping[tuple[str, int], int | float]
 """Initial values in rungs, by leaf path and flat index."""
@@ -121,7 +121,7 @@ OVERRIDE = "~mcr"
 """Leaf of the MCR zone's state."""
 
 IGNORES_ARRAY_FAULTS = "~GSV.CONTROLLER..IGNOREARRAYFAULTSDURINGPOSTSCAN"
-"""Leaf, in capitals, of the attribute that SSV sets to 1."""
+"""Leaf, in capitals, of the attribute with which array faults are ignored in postscan."""
 
 HELD = "~held"
 """Prefix of leaves that store a subscript during a call."""
@@ -166,8 +166,8 @@ def tag_in(path: str) -> str:
 class SparseTag(NamedTuple):
     """A tag of a structure of which the program uses few values."""
 
-    ident: str  # of its bytes, in which all others are
-    variables: Mapping[str, Leaf]  # those few, by path in capitals
+    ident: str  # variable of the bytes with all other values
+    variables: Mapping[str, Leaf]  # the values in use, by path in capitals
 
 
 class Layout:
@@ -228,7 +228,7 @@ class Layout:
                 yield f"{tag.name}.{path}" if path else tag.name
 
     def _unfold(self, *names: str) -> None:
-        """Make all leaves of tags, in capitals."""
+        """Create all leaves of tags, whose names are in capitals."""
         for name in names:
             tag = self._folded.pop(name, None)
             if tag is not None:
@@ -237,7 +237,7 @@ class Layout:
                     self._row_leaf(tag, f"{name}.{rest}" if rest else name, row)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
-        """Return the leaf of a row of a tag's type by its path in capitals; make it if there is none."""
+        """Return the leaf `name`, a path in capitals, of a row of a tag's type; create it if necessary."""
         known = self._leaves.get(name)
         if known is not None:
             return known
@@ -252,7 +252,7 @@ class Layout:
         return made
 
     def _ask(self, name: str) -> Leaf | None:
-        """Return a leaf that is not made yet, by path in capitals."""
+        """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
         head = tag_in(name)
         tag = self._folded.get(head)
         row = None if tag is None else _rows(tag.type).get(name[len(head) + 1 :])
@@ -265,7 +265,7 @@ class Layout:
         return self._row_leaf(tag, name, row)
 
     def ask_below(self, path: str) -> None:
-        """Make all leaves of a part of a tag."""
+        """Create all leaves of a part of a tag."""
         name = path.upper()
         head = tag_in(name)
         tag = self._folded.get(head)
@@ -276,7 +276,7 @@ class Layout:
                     self._ask(f"{head}.{rest}")
 
     def ending(self, member: str) -> list[Leaf]:
-        """Return the leaves whose last member has a name, in the order of tags."""
+        """Return the leaves whose path ends in a member, in the order of tags."""
         end = f".{member.upper()}"
         return [
             self.leaf(f"{name}.{rest}")
@@ -287,7 +287,7 @@ class Layout:
 
     @property
     def unused(self) -> Iterator[Tag]:
-        """The tags without a leaf that was requested."""
+        """The tags of which no leaf was requested."""
         return (tag for name, tag in self._folded.items() if name not in self._separate)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
@@ -306,7 +306,7 @@ class Layout:
                 yield each.name
 
     def scoped_names(self) -> Iterator[str]:
-        """Yield the full names of the tags of programs."""
+        """Yield the full names of the programs' tags."""
         yield from (each.name for each in self.declarations.values() if program_of(each.name))
 
     def declare(self, tag: Tag) -> None:
@@ -376,9 +376,9 @@ class Layout:
         self._spots.clear()
 
     def fold_rest(self, name: str) -> None:
-        """Lay out as bytes what was not requested in a tag, in capitals; what was requested is variables.
+        """Lay out a tag, in capitals, as bytes; leaves that were requested stay variables.
 
-        A large structure of which the program uses some members then takes few variables.
+        A large structure of which the program uses few members then takes few variables.
         """
         tag, separate = self._folded[name], self._separate[name]
         if len(separate) < len(_rows(tag.type)):
@@ -389,7 +389,7 @@ class Layout:
 
     @property
     def begun(self) -> list[Tag]:
-        """The structures of which some leaves were requested, and which are no lists or bytes."""
+        """The structures of which some leaves were requested and that are neither lists nor bytes."""
         return [self._folded[name] for name in self._separate if name not in self.boxed]
 
     def spot(self, leaf: Leaf) -> Spot | None:
@@ -417,7 +417,7 @@ class Layout:
         return found
 
     def rest_spot(self, leaf: Leaf) -> Spot:
-        """Return the place of a leaf in the bytes of `rests`; that of a variable is not used."""
+        """Return the place of a leaf in the bytes of `rests`; the place of a variable is unused."""
         head = tag_in(leaf.path)
         tag = self.declarations[head.upper()]
         assert isinstance(tag, Tag)
@@ -438,7 +438,7 @@ class Layout:
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """Numbers of lists, of rests and of leaves: a memory that was made before they grew lacks some."""
+        """Numbers of lists, rests and leaves: a memory that was created before they grew lacks some."""
         return len(self.boxed), len(self.rests), len(self._leaves)
 
     @property
@@ -472,7 +472,7 @@ class Layout:
 
     @property
     def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
-        """The tags, and rests of tags, of bytes: identifier, type, number of elements."""
+        """The tags, and rests of tags, that are bytes: identifier, type, number of elements."""
         named = [(name, ident) for name, ident in self.boxed.items() if name in self.in_bytes]
         named += [(name, each.ident) for name, each in self.rests.items()]
         for name, ident in named:
@@ -542,14 +542,14 @@ def _identifier(path: str) -> str:
 
 
 _FUNCTIONS = ("addon_", "jsr_", "string_", "put_text_")
-"""Beginnings of names of functions of the compiled program."""
+"""Prefixes of function names in the compiled program."""
 
 
 class _Row(NamedTuple):
     """An elementary value of a type."""
 
     path: str
-    end: str  # the end of its identifier, "" if that must be made from its path
+    end: str  # the end of its identifier, "" if that must be derived from its path
     type: Elementary
     dims: tuple[int, ...]
 
@@ -565,7 +565,7 @@ def _rows(kind: DataType) -> Mapping[str, _Row]:
 
 @lru_cache(maxsize=1024)
 def _head(name: str) -> str:
-    """Return the beginning of the identifiers of a structure's values."""
+    """Return the prefix of the identifiers of a structure's values."""
     head = _identifier(name)
     return f"tag_{head}" if f"{head}_".startswith(_FUNCTIONS) else head
 
@@ -607,7 +607,7 @@ class FrameLayout(Layout):
         return self._program.held()
 
     def make_bytes(self, names: Iterable[str]) -> None:
-        """Take roots as bytes, see `Leaf.root`."""
+        """Lay out roots as bytes, see `Leaf.root`."""
         self.in_bytes.update(names)
         self._spots.clear()
 

@@ -63,7 +63,7 @@ class Unknown:
 
 @record
 class MemberStep:
-    """`.ACC`."""
+    """A member: `.ACC`."""
 
     name: str
 
@@ -73,7 +73,7 @@ class MemberStep:
 
 @record
 class SubscriptStep:
-    """`[i,j]`."""
+    """Subscripts: `[i,j]`."""
 
     indices: tuple[Operand, ...]
 
@@ -83,7 +83,7 @@ class SubscriptStep:
 
 @record
 class BitStep:
-    """`.5` or `.[expression]`."""
+    """A bit: `.5` or `.[expression]`."""
 
     index: Operand
 
@@ -200,7 +200,7 @@ def _ends_in_file(node: Operand) -> bool:
 
 @record
 class Instruction:
-    """An instruction with its operands, under its one name (EQU, not EQ)."""
+    """An instruction with its operands, under its canonical name (EQU, not EQ)."""
 
     name: str
     operands: tuple[Operand, ...] = ()
@@ -281,7 +281,7 @@ class Statement:
 Block = tuple[Statement, ...]
 
 NumberedLine = tuple[int, str]
-"""A printed line after its number in the original text; 0 if nothing runs there."""
+"""The number of a line in the original text, 0 if nothing runs there, and the printed line."""
 
 
 def comment_lines(comment: str) -> Iterator[NumberedLine]:

@@ -112,7 +112,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Structure:
-    """A type with members; `hidden` ones have no address and hold an instruction's state."""
+    """A type with members; `hidden` members have no address and hold an instruction's state."""
 
     name: str
     members: tuple[Member, ...]
@@ -159,7 +159,7 @@ DataType = Elementary | Structure
 
 
 def members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:
-    """Return members of one type."""
+    """Return members with these names, all of one type."""
     return tuple(Member(name, kind, dims) for name in names.split())
 
 
@@ -235,7 +235,7 @@ MESSAGE = Structure(
     ),
     hidden=(Member("started_ns", LINT), Member("waiting", BOOL)),
 )
-"""Structure of MSG; `waiting` is set while structured text executes one."""
+"""Structure of MSG; `waiting` is set while structured text executes it."""
 
 PID_BITS = {
     **{name: 31 - number for number, name in enumerate(["EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"])},
@@ -342,7 +342,7 @@ class Field:
 
 @lru_cache(maxsize=1024)
 def size_of(kind: DataType) -> int:
-    """Bytes of one element of a type.
+    """Return the size of one element of a type, bytes.
 
     >>> size_of(INT), size_of(TIMER), size_of(STRING)
     (2, 12, 88)
@@ -352,7 +352,7 @@ def size_of(kind: DataType) -> int:
 
 @lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
-    """Elementary values in one element of a type."""
+    """Return the places of the elementary values in one element of a type."""
     if isinstance(kind, Elementary):
         return (Field("", kind, 0, 0 if kind.is_bool else None),)
     return tuple(_fields_in(kind))
@@ -378,7 +378,7 @@ def _fields_in(kind: Structure) -> Iterator[Field]:
 
 @lru_cache(maxsize=1024)
 def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
-    """Members with their own memory, each with its byte and, for a BOOL, its bit.
+    """Return the members with their own memory, each with its byte and, for a BOOL, its bit.
 
     >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
     [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]
@@ -441,7 +441,7 @@ def _alignment(kind: DataType) -> int:
 
 
 def count_of(dims: tuple[int, ...]) -> int:
-    """Number of elements of an array; 1 for a single value.
+    """Return the number of elements of an array; 1 for a single value.
 
     >>> count_of((2, 3)), count_of(())
     (6, 1)

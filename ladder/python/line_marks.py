@@ -4,8 +4,8 @@
                              state.number += 1
 
 `__lines__` is None while no line of the module is observed: a mark then costs a few nanoseconds. It has the
-position of its statement, so that errors and waits show the same places. The head of a loop has one more mark
-at the end of each turn. A `case` and an `except` run when they are entered.
+position of its statement, so that errors and waits show the same places. The head of a loop has another mark
+at the end of each pass. A `case` or an `except` counts as run when it is entered.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ from types import CodeType, FrameType
 from typing import Any
 
 LINES = "__lines__"
-"""The global variable of a module with its `Lines`; None while none of them is observed."""
+"""The global variable of a module with its `Lines`; None while no line is observed."""
 
 
 class Observer:
-    """Sees lines before they run.
+    """An observer, which is called before lines run.
 
     Attributes:
-        lines: the numbers of the lines that it sees; None = all.
+        lines: the numbers of the lines that it observes; None = all.
     """
 
     lines: Container[int] | None = None
 
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
-        """See a line of a function, or a step of a list of steps, which has no frame.
+        """Act before a line of a function, or before a step of a list of steps, which has no frame.
 
         Args:
-            file: its name without the folder: a copy of a program runs in another one.
+            file: the file's name without its folder, since a copy of a program has another folder.
         """
 
 
 class LineWatch:
-    """The modules with marks that were loaded for it, and the observers of their lines."""
+    """Modules with marks that are loaded in its context, and the observers of their lines."""
 
     def __init__(self) -> None:
         self._modules: list[Lines] = []
         self.observers: list[Observer] = []
 
     def add(self, observer: Observer) -> None:
-        """Show an observer its lines, also after these have changed."""
+        """Add an observer, or update an observer whose `lines` have changed."""
         self.only(*(each for each in self.observers if each is not observer), observer)
 
     def remove(self, observer: Observer) -> None:
-        """Show an observer no further lines."""
+        """Remove an observer."""
         self.only(*(each for each in self.observers if each is not observer))
 
     def only(self, *observers: Observer) -> None:
@@ -62,22 +62,22 @@ class LineWatch:
             each.select()
 
     def files(self, folder: Path) -> list[Path]:
-        """Return the files of its modules in a folder, also in folders below."""
+        """Return the files of its modules in a folder and its subfolders."""
         found = dict.fromkeys(Path(each.path).resolve() for each in self._modules)
         return [each for each in found if each.is_relative_to(folder.resolve())]
 
     def follow(self, lines: Lines) -> None:
-        """Show the lines of a further module."""
+        """Add a module."""
         self._modules.append(lines)
         lines.select()
 
 
 WATCH: ContextVar[LineWatch] = ContextVar("WATCH", default=LineWatch())  # noqa: B039 - one for a session
-"""The watch of the modules that are loaded now."""
+"""The watch for modules that are loaded in this context."""
 
 
 class Lines(set[int]):
-    """The observed lines of a module; is called before one of them.
+    """The observed lines of a module; it is called before each of them runs.
 
     Args:
         known: all lines with a mark.
@@ -91,7 +91,7 @@ class Lines(set[int]):
         self._watch.follow(self)
 
     def select(self) -> None:
-        """Take the lines that the present observers see."""
+        """Collect the lines of the current observers."""
         self.clear()
         for each in self._watch.observers:
             lines = each.lines
@@ -99,7 +99,7 @@ class Lines(set[int]):
         self._names[LINES] = self or None
 
     def __call__(self, line: int) -> None:
-        """Show the observers a line."""
+        """Call the observers of a line."""
         for each in self._watch.observers:
             if each.lines is None or line in each.lines:
                 each.begins(self.file, line, sys._getframe(1))
@@ -107,7 +107,7 @@ class Lines(set[int]):
 
 @lru_cache(maxsize=16)
 def marked_code(data: bytes, path: str) -> CodeType:
-    """Compile a module with a mark before each line; SyntaxError or ValueError as `compile` raises them."""
+    """Compile a module with a mark before each line; raises a SyntaxError or ValueError as `compile` does."""
     tree = ast.parse(data, path)
     known = mark(tree)
     head = f"from {__name__} import Lines as {LINES}; {LINES}({path!r}, {(*sorted(known),)}, globals())"
@@ -118,7 +118,7 @@ def marked_code(data: bytes, path: str) -> CodeType:
 
 @lru_cache(maxsize=16)
 def marked_lines(data: bytes) -> Sequence[int]:
-    """Return the lines that run in the functions of a module, not those that run while it is loaded."""
+    """Return the lines in functions of a module, without lines that run while it is loaded."""
     return sorted(mark(ast.parse(data)))
 
 
@@ -137,7 +137,7 @@ class _Marks:
         self.lines: set[int] = set()
 
     def enter(self, node: ast.AST) -> None:
-        """Mark the functions within a node outside of functions."""
+        """Mark the functions in a node that is outside functions."""
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = self._block(node.body, None, None)
         else:
@@ -148,8 +148,8 @@ class _Marks:
         """Return a block of a function with marks.
 
         Args:
-            around: the node that it belongs to, with the line that has run last; None = a function.
-            loop: the loop that a `continue` in it continues.
+            around: the node that the block belongs to, whose line has just run; None = a function.
+            loop: the loop that a `continue` in the block continues.
         """
         made, latest = list[ast.stmt](), getattr(around, "lineno", 0)
         for each in body:
@@ -172,7 +172,7 @@ class _Marks:
                 made = self._block(block, node, node if turns else loop)
                 setattr(node, name, [*made, self._mark(node)] if turns else made)
         for each in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-            head = getattr(each, "pattern", each)  # of a case
+            head = getattr(each, "pattern", each)  # the head of a `case`
             each.body = [self._mark(head), *self._block(each.body, head, loop)]
 
     def _mark(self, node: Any) -> ast.stmt:
@@ -195,7 +195,7 @@ def located(text: str, place: Any) -> ast.stmt:
 
 
 def after_the_head(tree: ast.Module) -> int:
-    """Return the place after docstring and `from __future__` imports."""
+    """Return the index after the docstring and `from __future__` imports."""
     heads = [
         place
         for place, each in enumerate(tree.body)

@@ -1,9 +1,9 @@
-"""Values that outlive a program: for an online edit, or for the next run (retentive).
+"""Values that are kept when a program is edited online, or until its next run (retentive).
 
 An edit happens between two scans. As in a controller, the edited program is not prescanned and continues with
 the next scan.
 
-A file of retained tags is JSON: the program's name, and per tag its type and its value in the form of `Tags`.
+A file of retained tags is JSON: the program's name, and each tag's type and its value in the form of `Tags`.
 Reading it executes nothing.
 """
 
@@ -39,18 +39,18 @@ class Edit:
     now_ns: int  # virtual time of the previous scan
     kept: tuple[str, ...]  # tags with their old values
     new: tuple[str, ...]  # new tags, with initial values
-    changed: tuple[str, ...]  # tags of another type, with initial values
+    changed: tuple[str, ...]  # tags whose type has changed, with initial values
     dropped: tuple[str, ...]  # removed tags
     restated: tuple[str, ...] = ()  # `Fill.PRE 1000, not 2000`: kept, though the text gives another value
 
     @property
     def keeps(self) -> str:
-        """What keeps its value, in words."""
+        """Text that says how many tags keep their values."""
         return f"{len(self.kept)} tags keep their values"
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The tags that the edit concerns, by what happens to them."""
+        """The tags that the edit affects, grouped by what happens to them."""
         return (
             ("new", self.new),
             ("of another type", self.changed),
@@ -64,7 +64,7 @@ class Edit:
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
-    """Continue in a fresh engine from the state of another one, which is unchanged."""
+    """Continue in a fresh engine from the state of another engine, which does not change."""
     edit, before = planned(old, new.lowered), old.lowered.layout
     kept = _kept(before, new.lowered.layout)
     for leaf in kept:
@@ -99,12 +99,12 @@ def planned(old: Engine, new: LoweredProgram) -> Edit:
 
 
 def _kept(before: Layout, after: Layout) -> list[Leaf]:
-    """Return the values of an edited program that it takes over."""
+    """Return the leaves of an edited program whose values it takes over."""
     return [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
 
 
 def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
-    """Yield the values that are kept though the text gives another one now: `Fill.PRE 1000, not 2000`."""
+    """Yield the values that are kept although the text now gives another: `Fill.PRE 1000, not 2000`."""
     places = {leaf.path.upper() for leaf in kept}
     for (path, index), value in new.presets.items():
         if path.upper() not in places or old.lowered.presets.get((path, index), value) == value:
@@ -131,7 +131,7 @@ def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
 
 
 def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> None:
-    """Make periodic tasks that are new due at the next multiple of their rate."""
+    """Make new periodic tasks due at the next multiple of their rate."""
     for each in schedule.tasks:
         rate = each.task.rate_ns
         if rate and each.due.path not in kept:
@@ -142,12 +142,12 @@ def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> N
 
 
 def is_retained(layout: Layout, leaf: Leaf) -> bool:
-    """Whether a value is part of a tag, which retained tags have: no image, and nothing hidden."""
+    """Whether a value is retained: it is part of a tag, and neither an image nor hidden."""
     return leaf.slot is None and HIDDEN not in leaf.path and tag_in(leaf.path).upper() in layout.tags()
 
 
 def started_again(old: Engine, new: Engine) -> Engine:
-    """Give the values of tags to a fresh engine of the program, see `retain`; inputs are as they were."""
+    """Copy the values of tags and inputs to a fresh engine of the program, and return it."""
     layout = new.lowered.layout
     for leaf in layout.leaves.values():
         if is_retained(layout, leaf) or (leaf.is_input and new.memory.has(leaf)):
@@ -181,7 +181,7 @@ def retain(engine: Engine, text: str) -> list[str]:
 
 
 def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
-    """Set a tag; return the reason if the value does not fit."""
+    """Set a tag; return a sentence for each value that does not fit."""
     if kind != type_text(tag):
         return [f"{tag.name} is {type_text(tag)}, in the file {kind}"]
     before = engine.tags[tag.name]

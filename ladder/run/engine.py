@@ -31,7 +31,7 @@ class Engine:
     """Runs one lowered program on its own memory, with a compiled scan or the interpreter.
 
     Attributes:
-        scheduler: of a controller; None if a scan calls one routine.
+        scheduler: a controller's scheduler; None if a scan calls one routine.
         now_ns: virtual time of the last scan.
         compiled: the routine of each compiled function.
     """
@@ -95,7 +95,7 @@ class Engine:
             self._scan = usual
 
     def attach(self, scan: Any) -> None:
-        """Use a scan's images as memory; a ValueError if the rack lacks a slot that the program uses."""
+        """Use a scan's images as memory; raise a ValueError if the rack lacks a slot in use."""
         if scan is not self._rack:
             self.memory.attach(scan.slot, self.lowered.written_inputs)
             self._rack = scan
@@ -113,11 +113,11 @@ class Engine:
         self._do(now_ns, first=not self._started or self._prescanned)
 
     def prescan(self) -> None:
-        """Prescan, as program mode and back does: the next `step` is a first scan."""
+        """Prescan, as after a change to program mode and back: the next `step` is a first scan."""
         self._prescanned = True
         self.interpreter.prescan()
 
-    def _do(self, now_ns: int, first: bool) -> None:  # by position, as `_run`: a keyword costs a scan 1 %
+    def _do(self, now_ns: int, first: bool) -> None:  # by position, as `_run`: keywords cost 1 % of a scan
         self.now_ns = now_ns
         self.fault_log.new_scan(now_ns)
         try:
@@ -128,7 +128,7 @@ class Engine:
             raise LadderFault(site, "JSR", text, STACK_CODE) from None
         except Exception:
             raise
-        except BaseException as stop:  # the watchdog's, or Ctrl-C
+        except BaseException as stop:  # from the watchdog or Ctrl-C
             if place := whereabouts(stop.__traceback__, self.compiled):
                 stop.add_note(place)
             raise
@@ -165,7 +165,7 @@ class Engine:
         self.memory.write(self._first_scan, 0, False)
 
     def _put_outputs(self) -> None:
-        """Give the output images of the rack their first values."""
+        """Set the output images of the rack to their initial values."""
         slots = getattr(self._rack, "slot", {})
         for number, data in self.lowered.outputs.items():
             if number in slots:
@@ -187,7 +187,7 @@ class Engine:
         return answer if isinstance(answer, tuple) else (answer,)
 
     def tags_of(self, program: str) -> Tags:
-        """Return the tags as a program names them, "" for the controller."""
+        """Return a view of the tags with the names that are valid in a program, "" for the controller."""
         if not program:
             return self.tags
         known = self._program_tags.get(program)

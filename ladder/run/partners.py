@@ -1,11 +1,11 @@
 """Data from outside: consumed tags before a scan, and the replies of messages.
 
-    producer   5 5 5 5 7 7 7 7 7 9         a consumed tag gets a sample at each multiple of the RPI,
-    RPI        |       |       |            before the first scan from there on
+    producer   5 5 5 5 7 7 7 7 7 9         a consumed tag gets a sample for each multiple of the RPI,
+    RPI        |       |       |            before the first scan at or after it
     consumer   5       5       7
 
-A member of type CONNECTION_STATUS has RunMode of the producer, and ConnectionFaulted; the data of a broken
-connection stay as they are [1756-PM011, "Produced and Consumed Tags"].
+A member of type CONNECTION_STATUS has the producer's RunMode, and ConnectionFaulted. The data of a broken
+connection do not change [1756-PM011, "Produced and Consumed Tags"].
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Connection:
 
 
 def take(tags: Tags, tag: str, status: str, sample: Sample) -> None:
-    """Set a tag to a sample; a ValueError if the value does not fit."""
+    """Set a tag to a sample; raise a ValueError if the value does not fit."""
     if sample.value is not None and not sample.faulted:
         put(tags, tag, sample.value)
     if status:
@@ -58,7 +58,7 @@ def take(tags: Tags, tag: str, status: str, sample: Sample) -> None:
 
 
 def put(tags: Tags, tag: str, value: Any) -> None:
-    """Set a tag; a list also sets the elements from one on, a single value the first element of an array."""
+    """Set a tag; a list can set elements from one on, and a single value sets an array's first element."""
     if isinstance(value, list) and tag.endswith("]"):
         name, _, subscript = tag[:-1].rpartition("[")
         if subscript.isdecimal():
@@ -73,7 +73,7 @@ def put(tags: Tags, tag: str, value: Any) -> None:
 def connect(
     lowered: LoweredProgram, stubs: Mapping[str, Stub], remotes: Mapping[str, Remote]
 ) -> Iterator[Problem]:
-    """Connect consumed tags and replies, before there is memory; yield what can't be connected."""
+    """Connect consumed tags and replies before the memory exists; yield what can't be connected."""
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     for name, stub in stubs.items():
         try:
@@ -101,7 +101,7 @@ def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, r
 
 
 def wrong_values(lowered: LoweredProgram, memory: Memory) -> Iterator[Problem]:
-    """Yield the partners whose first value does not fit; the memory is as before."""
+    """Yield problems of partners whose first value does not fit; the memory does not change."""
     tags = Tags(lowered, memory)
     given = [(each.tag, each.sampler) for each in lowered.connections]
     for tag, sampler in (*given, *lowered.replies.values()):
@@ -124,7 +124,7 @@ def receive(lowered: LoweredProgram, memory: Memory, path: str, now_ns: int) -> 
 
 
 def updates_of(lowered: LoweredProgram) -> tuple[Callable[[Any, bool], None], ...]:
-    """Return the function that fills consumed tags before a scan; none without them."""
+    """Return the function that fills consumed tags before a scan; empty without consumed tags."""
 
     def update(engine: Any, _first: bool) -> None:
         for each in lowered.connections:

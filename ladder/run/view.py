@@ -15,8 +15,8 @@ class Tags:
     """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
 
     Values are bool, int, float, a str for a STRING, a list per dimension of an array, a dict of a structure's
-    members. Setting a list or dict sets only its parts. Case does not matter. Tags of `program` precede the
-    controller's.
+    members. Setting a list or dict sets only its parts. Names ignore case. Tags of `program` hide the
+    controller's tags.
     """
 
     __slots__ = ("_known", "_lowered", "_memory", "_resolver")
@@ -64,7 +64,7 @@ class Tags:
         return f"Tags({', '.join(self)})"
 
     def where(self, name: str) -> Place | Group:
-        """Return what a name means, or raise a ValueError."""
+        """Return the place or group that a name means, or raise a ValueError."""
         found: Place | Group = self._resolver.named(name)
         return found
 

@@ -1,4 +1,4 @@
-"""The position in a program from a traceback: the watchdog and Ctrl-C stop it at any point."""
+"""Finds the position in a program from a traceback: the watchdog and Ctrl-C stop it at any point."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Compiled = Mapping[CodeType, LoweredRoutine]
 
 
 def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
-    """Return task, routine, and rung or line of a traceback's innermost call; "" outside of a program."""
+    """Return task, routine, and rung or line of a traceback's innermost call; "" outside a program."""
     task: str | None = None
     routine: LoweredRoutine | None = None
     line: LoweredLine | None = None

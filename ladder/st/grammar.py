@@ -17,7 +17,7 @@
     primary    = number | string | target | name "(" expression ")" | "(" expression ")"
 
 Precedence of operators [1756-PM007]: (), functions, **, unary -, NOT, * / MOD, + -, < <= > >=, = <>, & AND,
-XOR, OR; those of one level from left to right.
+XOR, OR; operators of the same level from left to right.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ _TERMINALS = {
     **{name: re.escape(sign) for name, sign in _SIGNS.items() if len(sign) == 1},
 }
 TERMINAL = re.compile("|".join(f"(?P<{name}>{each})" for name, each in _TERMINALS.items()), re.IGNORECASE)
-"""One terminal; the first that matches counts."""
+"""A terminal: the first alternative that matches."""
 
 BINDING: Mapping[str, int] = {
     "OR": 1,
@@ -97,7 +97,7 @@ BINDING: Mapping[str, int] = {
     **dict.fromkeys(("TIMES", "MOD"), 7),
     "POWER": 9,
 }
-"""How tight operators bind; unary minus and NOT are at `UNARY`."""
+"""Precedence of operators, the highest binds first; unary minus and NOT have `UNARY`."""
 
 UNARY = 8
 
@@ -119,7 +119,7 @@ TERMS: Mapping[str, str] = {
     "END_REGION": "#endregion",
     END: "the end",
 }
-"""Names of terminals in messages, keywords apart."""
+"""Names of terminals in messages, except keywords."""
 
 OPERATORS = frozenset(BINDING)
 """Terminals named "an operator" in messages."""

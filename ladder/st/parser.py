@@ -1,8 +1,8 @@
 """The parser of structured text; `str()` of statements is their text again.
 
-Comments are cut out first. So are the marks of regions that do not nest with the statements, as Studio 5000
-allows: they become comments. A comment that begins after a statement on the same line belongs to that
-statement, any other to the next statement. After the last statement of a block it gets an empty statement.
+Comments are removed first. So are the marks of regions that do not nest with statements, which Studio 5000
+allows: these marks become comments. A comment that begins after a statement on the same line belongs to that
+statement, any other to the next statement. After the last statement of a block, it gets an empty statement.
 `syntax` reads the rest.
 """
 
@@ -45,7 +45,7 @@ _SKIPPED = re.compile(
     r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
     re.DOTALL | re.IGNORECASE,
 )
-"""Comments, and strings, closed or not, which may contain comment signs."""
+"""Comments, and strings, which may contain comment signs; both may be unclosed."""
 
 _INSIDE: Mapping[str, Callable[[str], str]] = {
     "line": lambda comment: comment[2:],
@@ -75,11 +75,11 @@ def parse_statements(
     Args:
         file: its file, for messages.
         line: number of its first line there.
-        lines: numbers of all its lines there, if they are not consecutive.
+        lines: numbers of all its lines in that file, if they are not consecutive.
         specs: the available instructions, by name in capitals.
 
     Raises:
-        RungTextError: a syntax error; where, and what was expected.
+        RungTextError: a syntax error; the message says where, and what was expected.
     """
     numbers = lines or range(line, line + text.count("\n") + 1)
     try:
@@ -244,7 +244,7 @@ class _Reader:
         return "\n".join(found)
 
     def _comment_after(self, end: int) -> str:
-        """Return the comments that begin on a statement's line."""
+        """Remove and return the comments that follow a statement on its line."""
         found = []
         while self._comments:
             between = self._text[end : self._comments[-1].start]

@@ -1,7 +1,7 @@
 """Recursive descent over structured text without comments, see `grammar`.
 
-Statements become trees of marks, operands and further trees; expressions become operands at once. Each test
-of the next terminal is noted, so that a message names all that could stand there.
+Statements become trees of marks, operands and other trees; expressions become operands at once. Each test
+of the next terminal is noted, so that a message lists everything that is allowed there.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..model.tree import (
 from .grammar import BINDING, END, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMINAL, TERMS, UNARY
 
 MOST_OPEN = LEVELS * 3 // 2
-"""Maximum brackets and operators around an operand; fewer may be too many levels, too."""
+"""Maximum brackets and operators around an operand; the limit of levels may be reached earlier."""
 
 TOO_MANY_LEVELS = f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts"
 
@@ -63,14 +63,14 @@ class Node:
 
 
 class MisplacedError(Exception):
-    """An error at a place of the text; `found` None is what stands there."""
+    """An error at a place in the text; `found` None means the text at that place."""
 
     def __init__(self, at: int, expected: str, found: str | None = None) -> None:
         self.at, self.expected, self.found = at, expected, found
 
 
 def marks_of(text: str) -> list[Mark]:
-    """Return the terminals of a text; the last is its end, or of no type if the text is wrong there."""
+    """Return the terminals of a text; the last is its end, or has no type if no terminal is valid there."""
     found: list[Mark] = []
     at = 0
     while at < len(text):
@@ -85,15 +85,15 @@ def marks_of(text: str) -> list[Mark]:
 
 
 class Syntax:
-    """Reads the statements of one text; a MisplacedError where it is none."""
+    """Reads the statements of one text; raises a MisplacedError at an error."""
 
     def __init__(self, text: str) -> None:
         self._marks = marks_of(text)
         self._place = 0
-        self._tried: set[str] = set()  # terminals that were looked for at the place
-        self._open = 0  # brackets and operators before an operand, around the place
-        self._blocks = 0  # blocks around the place
-        self._begin = 0  # where the expression belongs that is being read
+        self._tried: set[str] = set()  # terminals that were tried at the current place
+        self._open = 0  # brackets and operators around the current operand
+        self._blocks = 0  # blocks around the current place
+        self._begin = 0  # start of the statement or UNTIL whose expression is being read
 
     def whole(self) -> list[Node]:
         """Read all statements."""
@@ -104,12 +104,12 @@ class Syntax:
     # --- marks
 
     def _next(self, *kinds: str) -> bool:
-        """Whether one of these terminals is next."""
+        """Note terminals as tried; return whether one of them is next."""
         self._tried.update(kinds)
         return self._marks[self._place].type in kinds
 
     def _step(self) -> Mark:
-        """Pass the next mark."""
+        """Return the next mark and move past it."""
         mark = self._marks[self._place]
         self._place += 1
         self._tried.clear()
@@ -124,7 +124,7 @@ class Syntax:
         return found
 
     def _take(self, *kinds: str) -> Mark:
-        """Pass one of these terminals; it must be there."""
+        """Return one of these terminals and move past it; raise a MisplacedError if none is next."""
         if not self._next(*kinds):
             self._fail()
         return self._step()
@@ -138,7 +138,7 @@ class Syntax:
     # --- statements
 
     def _block(self) -> list[Node]:
-        """Read statements up to what is none."""
+        """Read statements up to something else."""
         found = []
         self._blocks += 1
         while self._next(*STATEMENTS):
@@ -173,7 +173,7 @@ class Syntax:
             if self._next("COMMA", "RPAR"):
                 found.append(Address(""))  # omitted, as in GSV(WallClockTime,,DateTime,Now)
             elif self._next("PERCENT"):
-                found.append(Address(str(self._step())))  # a word of a motion instruction: `%ofTime`
+                found.append(Address(str(self._step())))  # a keyword of a motion instruction: `%ofTime`
             else:
                 found.append(self._expression())
         return found
@@ -257,7 +257,7 @@ class Syntax:
         return left
 
     def _unary(self, *, power: bool) -> Operand:
-        """Read an operand with the operators before it; an exponent has minus signs only."""
+        """Read an operand with the operators before it; an exponent may only have minus signs."""
         if not power and self._skip("NOT"):
             return Operation("NOT", (self._inner(UNARY),))
         if not self._skip("MINUS"):
@@ -269,7 +269,7 @@ class Syntax:
         return Operation("NEG", (operand,))
 
     def _inner(self, binding: int = 0) -> Operand:
-        """Read an expression inside of another one."""
+        """Read an expression inside another."""
         self._open += 1
         if self._open > MOST_OPEN:
             raise MisplacedError(self._begin, *TOO_MANY_LEVELS)
@@ -344,7 +344,7 @@ def _characters(mark: Mark) -> Characters:
 
 
 def expected(terminals: set[str]) -> str:
-    """Return what could stand somewhere, as words."""
+    """Return the allowed terminals as text for a message."""
     names = set(terminals)
     words: list[str] = []
     for word, group, sign in (

@@ -1,11 +1,13 @@
-"""String instructions on characters, for both back ends: minor faults are recorded, None changes nothing.
+"""String instructions on characters, for both back ends.
+
+They record minor faults; a result of None leaves the destination unchanged.
 
 | code | fault |
 |---|---|
-| 4/51 | LEN is above the size of DATA; the result is longer than the destination and is cut off |
+| 4/51 | LEN is above the size of DATA; the result is longer than the destination and is truncated |
 | 4/52 | the string of a number is longer than the destination |
 | 4/53 | the number in a string does not fit its destination |
-| 4/56 | a start or a quantity is not inside of the string |
+| 4/56 | a start or a quantity is outside the string |
 """
 
 from __future__ import annotations
@@ -53,7 +55,7 @@ def store_string(
 
 
 def fits(faults: FaultLog, site: int, name: str, value: bytes, room: int, code: int) -> bool:
-    """Whether to store a result, perhaps cut off: a fault says what does not fit."""
+    """Record a fault if a result does not fit; return whether to store it, truncated if necessary."""
     if size(value) <= room:
         return True
     faults.record(site, f"{size(value)!r} characters do not fit {name}, {room} do", code)
@@ -61,7 +63,7 @@ def fits(faults: FaultLog, site: int, name: str, value: bytes, room: int, code: 
 
 
 def size(text: bytes) -> int:
-    """Return the number of characters; of a text in a proof a term, which `len` refuses."""
+    """Return the number of characters; in a proof this is a term, which `len` would not accept."""
     return text.__len__()
 
 
@@ -69,12 +71,12 @@ def size(text: bytes) -> int:
 
 
 def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
-    """Return both."""
+    """Return one string followed by another."""
     return a + b
 
 
 def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int) -> bytes | None:
-    """Return a string with another at a start from 1."""
+    """Return a string with another inserted at a position, counted from 1."""
     if not 1 <= start <= size(into) + 1:
         _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(into) + 1!r}")
         return None
@@ -85,14 +87,14 @@ def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int
 
 
 def mid(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
-    """Return `count` characters from a start from 1."""
+    """Return `count` characters from a position on, counted from 1."""
     if not _is_part(faults, site, text, count, start):
         return None
     return text[start - 1 : start - 1 + count]
 
 
 def delete(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
-    """Return a string without these characters."""
+    """Return a string without `count` characters from a position on, counted from 1."""
     if not _is_part(faults, site, text, count, start):
         return None
     return text[: start - 1] + text[start - 1 + count :]
@@ -111,11 +113,11 @@ def _misplaced(faults: FaultLog, site: int, text: str) -> None:
     faults.record(site, text, STRING_PLACE_CODE)
 
 
-# --- FIND: where a string lies in another, 0 if it does not
+# --- FIND: the position of a string in another, 0 if it is not there
 
 
 def find(faults: FaultLog, site: int, text: bytes, searched: bytes, start: int) -> int | None:
-    """Return the place of a string in another, from 1; 0 if it is not in it from the start on."""
+    """Return the position, from 1, of a string in another from `start` on; 0 if it is not there."""
     if not 1 <= start <= size(text):
         _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
         return None
@@ -126,12 +128,12 @@ def find(faults: FaultLog, site: int, text: bytes, searched: bytes, start: int) 
 
 
 def upper(_faults: FaultLog, _site: int, text: bytes) -> bytes:
-    """Return capitals."""
+    """Return a string in capitals."""
     return text.upper()
 
 
 def lower(_faults: FaultLog, _site: int, text: bytes) -> bytes:
-    """Return small letters."""
+    """Return a string in lowercase."""
     return text.lower()
 
 
@@ -167,12 +169,12 @@ def real_text(value: float) -> str:
 
 
 def stod(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) -> int | float | None:
-    """Return the first integer as a value of a type; None of an empty string."""
+    """Return the first integer as a value of a type; None for an empty string."""
     return _number(faults, site, _WHOLE, text, kind, name)
 
 
 def stor(faults: FaultLog, site: int, text: bytes, kind: Elementary, name: str) -> int | float | None:
-    """Return the first decimal number as a value of a type; None of an empty string."""
+    """Return the first decimal number as a value of a type; None for an empty string."""
     return _number(faults, site, _DECIMAL, text, kind, name)
 
 

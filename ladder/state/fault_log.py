@@ -40,7 +40,7 @@ class FaultLog:
         self.overflows = 0  # overflows and zero divisors so far
         self._jumps = 0
         self.depth = 0  # nested calls of recursive routines
-        self.checked: set[int] = set()  # the ASSERTs that were reached so far
+        self.checked: set[int] = set()  # sites of the ASSERTs that were reached so far
         self._lowered, self._memory = lowered, memory
         self._recorded: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
@@ -73,12 +73,12 @@ class FaultLog:
         self.overflow(site, "the divisor is 0")
 
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
-        """Fault: a subscript or a bit number is out of range."""
+        """Raise a fault: a subscript or a bit number is out of range."""
         text = f"subscript {index} is out of range; must be 0 to {length - 1}"
         raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int, times: int = 1) -> None:
-        """Count a backward jump; fault if there are too many: a count, so that a run can be repeated."""
+        """Count backward jumps; fault if there are too many. A count, unlike time, makes runs repeatable."""
         self._jumps += times
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
@@ -92,12 +92,12 @@ class FaultLog:
         return MOST_JUMPS - self._jumps
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
-        """Fault: LEN or POS of a CONTROL is negative."""
+        """Raise a fault: LEN or POS of a CONTROL is negative."""
         text = f"LEN is {length}, POS is {position}; neither may be negative"
         raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
 
     def called(self, site: int) -> None:
-        """Count a call of a recursive routine; fault if they nest too deep."""
+        """Count a call of a recursive routine; fault if they nest too deeply."""
         self.depth += 1
         if self.depth > MOST_RECURSION:
             at = self._lowered.sites[site]
@@ -120,6 +120,6 @@ class FaultLog:
             raise fault
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
-        """Fault: PRE or ACC of a timer is negative."""
+        """Raise a fault: PRE or ACC of a timer is negative."""
         text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
         raise LadderFault(self._lowered.sites[site], tag, text, TIMER_CODE)

@@ -1,4 +1,4 @@
-"""Initial values of tags of bytes, set by a table of each type instead of path by path."""
+"""Sets the initial values of tags in bytes, with a table per type instead of path by path."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Place:
 
 
 def load_bytes(tag: TagBytes, kind: DataType, dims: tuple[int, ...], value: Any) -> bool:
-    """Set the values of a tag in the form of `Memory.load`; False if one is unusual or does not fit."""
+    """Set a tag's values, given as for `Memory.load`; return False if one is unusual or does not fit."""
     try:
         _load(tag, kind, dims, 0, value)
     except (ValueError, LookupError, TypeError, AttributeError):
@@ -34,7 +34,7 @@ def load_bytes(tag: TagBytes, kind: DataType, dims: tuple[int, ...], value: Any)
 
 
 def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
-    """Set what begins at a bit."""
+    """Set the values that begin at a bit."""
     if dims:
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > dims[0]:
             raise ValueError
@@ -67,7 +67,7 @@ def _fitting(kind: Elementary, value: Any) -> Any:
 
 @lru_cache(maxsize=1024)
 def _places(kind: Structure) -> Mapping[str, _Place]:
-    """Return the members of a structure by name; without those at an element."""
+    """Return the members of a structure by name, except members that name an array element."""
     own = members_at(kind)
     found = {each.name: _Place(each.type, each.dims, 8 * byte + (bit or 0)) for each, byte, bit in own}
     parts = byte_parts(kind)

@@ -25,11 +25,11 @@ from ..model.tree import Address
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of
 
 MOST_ALIASES = 20
-"""Aliases one after the other."""
+"""Maximum chained aliases."""
 
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 _HOST = "ZZZZZZZZZZ"
-"""Start of the name of a byte that hosts BOOLs, as Logix Designer gives it."""
+"""Prefix of the name of a byte that hosts BOOLs, as in Logix Designer."""
 
 Places = Mapping[str, tuple[int, int | None]]
 """Byte and bit of members by name, in capitals."""
@@ -49,7 +49,7 @@ def _listed(layout: Layout) -> Iterator[ListedTag]:
 
 
 def _aliases(layout: Layout) -> Iterator[ListedAlias]:
-    """Yield the aliases whose address is always the same; their targets are no aliases."""
+    """Yield the aliases with a constant address; their targets are not aliases."""
     for each in layout.declarations.values():
         if isinstance(each, Alias) and each.type is None:
             program, target = program_of(each.name), _without_aliases(layout, each)
@@ -70,7 +70,7 @@ def _without_aliases(layout: Layout, alias: Alias) -> str | None:
         elif isinstance(found, Tag):
             return str(Address(found.name, target.steps))
         else:
-            return str(target) if found is None else None  # of a module
+            return str(target) if found is None else None  # an address of a module
     return None
 
 
@@ -105,7 +105,7 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
 
 
 def _second_name(kind: Structure, member: Member, places: Places) -> Part:
-    """Return a member that names a part of another one: a packed bit, `Delay.PRE`."""
+    """Return a member that names a part of another member, such as a packed bit or `Delay.PRE`."""
     packed = _PACKED.fullmatch(member.at)
     if packed:
         offset, _ = places[packed["host"].upper()]
@@ -120,7 +120,7 @@ def _second_name(kind: Structure, member: Member, places: Places) -> Part:
 
 
 def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[int, int]]:
-    """Yield the byte of each LEN of a STRING in one element, and the characters that the STRING holds."""
+    """Yield, for each STRING in one element, the byte of its LEN and its maximum number of characters."""
     if not isinstance(kind, Structure):
         return
     if kind.is_string:

@@ -23,15 +23,15 @@ from ..model.tree import Address, Operand, Origin
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Operands of JSR: the routine in capitals, its arguments, the tags of its results."""
+    """Operands of JSR: the routine in capitals, its arguments, the tags for its results."""
 
     routine: str
-    inputs: tuple[Resolved, ...]  # a structure or an array is a `Group`, which goes by value as bytes
+    inputs: tuple[Resolved, ...]  # a structure or an array is a `Group`, passed by value as bytes
     returns: tuple[Place | Group, ...]
 
 
 class _BreakResult(tuple[Any, ...]):
-    """Return value of a routine left by BRK; FOR compares the identity."""
+    """Return value of a routine left by BRK; FOR recognizes it by identity."""
 
     __slots__ = ()
 
@@ -41,7 +41,7 @@ BROKEN = _BreakResult()
 
 
 class OperandResolver(Protocol):
-    """Resolves operands for `Spec.resolve`; raises an OperandError for one of another kind."""
+    """Resolves operands for `Spec.resolve`; raises an OperandError for an operand that does not fit."""
 
     def named(self, routine: str) -> str:
         """Return the full name in capitals of a callable routine."""
@@ -50,7 +50,7 @@ class OperandResolver(Protocol):
         """Return a tag with bytes; for the first member of a structure, the structure."""
 
     def value(self, operand: Operand) -> Resolved:
-        """Return an operand with one value."""
+        """Return an operand that is a single value."""
 
     def target(self, operand: Operand) -> Place:
         """Return a writable tag, not an input."""
@@ -152,7 +152,7 @@ class LoweredLine:
 
     @cached_property
     def all_steps(self) -> tuple[LoweredStep, ...]:
-        """The same with the copies of add-on parameters."""
+        """Its instructions in order of execution, with the copies of add-on parameters."""
         return tuple(steps_of(self.nodes))
 
 
@@ -173,7 +173,7 @@ class Arms:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """CASE: the body of the first choice with the value of the selector."""
+    """CASE: the body of the first choice that includes the selector's value."""
 
     line: LoweredLine  # the selector
     width: int  # of selector and labels in comparisons, see `operands.width_of`
@@ -186,10 +186,10 @@ class Loop:
     """FOR, WHILE or REPEAT."""
 
     start: LoweredLine | None  # runs once before
-    test: LoweredLine | None  # condition of the next pass, before it; None = true
+    test: LoweredLine | None  # condition before each pass; None = true
     body: Body
     advance: LoweredLine | None  # runs after a pass
-    until: LoweredLine | None  # condition of the end, after a pass; None = false
+    until: LoweredLine | None  # condition after each pass that ends the loop; None = false
 
     @property
     def condition(self) -> LoweredLine:
@@ -210,9 +210,9 @@ Body = tuple[Act | Arms | Selection | Loop, ...]
 
 @dataclass(eq=False, slots=True)
 class ChartNode:
-    """A step or stop of a chart; `bits` are the members of its tag, hidden ones included."""
+    """A step or stop of a chart; `bits` are the members of its tag, including hidden ones."""
 
-    index: int  # a number for its name, not 0
+    index: int  # a number above 0 for its name
     number: int  # of the element
     name: str
     bits: Mapping[str, Place]
@@ -225,13 +225,13 @@ class ChartNode:
 class ChartAction:
     """An action of a step, with the members of its tag."""
 
-    index: int  # a number for the names of step and action, not 0
+    index: int  # a number above 0 for the names of step and action
     number: int  # of the element
     name: str
     qualifier: Qualifier
     bits: Mapping[str, Place]
     tag: Group
-    body: str | None  # the routine of its body in capitals, None of a Boolean action and of R
+    body: str | None  # the routine of its body in capitals, None for a Boolean action or R
     node: ChartNode
     resets: tuple[ChartAction, ...] = ()  # what R ends: the other actions with its tag
 
@@ -250,7 +250,7 @@ class ChartTransition:
     sources: tuple[ChartNode, ...]
     targets: tuple[ChartNode, ...]
     place: Place
-    condition: Resolved | None = None  # what its tag is set to
+    condition: Resolved | None = None  # the value of its tag
     text: str = ""  # its condition as written
 
 
@@ -283,7 +283,7 @@ class LoweredRoutine:
     """A routine, ready to run."""
 
     name: str
-    lines: tuple[LoweredLine, ...]  # its rungs; of structured text all lines in text order
+    lines: tuple[LoweredLine, ...]  # its rungs; for structured text, all lines in text order
     labels: Mapping[str, int]  # rung number by label in capitals
     parameters: tuple[Place | Group, ...] | None  # tags of SBR, None without SBR
     body: Body | None = None  # its statements; None in a routine of rungs
@@ -342,9 +342,9 @@ class LoweredProgram:
     charts: dict[str, LoweredChart] = field(default_factory=dict)  # by routine in capitals
     chart_options: ChartOptions = DEFAULT_OPTIONS
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
-    outputs: Mapping[int, bytes] = field(default_factory=dict)  # first values of output images, by slot
-    resume: Callable[[Any], None] | None = None  # sets hidden state of an engine in place of prescan
-    monitors: tuple[str, ...] = ()  # routines after each scan of a proof, in capitals
+    outputs: Mapping[int, bytes] = field(default_factory=dict)  # initial values of output images, by slot
+    resume: Callable[[Any], None] | None = None  # sets hidden state of an engine instead of prescan
+    monitors: tuple[str, ...] = ()  # routines that run after each scan of a proof, in capitals
 
     @property
     def ideal_names(self) -> tuple[str, ...]:
@@ -376,7 +376,7 @@ class LoweredProgram:
 
 
 def parameters_of(step: LoweredStep) -> tuple[Sequence[Resolved], Sequence[Place | Group]]:
-    """Return what JSR, SBR or RET passes to a routine or out of it, and the tags that receive something."""
+    """Return the values that JSR, SBR or RET passes, and the tags that receive values."""
     if step.name == "JSR":
         call: Call = step.operands[0]
         return call.inputs, call.returns

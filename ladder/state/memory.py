@@ -1,7 +1,7 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
-A cell is a cell of a Python closure: a variable of the compiled program, `cell_contents` for others. An array
-is one constant list; an image is its words of the rack; a tag of bytes is a `TagBytes`.
+A cell is a cell of a Python closure: a variable to the compiled program, `cell_contents` to others. An array
+is a list that is never replaced; an image is the rack's own words; a tag in bytes is a `TagBytes`.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(slots=True)
 class _InputCopy:
-    """An input image that the program writes: its copy, the rack's image and the latest one copied."""
+    """An input image that the program writes: its copy, the rack's image and the latest image copied."""
 
     own: memoryview
     rack: memoryview
@@ -59,7 +59,7 @@ class Memory:
         self._copied: list[_InputCopy] = []
         self._attached = False
         self._faults = layout.faults
-        self._lists: dict[str, Any] = dict(layout.lists)  # and bytes
+        self._lists: dict[str, Any] = dict(layout.lists)  # lists and bytes by identifier
         self._lists |= {ident: TagBytes(kind, count) for ident, kind, count in layout.byte_tags}
         for ident, values in self._lists.items():
             self.cells[ident] = CellType(values)
@@ -95,7 +95,7 @@ class Memory:
         return other
 
     def put_outputs(self, first: Mapping[int, bytes]) -> None:
-        """Give own output images their first values, by slot."""
+        """Set the memory's own output images to initial values, by slot."""
         for leaf, image in self._own.items():
             data = first.get(leaf.slot) if leaf.output and leaf.slot is not None else None
             if data:
@@ -103,7 +103,7 @@ class Memory:
                 image.raw[:count] = data[:count]
 
     def _load_bytes(self, tag: Tag) -> bool:
-        """Set the initial value of a tag of bytes at once; False if that is impossible."""
+        """Set the initial value of a tag in bytes at once; return False if that is impossible."""
         name = tag.name.upper()
         rest = self.layout.rests.get(name)
         if rest is not None and self._starts_with_something(tag.type):
@@ -137,7 +137,7 @@ class Memory:
         """Whether a member has an initial value, at any depth."""
         if isinstance(kind, Elementary):
             return False
-        known = self._with_initials.get(id(kind))  # equal types may have other initial values
+        known = self._with_initials.get(id(kind))  # equal types may have different initial values
         if known is None:
             known = kind.name.upper() in self._defaults or any(
                 each.initial is not None or self._starts_with_something(each.type) for each in kind.members
@@ -163,7 +163,7 @@ class Memory:
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
 
     def reader(self, leaf: Leaf, index: int = 0) -> Callable[[], Value]:
-        """Return a function that reads a value, for who reads it in each scan."""
+        """Return a function that reads a value, for readers in each scan."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
@@ -175,7 +175,7 @@ class Memory:
         return (lambda: cell.cell_contents[index]) if leaf.dims else (lambda: cell.cell_contents)
 
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
-        """Return values of an array that are side by side."""
+        """Return adjacent values of an array."""
         cell = self.cells.get(leaf.ident)
         if cell is not None:
             return list(cell.cell_contents[begin : begin + count])
@@ -247,7 +247,7 @@ class Memory:
     def attach(self, slots: Mapping[int, Any], written: Container[str] = ()) -> None:
         """Use the images of a rack's slots as memory, or raise a ValueError for a missing slot.
 
-        Inputs that the program writes are copies: the rack's inputs are recorded as the modules' own; see
+        Inputs that the program writes are copies, so that recordings have the modules' own inputs; see
         `take_inputs`.
         """
         for leaf in (*self.layout.images, *self.layout.faults):
@@ -300,7 +300,7 @@ class Memory:
     # --- whole values, for people
 
     def dump(self, path: str, kind: DataType, dims: tuple[int, ...], at: int = 0) -> Any:
-        """Return a value for people: a list per dimension, a dict of members, a str of a STRING."""
+        """Return a value for people: a list per dimension, a dict of members, a str for a STRING."""
         if dims:
             length, inner = dims[0], dims[1:]
             if not inner and isinstance(kind, Elementary):
@@ -335,7 +335,7 @@ class Memory:
         self.write(leaf, there.index, word | mask if on else word & ~mask)
 
     def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
-        """Set a value in the form of `dump`, missing parts unchanged; a ValueError if it does not fit."""
+        """Set a value in the form of `dump`, except missing parts; raise a ValueError if it does not fit."""
         if dims:
             self._load_array(path, kind, dims, at, value)
         elif isinstance(kind, Elementary):
@@ -381,7 +381,7 @@ Column = tuple[list[Any], slice]
 """A list, and equidistant places in it."""
 
 BytesAt = tuple[TagBytes, int]
-"""A tag of bytes, and a byte in it."""
+"""A tag in bytes, and the number of a byte in it."""
 
 
 def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
@@ -410,7 +410,7 @@ class Store(Protocol):
         """Return the places of every `step`th value of a leaf, None if they must be accessed singly."""
 
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
-        """Return the place of a value in bytes, None if it has none or is accessed singly."""
+        """Return the place of a value in bytes, None if it is not in bytes or is accessed singly."""
 
 
 class CompiledAddOnStore:
@@ -464,7 +464,7 @@ class InterpretedAddOnStore:
     """An argument of an interpreted add-on instruction, as a store for its own leaves.
 
     Attributes:
-        path: of the instance or the argument in the program.
+        path: path of the instance or the argument in the program.
         first: flat index in that path.
         left: elements from there to the end of the array.
         bit: bit of an integer; None for whole values.
@@ -559,7 +559,7 @@ def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) 
 
 
 def checked(name: str, kind: Elementary, value: object) -> Value:
-    """Return a value as a tag's type stores it; a ValueError if it is of another kind or out of range."""
+    """Return a value as a tag's type stores it; raise a ValueError for a wrong type or range."""
     if kind.is_bool:
         if value in (0, 1) and isinstance(value, int):
             return bool(value)
@@ -576,7 +576,7 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two values of memory, or lists or tuples of such, are equal; NaN equals NaN."""
+    """Whether two values of memory, or lists or tuples of them, are equal; NaN equals NaN."""
     if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):

@@ -1,4 +1,4 @@
-"""What a member with `at` names: another member, an element or a bit of the same structure."""
+"""The parts that members with `at` name: another member, an element or a bit of the same structure."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class ArrayRegion:
     parts: tuple[FieldSlice, ...]  # fields of an element
     indices: tuple[Resolved, ...]  # subscripts of the first element
     dims: tuple[int, ...]  # the dimension of each subscript
-    rest: int  # number of elements per settled subscript
+    rest: int  # number of elements per step of the last subscript
     array: int  # number of elements of the array; 1 for a single tag
     text: str
     root: str = ""  # in an add-on instruction its `Leaf.root`; "" in a program
@@ -57,12 +57,12 @@ class ArrayRegion:
         return max(0, store.left - first) if self.whole else self.fixed_left(first)
 
     def fixed_left(self, first: int) -> int:
-        """Return the same for a region other than a whole InOut."""
+        """Return the number of elements from `first` to the end, for a region other than a whole InOut."""
         return self.array - first % self.array
 
 
 def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
-    """Return the region that starts at an operand; `extent`: with the first of its parts only."""
+    """Return the region that starts at an operand; with `extent`, only with its first part."""
     assert isinstance(resolved, (Place, Group))
     rest = () if isinstance(resolved, Place) else resolved.dims
     kind: DataType = resolved.type
@@ -122,7 +122,7 @@ def copy(source: End, target: End, length: int) -> None:
 
 
 def fill(target: End, length: int, value: Value) -> None:
-    """Set elements, up to the end of the array; members of a structure each get the value, bits its truth."""
+    """Set elements, up to the end of the array; each member of a structure gets the value, converted."""
     store, region, first = target
     count = min(length, region.left(first, store))
     place = _bytes_of(store, region, first) if count > 0 else None
@@ -159,7 +159,7 @@ _MOST_FILLINGS = 8
 
 
 def _bytes_of(store: Store, region: ArrayRegion, first: int) -> BytesAt | None:
-    """Return the bytes of a region from an element on; None if it has none. An array of BOOL is no region."""
+    """Return the bytes of a region from an element on; None if it is not in bytes, or an array of BOOL."""
     part = region.parts[0]
     if isinstance(region.type, Elementary) and region.type.is_bool:
         return None
@@ -268,7 +268,7 @@ MOST_COPIED_SINGLY = 40
 
 
 def copied_singly(operands: Sequence[object]) -> bool:
-    """Whether source, target and length of a copy are one structure that is copied value by value."""
+    """Whether a copy with these operands copies one structure value by value."""
     if len(operands) != 3:
         return False
     source, target, length = operands

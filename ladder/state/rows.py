@@ -25,14 +25,14 @@ def copy_row(goal: Any, at: int, origin: Any, first: int, count: int) -> None:
 def move_down(
     faults: FaultLog, site: int, tag: str, row: Any, at: int, count: int, left: int, zero: Value | bytes
 ) -> None:
-    """Move elements of a queue to the place before them and clear the last one; fault after the array.
+    """Move elements of a queue down by one place and clear the last one; fault at the end of the array.
 
     Args:
         row: numbers, or the bytes of structures.
         at: the first element, or its first byte.
-        count: number of elements that are moved, the first one included.
+        count: number of elements, including the first one, which is overwritten.
         left: number of elements to the end of the array.
-        zero: what the last one becomes; of a structure as many bytes.
+        zero: the new value of the last one; for a structure, its bytes.
     """
     size = len(zero) if isinstance(zero, bytes) else 1
     end = at + min(count, left) * size
@@ -44,7 +44,7 @@ def move_down(
 
 
 def shift_bits(row: Any, at: int, length: int, new: bool, left: bool) -> bool:
-    """Move the bits of DINTs by one, the new one in; return the bit that comes out."""
+    """Shift the bits of DINTs by one, with a new bit shifted in; return the bit that is shifted out."""
     words = -(-length // _BITS)
     whole = int.from_bytes(array("i", row[at : at + words]).tobytes(), "little")
     last = length - 1
@@ -58,16 +58,16 @@ def shift_bits(row: Any, at: int, length: int, new: bool, left: bool) -> bool:
 
 
 def store_bytes(row: Any, at: int, left: int, code: str, size: int, data: bytes) -> None:
-    """Set integers of a type from bytes, as many as there are, up to the end of the array.
+    """Set integers of a type from all the bytes, up to the end of the array.
 
     Args:
         left: number of elements to the end of the array.
         code: the type's letter in the `struct` module.
-        size: its bytes.
+        size: the type's size, bytes.
     """
     count = min(left, -(-len(data) // size))
     rest = count * size - len(data)
-    if rest > 0:  # the last element keeps its further bytes
+    if rest > 0:  # the last element keeps its remaining bytes
         data += struct.pack(f"<{code}", row[at + count - 1])[-rest:]
     if isinstance(row, list):
         row[at : at + count] = struct.unpack_from(f"<{count}{code}", data)
@@ -76,7 +76,7 @@ def store_bytes(row: Any, at: int, left: int, code: str, size: int, data: bytes)
 
 
 def first_of(data: bytes, code: str, size: int, before: int) -> int:
-    """Return the first integer of bytes; if they are fewer, its further bytes are those of `before`."""
+    """Return the first integer of bytes; missing bytes are taken from `before`."""
     if len(data) < size:
         data += struct.pack(f"<{code}", before)[len(data) :]
     first: int = struct.unpack_from(f"<{code}", data)[0]

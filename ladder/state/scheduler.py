@@ -4,9 +4,9 @@ A scan of the rack runs each due task once, then the continuous task:
 
     scan            |             |             |
     periodic 4 ms   due  due  due due  due  due      -> runs once per scan, two overlaps each
-    with preempt    runs at the end of the rung that is under way at 4 ms, 8 ms, ...
+    with preempt    runs at the end of the rung that is executing at 4 ms, 8 ms, ...
 
-The time of a scan is that of its start. For `preempt` the rungs of the continuous task share the time from
+The time of a scan is when it starts. For `preempt` the rungs of the continuous task share the time from
 one scan to the next evenly: rung `n` of `m` ends at `n / m` of it.
 """
 
@@ -46,10 +46,10 @@ class Scheduler:
         self._start_ns = self._end_ns = 0
         self._rungs = 0
         self.handled = 0  # major faults so far that reached a fault routine
-        self.period_ns = 0  # of the task that runs; 0 if it is not periodic
+        self.period_ns = 0  # rate of the running task; 0 if it is not periodic
 
     def begin(self, now_ns: int, *, started: bool = False) -> None:
-        """Initialize the state for a first scan; `started`: no program has S:FS in it."""
+        """Initialize the state for a first scan; with `started`, S:FS is off in it."""
         write = self._memory.write
         write(self._schedule.before, 0, -1)
         for program in self._schedule.programs:
@@ -86,7 +86,7 @@ class Scheduler:
                     self._memory.write(leaf, 0, value)
 
     def trigger(self, task: ScheduledTask) -> None:
-        """Make an event task due; if it is due already, count an overlap."""
+        """Make an event task due; count an overlap if it is already due."""
         if self._memory.read(task.pending):
             self._overlap(task, 1)
         self._memory.write(task.pending, 0, True)

@@ -1,4 +1,4 @@
-"""All values of a program's memory at once: to go back to, and as text for a recording.
+"""Snapshots of all values in a program's memory: to restore, or as text for a recording.
 
 Text from a recording is data: it must have the shape of the program's own memory.
 """
@@ -37,7 +37,7 @@ def snapshot(memory: Memory) -> dict[str, Any]:
 
 
 def restore(memory: Memory, values: Mapping[str, Any]) -> None:
-    """Set all values of a memory to those of a snapshot."""
+    """Restore all values of a memory from a snapshot."""
     for ident, cell in memory.cells.items():
         value = values[ident]
         if isinstance(cell.cell_contents, TagBytes):
@@ -66,7 +66,7 @@ class SavedValues:
         ]
 
     def text(self) -> str:
-        """Return the present values; TypeError if text can't have one of them."""
+        """Return the current values as text; raise a TypeError for a value without a text form."""
         values = list(map(_CONTENTS, self._cells))
         for at in self._images:
             values[at] = values[at].tolist()
@@ -84,7 +84,7 @@ class SavedValues:
         return self.all_of([text])[0]
 
     def all_of(self, texts: Sequence[str]) -> list[dict[str, Any]]:
-        """Return the values in each of some texts by identifier; each variable is checked in all at once.
+        """Return the values in each text by identifier; each variable is checked in all texts at once.
 
         Raises:
             ValueError: they are not values of this memory.
@@ -143,7 +143,7 @@ def _checked(value: Any, like: Any) -> Any:
 
 
 def _are_like(values: list[Any], like: list[Any]) -> bool:
-    """Return whether values are as many, and numbers where the others are."""
+    """Return whether two lists have the same length, and numbers in the same places."""
     if len(values) != len(like):
         return False
     if set(map(type, like)) <= _NUMBERS:

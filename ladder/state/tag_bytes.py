@@ -1,4 +1,4 @@
-"""Tags of bytes: a buffer in a controller's layout, with a view of it for each type of its values."""
+"""Tags in bytes: a buffer in a controller's layout, with a view for each type of its values."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Any
 from ..model.stretches import BITS, HIDDEN_VALUES, STRUCTURES, Spot, byte_parts, hidden_places
 from ..model.types import DataType, count_of, size_of
 
-_ALIGNED = 8  # bytes of the largest value: a view needs a buffer of a multiple of them
+_ALIGNED = 8  # bytes of the largest value: a view needs a buffer whose size is a multiple
 
 Saved = tuple[bytes, dict[int, Any]]
-"""The values of a tag of bytes: visible ones, hidden ones."""
+"""The values of a tag in bytes: visible values, hidden values."""
 
 
 class TagBytes:
     """The values of a structure, or of an array.
 
     Attributes:
-        bits: all bytes, singly: BOOLs are their bits.
+        bits: all bytes, one by one, whose bits are the BOOLs.
         hidden: hidden members, see `stretches.fits_bytes`.
-        B: all bytes, for slices; the further ones are its casts, as far as the type has such values.
+        B: all bytes, for slices; the other attributes are its casts, for the types of value that it has.
     """
 
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
@@ -60,7 +60,7 @@ class TagBytes:
         return found
 
     def copy(self) -> TagBytes:
-        """Return the same values in memory of their own."""
+        """Return a copy with its own memory."""
         other = TagBytes.__new__(TagBytes)
         other.bits, other.hidden = bytearray(self.bits), {**self.hidden}
         other.B = memoryview(other.bits)
@@ -80,7 +80,7 @@ class TagBytes:
 
 
 def chars(tag: Any, at: int, room: int) -> bytes:
-    """Return the characters of a STRING at a byte, as many as LEN says and DATA has."""
+    """Return the characters of a STRING at a byte: LEN of them, or all of DATA if LEN is larger."""
     length = tag.i[at >> 2]
     if length <= 0:
         return b""
@@ -101,11 +101,11 @@ PUT_TEXT = "put_text_"
 def text_writer(room: int, *, held: bool) -> Callable[[Any, int, int, bytes], object]:
     """Return a function that writes LEN and characters of a STRING, padded with 0.
 
-    It takes the bytes of a tag, the first one of the STRING, LEN, and characters, as many or more.
+    It takes a tag's bytes, the number of the STRING's first byte, LEN, and at least LEN characters.
 
     Args:
         room: the size of DATA.
-        held: whether the bytes may be forced: such views are no buffers.
+        held: whether the bytes may be forced: views of forced bytes are not buffers.
     """
     layout = struct.Struct(f"<i{room}s")
     if not held:

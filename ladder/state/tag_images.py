@@ -21,10 +21,10 @@ class TagImage:
     """The bytes of one tag.
 
     Args:
-        memory: it stays the same while the program is not edited.
+        memory: the program's memory, valid until the program is edited.
 
     Attributes:
-        size: their number.
+        size: number of bytes.
     """
 
     def __init__(self, memory: Memory, tag: Tag) -> None:
@@ -40,15 +40,15 @@ class TagImage:
             self._bytes = self._plain
 
     def read(self, offset: int, size: int) -> bytes:
-        """Return bytes; ValueError beyond the tag."""
+        """Return bytes; raise a ValueError beyond the end of the tag."""
         self._check(offset, size)
         return self._bytes(offset, size)
 
     def write(self, offset: int, data: bytes, keep: bytes = b"") -> None:
-        """Set bytes, but not the bits of `keep`.
+        """Set bytes, except the bits that are set in `keep`.
 
         Raises:
-            ValueError: beyond the tag, or a STRING would be longer than its room; nothing has changed.
+            ValueError: beyond the end of the tag, or a LEN would exceed its STRING; nothing has changed.
         """
         self._check(offset, len(data))
         if keep and len(keep) != len(data):
@@ -90,7 +90,7 @@ class TagImage:
         return tuple(sorted(found, key=lambda cell: cell[2]))
 
     def _inner(self, leaf: Leaf) -> int:
-        """Return the values of a leaf in one element."""
+        """Return the number of a leaf's values in one element."""
         return leaf.size // count_of(self._tag.dims)
 
     # --- reading
@@ -140,7 +140,7 @@ class TagImage:
                 self._memory.write(leaf, begin + at, bool(raw[at >> 3] >> (at & 7) & 1))
 
     def _put_element(self, number: int, raw: bytearray, kept: bytearray) -> None:
-        """Set the values of an element that have bits which are not kept."""
+        """Set the values of an element, except values whose bits are all kept."""
         for leaf, index, at, code, bit in self._cells:
             if bit is not None:
                 if kept[at] >> bit & 1:
@@ -157,7 +157,7 @@ class TagImage:
         return tuple(string_rooms(self._tag.type))
 
     def _check_strings(self, raw: bytearray, begin: int, size: int) -> None:
-        """Refuse a length beyond the characters of its STRING, so that no program reads beyond them."""
+        """Raise a ValueError for a LEN above the size of DATA, so that no program reads beyond it."""
         for base in range(0, len(raw), self._stride) if self._rooms else ():
             for place, room in self._rooms:
                 at = base + place
@@ -175,7 +175,7 @@ class TagImages:
 
     @cached_property
     def listing(self) -> Listing:
-        """The tags, numbered as in `read`."""
+        """The tags, with the numbers that `read` takes."""
         return listing_of(self._memory.layout)
 
     @cached_property
@@ -187,11 +187,11 @@ class TagImages:
         return {tag.name.upper(): number for number, tag in enumerate(self._tags)}
 
     def read(self, number: int, offset: int, size: int) -> bytes:
-        """Return bytes of a tag by its number; ValueError if they are not there."""
+        """Return bytes of a tag by its number; raise a ValueError if the tag or the bytes do not exist."""
         return self._image(number).read(offset, size)
 
     def write(self, name: str, offset: int, data: bytes, keep: bytes = b"") -> None:
-        """Set bytes of a tag by its full name, see `TagImage.write`; ValueError without such a tag."""
+        """Set bytes of a tag by full name, see `TagImage.write`; raise a ValueError for an unknown tag."""
         number = self._numbers.get(name.upper())
         if number is None:
             raise ValueError(f"no tag {name}")

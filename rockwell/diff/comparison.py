@@ -193,19 +193,15 @@ class _Comparer:
         before, after = _different(old.fields, new.fields)
         if not before and not after:
             before, after = _different(old.details, new.details)
-        for texts, item in ((before, old), (after, new)):
-            order = _order_of_members(old, new, item)
-            texts += [f"order of members = {order}"] if order else []
+        for fields, order in zip((before, after), _orders_of_members(old, new), strict=False):
+            fields.append(f"order of members = {order}")
         if before or after:
-            name = new.name if new.name else ""
-            self._found.append(
-                Difference(CHANGED, new.what, owner, name, new.line, "\n".join(before), "\n".join(after))
-            )
+            texts = "\n".join(before), "\n".join(after)
+            self._found.append(Difference(CHANGED, new.what, owner, new.name, new.line, *texts))
 
     def _items(self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], place: str) -> None:
         old, new, pairs = _without_shared(old, new)
-        ours = {i: each for i, each in enumerate(old) if isinstance(each, Item)}
-        theirs = {k: each for k, each in enumerate(new) if isinstance(each, Item)}
+        ours, theirs = _by_place(old), _by_place(new)
         same = _same_key(ours, theirs)
         pairs |= same
         added = [k for k in theirs if k not in same]
@@ -275,12 +271,10 @@ class _Comparer:
 
     def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
         old, new = pair.old, pair.new
-        if new is None:
-            assert old is not None
-            yield _difference(REMOVED, owner, old, None)
-        elif old is None:
-            yield _difference(ADDED, owner, None, new)
-        elif pair.moved and new.what == ELEMENT:
+        if old is None or new is None:
+            yield _difference(REMOVED if new is None else ADDED, owner, old, new)
+            return
+        if pair.moved and new.what == ELEMENT:
             self._note(ORDER, f"elements of {owner}")
         elif pair.moved:
             yield _difference(MOVED, owner, old, new)
@@ -288,7 +282,7 @@ class _Comparer:
             yield _difference(CHANGED, owner, old, new)
         elif old.layout != new.layout:
             self._note(LAYOUT, owner)
-        if old is not None and new is not None and old.comment != new.comment:
+        if old.comment != new.comment:
             where = _name_of(new)
             yield Difference(
                 CHANGED, "comment", owner, where, new.line, old.comment, new.comment, "", (old,), (new,)
@@ -301,6 +295,10 @@ class _Comparer:
     def apart_lines(self) -> Iterator[str]:
         """Yield what is apart, a line for each kind."""
         yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
+
+
+def _by_place(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
+    return {place: each for place, each in enumerate(parts) if isinstance(each, Item)}
 
 
 def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int, int]:
@@ -373,24 +371,25 @@ def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], l
     if old == new:
         return [], []
     before, after = Counter(old), Counter(new)
-    return [f"{label} = {text}" for label, text in before - after], [
-        f"{label} = {text}" for label, text in after - before
-    ]
+    return list(map(" = ".join, before - after)), list(map(" = ".join, after - before))
 
 
-def _order_of_members(old: Item, new: Item, item: Item) -> str:
-    """Return the order that `item` has of the members in both versions; "" if they have the same order.
+def _orders_of_members(old: Item, new: Item) -> list[str]:
+    """Return the orders that both versions have of their common members; [] if they have the same order.
 
     The order decides the layout of a type in memory.
     """
     if old.what != "data type":
-        return ""
-    orders = [[label for label, _ in each.fields if label.startswith("member ")] for each in (old, new)]
-    common = {each for each in orders[0] if "." not in each}.intersection(orders[1])
-    before, after = ([each for each in order if each in common] for order in orders)
-    if before == after:
-        return ""
-    return ", ".join(each.removeprefix("member ") for each in (before if item is old else after))
+        return []
+    orders = _members(old), _members(new)
+    common = set(orders[0]).intersection(orders[1])
+    before, after = (", ".join(each for each in order if each in common) for order in orders)
+    return [before, after] if before != after else []
+
+
+def _members(item: Item) -> list[str]:
+    labels = (label.removeprefix("member ") for label, _ in item.fields if label.startswith("member "))
+    return [each for each in labels if "." not in each]
 
 
 def _name(item: Item | CommonPart) -> str:
@@ -430,18 +429,8 @@ def _name_of(step: Step) -> str:
 def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
     step = new or old
     assert step is not None
-    was = ""
-    if kind == MOVED and step.what != ELEMENT and old is not None and old.number != step.number:
-        was = _name_of(old)
-    return Difference(
-        kind,
-        step.what,
-        owner,
-        _name_of(step),
-        step.line,
-        "" if old is None else old.text,
-        "" if new is None else new.text,
-        was,
-        () if old is None else (old,),
-        () if new is None else (new,),
-    )
+    before, after = ("" if each is None else each.text for each in (old, new))
+    olds, news = (() if each is None else (each,) for each in (old, new))
+    was = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
+    name = _name_of(step)
+    return Difference(kind, step.what, owner, name, step.line, before, after, was, olds, news)

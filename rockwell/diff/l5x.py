@@ -223,9 +223,10 @@ class _L5xOutline:
                 item.fields.append((f"{begin}{member}" or "value", value))
             item.details.append((f"{begin or 'values'}, as decorated data", _markup(element)))
         elif form in ("L5K", "String", "") and not len(element):
-            kept = item.details if repeated else item.fields
-            label = " ".join(filter(None, (begin or "value", form != "String" and form)))
-            kept.append((label, " ".join(_text(element).split()) if form == "L5K" else _text(element)))
+            label, text = begin or "value", _text(element)
+            if form == "L5K":
+                label, text = f"{label} L5K", " ".join(text.split())
+            (item.details if repeated else item.fields).append((label, text))
         else:
             self._other(element, begin, item, Counter())
 

@@ -144,8 +144,7 @@ def _rows(before: str, after: str) -> str:
     i = k = 0
     for at, to in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
         rows += zip_longest(olds[i:at], news[k:to])
-        if at < len(olds):
-            rows.append((olds[at], news[to]))
+        rows += zip(olds[at : at + 1], news[to : to + 1], strict=True)
         i, k = at + 1, to + 1
     shown = "".join(_row(*each) for each in rows[:MOST_ROWS])
     more = f"<p>… {len(rows) - MOST_ROWS:,} more lines</p>" if len(rows) > MOST_ROWS else ""

@@ -134,7 +134,7 @@ class _Free:
 
     def pair(self, olds: range, news: range) -> None:
         """Pair what is left of a stretch, the most similar ones first."""
-        before, after = [i for i in olds if i in self.old], [k for k in news if k in self.new]
+        before, after = sorted(self.old.intersection(olds)), sorted(self.new.intersection(news))
         if not before or not after:
             return
         ranked = [

@@ -37,8 +37,7 @@ def renamed(
         before: steps of the scope in the old version that may use them.
         after: those of the new one.
     """
-    removed = {each.name.upper(): each for each in old if each.what in TAGS}
-    added = {each.name.upper(): each for each in new if each.what in TAGS}
+    removed, added = _tags_of(old), _tags_of(new)
     if not removed or not added:
         return {}
     for tags, other in ((removed, after), (added, before)):
@@ -55,6 +54,10 @@ def renamed(
     return names
 
 
+def _tags_of(items: Iterable[Item]) -> dict[str, Item]:
+    return {each.name.upper(): each for each in items if each.what in TAGS}
+
+
 def _rest(key: str, names: Mapping[str, Item]) -> str:
     """Return a rung without the names of tags that only its version has."""
     return _WORD.sub(lambda word: "?" if (word[1] or "").upper() in names else word[0], key)
@@ -65,9 +68,7 @@ def _mnemonics(key: str, _names: Mapping[str, Item]) -> str:
 
 
 def _by_use(
-    tags: Mapping[str, Item],
-    steps: Iterable[Step],
-    shape: Callable[[str, Mapping[str, Item]], str],
+    tags: Mapping[str, Item], steps: Iterable[Step], shape: Callable[[str, Mapping[str, Item]], str]
 ) -> dict[object, list[str]]:
     """Return the names of tags by type and uses, without those that are not used."""
     uses: defaultdict[str, list[Use]] = defaultdict(list)

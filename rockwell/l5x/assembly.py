@@ -190,21 +190,27 @@ def harness_of(parts: Parts) -> Parts:
     counts: dict[int, int] = {}
     left = MOST_MADE
     for key, definition in parts.add_ons.items():
-        lengths = {each.name: each.dims for each in definition.inouts}
-        tags = [Tag(_INSTANCE, definition.structure)]
-        for place, each in enumerate(definition.required):
-            dims = tuple(MADE if length == OPEN else length for length in lengths.get(each.name, each.dims))
-            tags.append(Tag(f"{_ARGUMENT}{place}", each.type, dims))
+        tags = _arguments(definition)
         taken = sum(_values(each.type, counts) * count_of(each.dims) for each in tags)
         if key in parts.uncalled or taken > left:
             continue
         left -= taken
         rung = Rung((Instruction(definition.name, tuple(Address(each.name) for each in tags)),))
         programs[key] = ProgramPart(
-            definition.name, declarations=list(tags), routines={"MAIN": Routine("Main", (rung,))}
+            definition.name, declarations=[*tags], routines={"MAIN": Routine("Main", (rung,))}
         )
     tasks = trial_tasks(parts, [each.name for each in programs.values()])
     return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, modules=parts.modules)
+
+
+def _arguments(definition: AddOn) -> list[Tag]:
+    """Return the tags of a call: the instance, then the required parameters."""
+    lengths = {each.name: each.dims for each in definition.inouts}
+    tags = [Tag(_INSTANCE, definition.structure)]
+    for place, each in enumerate(definition.required):
+        dims = tuple(MADE if length == OPEN else length for length in lengths.get(each.name, each.dims))
+        tags.append(Tag(f"{_ARGUMENT}{place}", each.type, dims))
+    return tags
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:

@@ -82,44 +82,42 @@ class Builder:
         self._emptied.clear()
 
     def refuse(
-        self,
-        owner: str,
-        routine: str,
-        number: int,
-        text: str,
-        remedy: str,
-        site: Site = NOWHERE,
+        self, owner: str, routine: str, number: int, text: str, remedy: str, site: Site = NOWHERE
     ) -> bool:
         """Refuse a rung or a text routine, removed by `empty`; return whether there was one."""
         routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of Sequence
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
-        if found is None or record is None or number in emptied:
+        if found is None or record is None or number in emptied or found.statements == ():
             return False
         text, remedy = self._explained(owner, text, remedy, site)
-        if found.statements is not None:
-            if not found.statements:
+        if found.statements is None and found.chart is None:
+            if number >= len(record.rungs) or not found.rungs[number].series:
                 return False
-            place, line = self._reader.place_of(owner, routine, number)
-            self._reader.refuse_object(owner, routine, f"{place}: {text}", line, remedy)
-        elif found.chart is not None:
-            place = f"{body.replace('.', ', action ')}, line {number}: " if body else ""
-            line = site.line or record.line
-            self._reader.refuse_object(owner, routine, f"{place}{text}", line, remedy)
-        elif number >= len(record.rungs) or not found.rungs[number].series:
-            return False
-        else:
             self._reader.refuse(owner, routine, number, text, remedy, site)
             emptied.add(number)
             return True
+        place, line = self._place_in(owner, found, body, number, site.line or record.line)
+        self._reader.refuse_object(owner, routine, f"{place}{text}", line, remedy)
+        self._remove(owner, routine, found)
+        return True
+
+    def _place_in(self, owner: str, found: Routine, body: str, number: int, line: int) -> tuple[str, int]:
+        """Return the start of a reason, the place in a text or a chart, and the file's line."""
+        if found.statements is not None:
+            place, line = self._reader.place_of(owner, found.name, number)
+            return f"{place}: ", line
+        return f"{body.replace('.', ', action ')}, line {number}: " if body else "", line
+
+    def _remove(self, owner: str, routine: str, found: Routine) -> None:
+        """Replace a program's routine by a function that does nothing; empty an add-on's routine."""
         part = self._parts.programs.get(owner.upper())
         if part is not None:
             del part.routines[routine.upper()]
             part.functions[routine.upper()] = does_nothing(found.name)
         else:
             self._replace(owner, routine, without(found))
-        return True
 
     def _explained(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
         """Return text and remedy of a refusal with what the import knows: a tag that it lost, a stand-in."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain
 
 from scanrack.io_images.site import Site
 from scanrack.ladder.files.chartreader import condition_of, expression_of
@@ -21,7 +22,7 @@ from scanrack.ladder.model.chart_layout import layout_of
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.spec import Spec
-from scanrack.ladder.model.tree import Block, Instruction, Operand, Origin, number
+from scanrack.ladder.model.tree import Address, Block, Instruction, Operand, Origin, number
 from scanrack.ladder.st import parse_statements
 
 from .xml.records import ElementRecord, lines_of
@@ -73,9 +74,9 @@ class _Graph:
                     key = self._add(inner)
                     if inner.tag == "Leg":
                         self._branches[key] = self.id_of(each)
-        links = [each for each in content.children if each.tag == "DirectedLink"]
-        for each in links:
-            self._link(self.end_of(each, "FromID"), self.end_of(each, "ToID"))
+        for each in content.children:
+            if each.tag == "DirectedLink":
+                self._link(self.end_of(each, "FromID"), self.end_of(each, "ToID"))
         for leg, branch in self._branches.items():
             self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
 
@@ -189,12 +190,16 @@ class ChartBuilder:
         ends = {key: self._ends(key, each) for key, each in self._of("Transition")}
         leaving = {key: self._leaving(key, each) for key, each in self._of("Step", "Stop")}
         names = {key: each.name for key, each in steps.items()}
-        order = [key for each in leaving.values() for key in each]
-        made = {key: self._transition(key, *ends[key], names) for key in dict.fromkeys([*order, *ends])}
-        given = next((each.attributes for each in self._content.children if each.tag == "SbrRet"), {})
+        order = dict.fromkeys(chain(*leaving.values(), ends))
+        made = {key: self._transition(key, *ends[key], names) for key in order}
         notes = tuple(each.text for each in self._content.children if each.tag == "TextBox" and each.text)
+        return in_order(Chart(tuple(steps.values()), tuple(made.values()), *self._arguments(), notes))
+
+    def _arguments(self) -> tuple[tuple[Address, ...], tuple[Address, ...]]:
+        """Return the inputs and returns of the subroutine."""
+        given = next((each.attributes for each in self._content.children if each.tag == "SbrRet"), {})
         inputs, returns = (tuple(map(parse_address, _listed(given.get(name, "")))) for name in ("In", "Ret"))
-        return in_order(Chart(tuple(steps.values()), tuple(made.values()), inputs, returns, notes))
+        return inputs, returns
 
     def _of(self, *tags: str) -> Iterator[tuple[int, ElementRecord]]:
         return ((key, each) for key, each in self._graph.elements.items() if each.tag in tags)

@@ -327,12 +327,16 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
         Name=program.name,
         **{name: value for name, value in roots.items() if value},
     )
-    generated = [f"FBD_{each.name}_".upper() for each in program.routines if each.drawing is not None]
-    kept = (each for each in program.declarations if not each.name.upper().startswith(tuple(generated)))
-    _write_tags(_element(made, "Tags"), kept)
+    _write_tags(_element(made, "Tags"), _without_generated(program))
     parent = _element(made, "Routines", **({} if whole else _CONTEXT))
     for each in routines:
         _write_routine(parent, each, target=not whole)
+
+
+def _without_generated(program: Program) -> Iterator[Declaration]:
+    """Yield the tags of a program that are not of its diagrams."""
+    generated = [f"FBD_{each.name}_".upper() for each in program.routines if each.drawing is not None]
+    return (each for each in program.declarations if not each.name.upper().startswith(tuple(generated)))
 
 
 def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> None:

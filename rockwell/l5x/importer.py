@@ -108,14 +108,18 @@ class Importer:
         self._read_logic()
         self._declare()
         if trial:
-            self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
-            used = all_instructions(each for _, each in self._owned())
-            if any(each.name == ALL_MESSAGES for each in used):
-                self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
+            self._stub_messages()
             if self._parts.add_ons:
                 self._builder.build(harness_of)
         controller = self._builder.build() if self._parts.programs else None
         return L5xImport(self._document, self.report, controller, self._parts, self._reader)
+
+    def _stub_messages(self) -> None:
+        """Complete messages without a stub of their own; report it if there are messages."""
+        self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
+        used = all_instructions(each for _, each in self._owned())
+        if any(each.name == ALL_MESSAGES for each in used):
+            self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- reading
 

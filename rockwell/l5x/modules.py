@@ -12,8 +12,9 @@ document; tests, the debugger and plants may set them.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from scanrack.ladder.lowering.calls import MODULE, MODULE_TAG
 from scanrack.ladder.model.errors import LadderError
@@ -140,21 +141,23 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
     for host in types.apart.get(kind.name, ()):
         text = f"BOOLs of its {host} have their own memory: the file does not say which bits they are"
         report.note(name, text, tag.line)
-    said: list[str] = []
+    remarks: list[str] = []
+    initial = _initial(tag, kind, types, remarks.append)
+    for text in remarks[:1]:
+        report.lose(name, text, tag.line)
+    return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
+
+
+def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, say: Callable[[str], None]) -> Any:
     try:
-        initial = (
-            initial_of(tag.data, kind, (), types, said.append)
-            if tag.data
-            else image_of(tag.forced, kind, types.layouts)
-        )
+        if tag.data:
+            return initial_of(tag.data, kind, (), types, say)
+        return image_of(tag.forced, kind, types.layouts)
     except L5xError:
         raise
     except (ValueTextError, LadderError) as error:
-        said.append(f"it starts with zeros: {error}")
-        initial = None
-    for text in said[:1]:
-        report.lose(name, text, tag.line)
-    return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
+        say(f"it starts with zeros: {error}")
+        return None
 
 
 def _has_values(data: Data) -> bool:

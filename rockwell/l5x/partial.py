@@ -108,13 +108,13 @@ class _Extraction:
             else:
                 yield self._text.without(each)
         for routine in _routines(program):
-            if routine is self._routine:
+            if whole:
+                yield from self._plain([routine])
+            elif routine is self._routine:
                 yield from self._with(routine, Use="Target")
-            elif not whole and routine.attributes.get("Use") != "Reference":
+            elif routine.attributes.get("Use") != "Reference":
                 yield self._text.without(routine)
                 continue
-            elif whole:
-                yield from self._plain([routine])
             for content in routine.children:
                 yield from self._plain(content.children)
 

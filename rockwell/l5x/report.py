@@ -215,6 +215,12 @@ class Report:
         head = f"structured text, {routines} routines of {lines} lines"
         return f"{head}: {total} statements, {imported} imported, {refused} refused, {ran} ran"
 
+    def _drawn_lines(self) -> Iterator[str]:
+        for name, kind in (("sequential function charts", "SFC"), ("function block diagrams", "FBD")):
+            total, imported, refused, ran = self.drawn(kind).values()
+            if total:
+                yield f"{name}: {total}, {imported} imported, {refused} refused, {ran} ran"
+
     def lines(self) -> Iterator[str]:
         """Yield it as text."""
         revision = f", software revision {self.revision}" if self.revision else ""
@@ -223,10 +229,7 @@ class Report:
             yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
         if self._of("ST", "SFC"):
             yield self._structured_line()
-        for name, kind in (("sequential function charts", "SFC"), ("function block diagrams", "FBD")):
-            total, imported, refused, ran = self.drawn(kind).values()
-            if total:
-                yield f"{name}: {total}, {imported} imported, {refused} refused, {ran} ran"
+        yield from self._drawn_lines()
         sections: dict[str, Iterable[object]] = {
             "refused rungs": self.refused,
             "refused objects": self.objects,

@@ -88,14 +88,12 @@ class _EditedRoutine:
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
         """Yield what changes."""
         by_rung = {each.rung: each for each in edits}
-        for number in by_rung:
-            if not BEFORE_FIRST <= number < len(self._rungs):
-                text = f"routine {self._name} has {len(self._rungs)} rungs, none is {number}"
-                raise LadderError(f"{self._where}: {text}")
+        self._check_numbers(by_rung)
         first = by_rung.get(BEFORE_FIRST)
-        moved = 0 if first is None else len(first.texts)
-        if moved and first is not None:
+        moved = 0
+        if first is not None and first.texts:
             yield from self._before_first(first.texts)
+            moved = len(first.texts)
         for place, rung in enumerate(self._rungs):
             number, edit = _number(rung, place), by_rung.get(place)
             if edit is not None and not edit.texts:
@@ -107,14 +105,20 @@ class _EditedRoutine:
                 self._note(number, f"it is rung {number + moved} now")
                 yield self._text.attribute(rung, "Number", str(number + moved))
             if edit is not None:
-                yield from () if edit.keeps else self._said(number, rung, edit.texts[0])
-                yield from self._behind(rung, edit.texts[1:], number + moved + 1)
+                yield from () if edit.keeps else self._edited_text(number, rung, edit.texts[0])
+                yield from self._new_after(rung, edit.texts[1:], number + moved + 1)
                 moved += len(edit.texts) - 1
+
+    def _check_numbers(self, numbers: Iterable[int]) -> None:
+        for number in numbers:
+            if not BEFORE_FIRST <= number < len(self._rungs):
+                text = f"routine {self._name} has {len(self._rungs)} rungs, none is {number}"
+                raise LadderError(f"{self._where}: {text}")
 
     def _note(self, number: int, why: str) -> None:
         self.changes.append(FileChange(f"{self._name} rung {number}", why))
 
-    def _said(self, number: int, rung: Span, text: str) -> Iterator[Splice]:
+    def _edited_text(self, number: int, rung: Span, text: str) -> Iterator[Splice]:
         """Yield what gives a rung another text, with the blanks around it as they are."""
         self._note(number, "its text is edited")
         element, content = rung.child("Text"), self._text.characters(text)
@@ -136,7 +140,7 @@ class _EditedRoutine:
         else:
             yield self._text.last(self._routine, b"<RLLContent>%s%s</RLLContent>" % (blanks, content))
 
-    def _behind(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
+    def _new_after(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
         new = [self._between + self._rung(each, begin + more) for more, each in enumerate(texts)]
         if new:
             yield Splice(rung.end, rung.end, b"".join(new))

@@ -189,8 +189,7 @@ class RoutineReader:
             )
         except RungTextError as error:
             reason = f"column {error.site.column}: {error.reason}"
-            self._count_text(owner, record)
-            self.refuse_object(owner, record.name, reason, error.site.line or record.line, "correct the line")
+            self._refuse_text(owner, record, reason, error.site.line, "correct the line")
             return None
         self._count_text(owner, record, block)
         return Routine(record.name, (), record.comment, block)
@@ -201,10 +200,8 @@ class RoutineReader:
                 raise ChartRefusedError("the chart is not in the file", Site(line=record.line))
             chart = ChartBuilder(record.chart, self._report.file, self.specs).chart()
         except LadderError as error:
-            self._count_text(owner, record)
-            site = next(iter(error.sites), NOWHERE)
             reason = error.reason if isinstance(error, RungTextError) else str(error)
-            self.refuse_object(owner, record.name, reason, site.line or record.line, _CORRECT_CHART)
+            self._refuse_text(owner, record, reason, next(iter(error.sites), NOWHERE).line, _CORRECT_CHART)
             return None
         for each in unreached(chart):
             self._report.note(f"{owner}.{record.name}", f"{each.text}; only SFR can reach it", record.line)
@@ -218,22 +215,27 @@ class RoutineReader:
                 raise DiagramError("the diagram is not in the file", Site(line=record.line))
             found = lowered(record.chart, record.name, self.known(owner))
         except LadderError as error:
-            self._count_text(owner, record)
-            line = next(iter(error.sites), NOWHERE).line or record.line
-            self.refuse_object(owner, record.name, str(error), line, _CORRECT_DIAGRAM)
+            line = next(iter(error.sites), NOWHERE).line
+            self._refuse_text(owner, record, str(error), line, _CORRECT_DIAGRAM)
             return None
         self._diagrams[owner.upper(), record.name.upper()] = found
         text, numbers = "\n".join(each.text for each in found.lines), [each.number for each in found.lines]
         try:
             block = parse_statements(text, file=self._report.file, lines=numbers, specs=self.specs)
         except RungTextError as error:
-            self._count_text(owner, record)
             place = next((each.place for each in found.lines if each.number == error.site.line), "")
             reason = f"{place}: {error.reason}"
-            self.refuse_object(owner, record.name, reason, error.site.line or record.line, _CORRECT_DIAGRAM)
+            self._refuse_text(owner, record, reason, error.site.line, _CORRECT_DIAGRAM)
             return None
         self._count_text(owner, record, block)
         return Routine(record.name, (), record.comment, block, drawing=found.drawing)
+
+    def _refuse_text(
+        self, owner: str, record: RoutineRecord, reason: str, line: int | None, remedy: str
+    ) -> None:
+        """Refuse a routine that can't be read; without a line, at its beginning."""
+        self._count_text(owner, record)
+        self.refuse_object(owner, record.name, reason, line or record.line, remedy)
 
     def generated(self, owner: str) -> list[Tag]:
         """Return the tags that the diagrams of a program or an add-on need."""

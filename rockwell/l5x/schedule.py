@@ -47,11 +47,13 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
                 left.pop(name.upper(), None)
             continue
         task = _task(record, tuple(_programs_run(record, left, off, report)), report)
-        if task is not None and not (
-            task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in found)
-        ):
+        if task is not None and not _is_second_continuous(task, found):
             found.append(task)
     return found
+
+
+def _is_second_continuous(task: Task, others: Iterable[Task]) -> bool:
+    return task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in others)
 
 
 _CHARTS: tuple[Mapping[str, Enum], ...] = (

@@ -97,10 +97,8 @@ class UnknownTypes:
             return False
         try:
             self._types.find(name)
-        except UnknownTypeError:
-            return True
-        except LadderError:
-            return False
+        except LadderError as error:
+            return isinstance(error, UnknownTypeError)
         return False
 
     def _shows(self, record: TagRecord) -> bool:
@@ -114,26 +112,33 @@ class UnknownTypes:
         """Define them from their use; return them by name, axes with the added members only."""
         owned = list(routines)
         passed = [each for owner, routine in owned for each in self._arguments_in(owner, routine)]
-        self._passed = {
-            address.name.upper(): inout.type
-            for owner, address, inout in passed
-            if not address.steps and not inout.dims and self._record(owner, address.name) is None
-        }
+        self._passed = dict(self._undeclared(passed))
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         guesses.read_all(
             (owner, routine)
             for owner, routine in owned
             if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
         )
+        parts = self._parts_passed(passed)
+        settled: dict[str, DataType] = {}
+        for key in self.names:
+            self._settle(key, guesses, parts, settled)
+        return {name: settled[key] for key, name in self.names.items()} | self._extend_axes(guesses)
+
+    def _undeclared(self, passed: Iterable[Argument]) -> Iterator[tuple[str, str]]:
+        """Yield arguments without a declared tag: name in capitals and type of the parameter."""
+        for owner, address, inout in passed:
+            if not address.steps and not inout.dims and self._record(owner, address.name) is None:
+                yield address.name.upper(), inout.type
+
+    def _parts_passed(self, passed: Iterable[Argument]) -> dict[str, list[Argument]]:
+        """Return the arguments that are members of undefined types, by type in capitals."""
         parts: dict[str, list[Argument]] = {}
         for each in passed:
             use = self._use_of(each[0], each[1])
             if use is not None and use[1]:
                 parts.setdefault(use[0].upper(), []).append(each)
-        settled: dict[str, DataType] = {}
-        for key in self.names:
-            self._settle(key, guesses, parts, settled)
-        return {name: settled[key] for key, name in self.names.items()} | self._extend_axes(guesses)
+        return parts
 
     def _extend_axes(self, guesses: Guesses) -> dict[str, DataType]:
         """Add the members in use to the types of axes; return those members by type."""
@@ -185,9 +190,9 @@ class UnknownTypes:
         kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
         steps = list(address.steps)
         while kind:
-            if steps and isinstance(steps[0], SubscriptStep):
+            if isinstance(next(iter(steps), None), SubscriptStep):
                 steps.pop(0)
-            inner = steps[0] if steps else None
+            inner = next(iter(steps), None)
             named = inner.name if isinstance(inner, MemberStep) else ""
             beyond = kind.upper() in AXIS_TYPES and bool(named) and AXES.member(named) is None
             if kind.upper() in self.names or beyond:

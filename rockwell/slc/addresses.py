@@ -184,8 +184,9 @@ def _index_text(index: Operand) -> str:
 
 
 def _plain(address: Address) -> str:
-    if len(address.steps) == 2 and _counted(address) is not None:
-        return f"{address.name}/[{text_of(_counted(address) or Number(0, '0'))}]"
+    counted = _counted(address)
+    if counted is not None:
+        return f"{address.name}/[{text_of(counted)}]"
     text = address.name
     for step in address.steps:
         if isinstance(step, SubscriptStep):
@@ -208,6 +209,8 @@ def _rest(address: Address) -> str:
 
 def _counted(address: Address) -> Operand | None:
     """Return the number of a bit counted from the file's beginning, else None."""
+    if len(address.steps) != 2:
+        return None
     first, second = address.steps
     if not isinstance(first, SubscriptStep) or not isinstance(second, BitStep):
         return None

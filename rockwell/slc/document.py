@@ -259,7 +259,7 @@ class _SlcReader:
             self._row(line.number, plain, self._place)
             self._place = None
         elif self._forcing and are_values:
-            if [each.upper() for each in line.words] != _NOT_FORCED:
+            if list(map(str.upper, line.words)) != _NOT_FORCED:
                 self._document.forces.append((line.number, " ".join(line.comments).strip() or plain))
         elif self._slot is not None and _SETTINGS.fullmatch(plain):
             self._slot = replace(self._slot, settings=f"{self._slot.settings} {plain}")

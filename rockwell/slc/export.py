@@ -50,14 +50,18 @@ def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
             if number >= len(new):
                 yield RungEdit(name, number, ())
                 continue
-            rung = routine.rungs[number]
-            is_refused = not rung.series and rung.origin.line == record.line
-            keeps = is_refused or new[number] == _text(reader, record)
+            keeps = _keeps(reader, routine.rungs[number], record)
             more = new[number + 1 :] if number == last else []
             if more or not keeps:
                 yield RungEdit(name, number, (new[number], *more), keeps)
         if new and not records:
             yield RungEdit(name, BEFORE_FIRST, tuple(new))
+
+
+def _keeps(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
+    """Whether a rung is the record's, or its refused one."""
+    is_refused = not rung.series and rung.origin.line == record.line
+    return is_refused or str(rung) == _text(reader, record)
 
 
 def _text(reader: RungReader, record: SlcRungRecord) -> str:

@@ -163,20 +163,27 @@ class _Importer:
         for routine in routines:
             files.routine(routine)
             program.add_routine(routine)
-        for record in self._document.data:
-            for where, wrong, line in files.data(record):
-                note = self._report.lose if files.has(record.file) else self._report.note
-                note(where, wrong, line)
-        bound = [each for each in files.images if self._is_bound(_slot_of(each))]
-        for image in files.images:
-            if image not in bound:
-                self._store_image(image, files)
-        for tag in files.tags(bound):
+        self._read_data(files)
+        for tag in files.tags(self._bound_images(files)):
             try:
                 program.add(tag)
             except LadderError as error:
                 self._report.lose(tag.name, f"it is not declared: {error}")
         return program
+
+    def _read_data(self, files: DataFiles) -> None:
+        for record in self._document.data:
+            for where, wrong, line in files.data(record):
+                note = self._report.lose if files.has(record.file) else self._report.note
+                note(where, wrong, line)
+
+    def _bound_images(self, files: DataFiles) -> list[str]:
+        """Return the images of the rack's slots; make memory of the others."""
+        bound = [each for each in files.images if self._is_bound(_slot_of(each))]
+        for image in files.images:
+            if image not in bound:
+                self._store_image(image, files)
+        return bound
 
     def _store_image(self, image: str, files: DataFiles) -> None:
         """Make memory of an image without a module in the rack, of its size in the export."""

@@ -171,15 +171,15 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
     known = {each.number: each for each in lines}
     last = len(text.splitlines()) + 1
 
-    def after(number: int) -> int:
+    def skip_blank(number: int) -> int:
         """Return the first line from one on that is not empty."""
         while (line := known.get(number)) is not None and not (line.words or line.comments):
             number = ends.get(number, last)
         return number
 
-    def behind(number: int, *, described: bool) -> int:
+    def after_comments(number: int, *, described: bool) -> int:
         """Return the line after the comments from a line on: those that describe the rung above, or not."""
-        while (line := known.get(after(number))) is not None and not line.words:
+        while (line := known.get(skip_blank(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break
             number = ends.get(line.number, last)
@@ -190,8 +190,8 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         for number, rung in enumerate(ladder.rungs):
             if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
                 raise LadderError(f"line {rung.line}: put each rung into its own lines, from SOR to EOR")
-            end = behind(rung.end + 1, described=True)
-            start = begin if after(behind(begin, described=False)) >= rung.line else rung.line
+            end = after_comments(rung.end + 1, described=True)
+            start = begin if skip_blank(after_comments(begin, described=False)) >= rung.line else rung.line
             yield (ladder.number, number), _RungLines(start - 1, rung.line - 1, rung.end, end - 1)
             begin = end
 

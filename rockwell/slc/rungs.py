@@ -115,16 +115,15 @@ class RungReader:
         start = self._at
         name = self._peek()
         spec = self._specs.get(name)
+        if spec is None:
+            self._fail(f"no instruction {name}", f"stub it: {name} = 'false'")
         self._at += 1
-        needed = len(spec.operands) - spec.optional if spec is not None else 0
-        words_too = spec is not None and spec.variadic
+        needed = len(spec.operands) - spec.optional
         while (word := self._peek()) and word not in (BEGIN, NEXT, END):
-            enough = self._at - start > needed and not words_too
+            enough = self._at - start > needed and not spec.variadic
             if word in self._specs or (enough and self._is_mnemonic(word)):
                 break
             self._at += 1
-        if spec is None:
-            self._fail(f"no instruction {name}", f"stub it: {name} = 'false'", start)
         words = self._words[start + 1 : self._at]
         if name == "CPT" and len(words) > 2:
             words = [words[0], " ".join(words[1:])]
@@ -178,8 +177,6 @@ def read_operand(use: Use, word: str) -> Operand:
         return Unknown()
     if '"' in word and re.fullmatch(r'"[^"]*"', word) is None:
         raise AddressTextError(f"{word} has a quotation mark in it")
-    if word.startswith('"') and use in _WORDS:
-        return Characters(word.strip('"'))
     if is_address(word):
         return parse(word, file=use in FILES)
     if _NUMBER.fullmatch(word) or _HEX.fullmatch(word):
@@ -187,7 +184,7 @@ def read_operand(use: Use, word: str) -> Operand:
     if use in (Use.EXPRESSION, Use.CONDITION):
         return _expression(word)
     if use in _WORDS:
-        return Characters(word)
+        return Characters(word.strip('"'))
     raise AddressTextError(f"{word!r} is neither an address nor a number")
 
 

@@ -42,7 +42,7 @@ class AxisTable(Table):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        """Refuse keys of a 3601 without a slot, and those of an ideal axis with one."""
+        """Refuse the keys of a 3601 if there is no slot, and the keys of an ideal axis if there is one."""
         given = self.model_fields_set
         wrong = given & {"unwind"} if self.slot is not None else given - {*IDEAL, "slot"}
         if wrong:

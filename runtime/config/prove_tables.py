@@ -22,10 +22,10 @@ from scanrack.io_images.site import SettingError
 from .machine_tables import Table
 
 LONGEST_SCAN_MS = 1000
-"""The longest time between two scans, as of a rack."""
+"""Longest time between two scans, the same as the limit of a rack."""
 
 CLAIMS = ("never", "always", "reachable")
-"""Keys of a property of which it has one."""
+"""Keys of a property; each property has exactly one of them."""
 
 
 def _range(given: object) -> tuple[float, float]:
@@ -83,7 +83,7 @@ class PropertyTable(Table):
 
     @property
     def condition(self) -> str:
-        """Its condition."""
+        """The condition given with the claim."""
         text: str = getattr(self, self.claim)
         return text
 

@@ -1,4 +1,4 @@
-"""Numbers as people write them: decimals without a rounding."""
+"""Exact decimals for the numbers in rack files."""
 
 from __future__ import annotations
 

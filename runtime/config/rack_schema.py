@@ -1,7 +1,7 @@
 """The JSON Schema of rack files, for editors: keys with their meaning, names, limits, options of each module.
 
-It is made of the tables themselves: types and limits as they are checked, descriptions from their docstrings,
-modules and their options from the registry. What two keys decide together only `check` finds.
+It is generated from the tables: types and limits from their validators, descriptions from their docstrings,
+modules and their options from the registry. Only `check` finds conflicts between two keys.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ NAME = "rack.schema.json"
 """The file that rack files name in their first line."""
 
 HINT = f"#:schema {NAME}"
-"""That line, as tombi and taplo read it."""
+"""The first line of a rack file; tombi and taplo read it to find the schema."""
 
 TITLE = "scanrack rack file"
-"""Title of the schema, by which its file is known."""
+"""Title of the schema, which identifies its file."""
 
 DRAFT_2020, DRAFT_4 = (
     "https://json-schema.org/draft/2020-12/schema",
@@ -42,7 +42,7 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
     """Return the schema of rack files.
 
     Args:
-        draft4: in Draft 4 of JSON Schema, which taplo reads; else in that of 2020-12.
+        draft4: return JSON Schema Draft 4, which taplo reads, instead of Draft 2020-12.
     """
     schema = RackSpec.model_json_schema(schema_generator=_Generator)
     _add_options(schema)
@@ -63,13 +63,13 @@ def described_keys(cls: type) -> dict[str, str]:
     for key in getattr(cls, "model_fields", ()):
         name, _, unit = key.rpartition("_")
         other = f"{name}_{_OTHER_UNIT.get(unit)}"
-        if key not in found and other in found:  # a time in its other unit
+        if key not in found and other in found:  # the same time in the other unit
             found[key] = found[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
     return found
 
 
 class _Generator(GenerateJsonSchema):
-    """Describes tables by their docstrings, and numbers as TOML has them."""
+    """Generates schemas: descriptions of tables from their docstrings, and numbers as TOML types."""
 
     def model_schema(self, schema: core_schema.ModelSchema) -> JsonSchemaValue:
         """Describe a table."""
@@ -97,13 +97,13 @@ class _Generator(GenerateJsonSchema):
         return {key: float(value) if key != "type" else value for key, value in found.items()}
 
     def encode_default(self, dft: Any) -> Any:
-        """Return a default as TOML has it; None for a table, which has none of its own."""
+        """Return a default as a TOML value; None for a table, which has no default of its own."""
         if isinstance(dft, Decimal):
             return int(dft) if dft == int(dft) else float(dft)
         return dft if isinstance(dft, bool | int | float | str) else None
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
-        """Leave out defaults that are tables, or nothing."""
+        """Omit defaults that are tables or None."""
         found = super().default_schema(schema)
         if "default" in found and found["default"] is None:
             del found["default"]
@@ -123,7 +123,7 @@ def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
 
 
 def _limits(node: JsonSchemaValue) -> None:
-    """Give the limits of a number with a validator the names that JSON Schema has for them."""
+    """Rename the limits of a validated number to their JSON Schema keywords."""
     for each in (node, *node.get("anyOf", ())):
         each.pop("decimal_places", None)
         for key, word in (("ge", "minimum"), ("gt", "exclusiveMinimum"), ("le", "maximum")):
@@ -132,7 +132,7 @@ def _limits(node: JsonSchemaValue) -> None:
 
 
 def _add_options(schema: dict[str, Any]) -> None:
-    """Give the table of a slot a branch for each kind of options."""
+    """Add a branch to the slot table for each kind of module options."""
     slot, tables = schema["$defs"][SlotSpec.__name__], schema["$defs"]
     branches: dict[type[BaseModel], list[str]] = {}
     for name, record in OWN.items():
@@ -140,7 +140,7 @@ def _add_options(schema: dict[str, Any]) -> None:
             branches.setdefault(record.option_table(), []).append(name)
     named = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
     slot["properties"]["module"]["examples"] = list(OWN)
-    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, named  # [modules] names others
+    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, named  # [modules] adds other names
     for table in branches:
         inner = table.model_json_schema(schema_generator=_Generator)
         tables.update(inner.pop("$defs", {}))
@@ -153,7 +153,7 @@ def _add_options(schema: dict[str, Any]) -> None:
 
 
 def _without_null(node: Any) -> Any:
-    """Leave out what TOML can't say: a key without a value is left out."""
+    """Remove null, which TOML doesn't have: a key without a value is omitted."""
     if isinstance(node, list):
         return [_without_null(each) for each in node]
     if not isinstance(node, dict):
@@ -179,11 +179,11 @@ _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] 
     "then": lambda value, node: {"anyOf": [{"not": _as_draft4(node["if"])}, _as_draft4(value)]},
     "examples": lambda _value, _node: {},
 }
-"""What Draft 4 has for a key, from its value and the schema that has it; other keys are the same."""
+"""Draft 4 equivalents of a key, computed from its value and its schema; other keys are the same."""
 
 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
-    """Return a schema in Draft 4: a reference stands alone, limits that exclude are flags, no `if`."""
+    """Return a schema in Draft 4: references without siblings, flags for exclusive limits, no `if`."""
     if isinstance(node, list):
         return [_as_draft4(each) for each in node]
     if not isinstance(node, Mapping):

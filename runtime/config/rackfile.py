@@ -1,4 +1,4 @@
-"""Rack files: TOML to a `RackSpec`, and every mistake with its file, line, key, value and the allowed values.
+"""Reads TOML rack files into a `RackSpec`; each mistake has its file, line, key, value and allowed values.
 
 line.toml:7: slot.machine.switches.input = "hom": did you mean home? Choose from capture, ...
 """
@@ -42,7 +42,7 @@ class RackFileError(SiteError):
     """An unusable rack file; the message has one line for every mistake, in their order.
 
     Attributes:
-        reasons: what is wrong at each of the sites.
+        reasons: the problem at each of the sites.
     """
 
     def __init__(self, text: str, *sites: Site, reasons: Sequence[str] = ()) -> None:
@@ -60,10 +60,10 @@ class RackFile:
     lines: KeyLines
 
     def refusal(self, key: str, problem: str, below: str | None = None) -> RackFileError:
-        """Return the error for a key whose value is found wrong after reading.
+        """Return the error for a key whose value turns out to be wrong after reading.
 
         Args:
-            key: its name at the top of the file.
+            key: a top-level key of the file.
         """
         value = getattr(self.spec, key)
         path: KeyPath = (key,) if below is None else (key, below)
@@ -76,19 +76,19 @@ Modules = Callable[[Mapping[str, str], Path], Mapping[str, ModuleRecord]]
 
 
 def unread(named: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
-    """Return stand-ins for modules whose files are not executed; they refuse nothing of a slot."""
+    """Return stand-ins for modules whose files are not executed; they accept any slot."""
     return {name: ModuleRecord(name=name, make=_not_made, unread=True, **_ANYTHING) for name in named}
 
 
 def _not_made(*_: object, **__: object) -> Any:
-    """Make nothing: the module of a rack that is only read."""
+    """Stand in for the functions of a module that is never executed."""
 
 
 _ANYTHING: Mapping[str, Any] = {
     "has_firmware": True,
     "live": LivePort(opened=_not_made, factory_address=1, highest_address=sys.maxsize),
 }
-"""What a module that is not executed may have: a firmware, and a port with any address."""
+"""Assumed traits of a module whose file is not executed: a firmware, and a port with any address."""
 
 
 def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str | None = None) -> RackFile:
@@ -97,7 +97,7 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
     Nothing is executed unless `modules` does so.
 
     Args:
-        program: that of a file which names none; without it such a file is refused.
+        program: used if the file names no program; without it, such a file is refused.
     """
     path = Path(path)
     return parse_rack_file(_read(path), path, modules, program=program)
@@ -106,7 +106,7 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
 def parse_rack_file(
     text: str, path: Path, modules: Modules = unread, *, program: str | None = None
 ) -> RackFile:
-    """Read the text of a rack file; `path` is its name in messages, for `program` see `load_rack_file`.
+    """Read the text of a rack file; `path` is its name in messages; for `program` see `load_rack_file`.
 
     Raises:
         RackFileError: it is not TOML, or contains an illegal value.
@@ -145,7 +145,7 @@ def plugins_not_searched() -> Iterator[None]:
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:
-    """Return the tables of a rack file; fractions are decimal.
+    """Return the tables of a rack file; numbers with fractions are decimals.
 
     Raises:
         RackFileError: it is not TOML, or beyond the limits of a text.
@@ -160,11 +160,11 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
 
 
 MISTAKES = 200
-"""Largest number of mistakes of a file that are explained."""
+"""Maximum number of mistakes that are explained per file."""
 
 
 def explained(error: ValidationError, path: Path, lines: KeyLines | None = None) -> RackFileError:
-    """Return the mistakes of a specification, one per line; of many, the first ones.
+    """Return the mistakes of a specification, one per line, up to a limit of `MISTAKES`.
 
     Args:
         lines: lines of its keys, if known.
@@ -217,7 +217,7 @@ class _Mistake:
 
     @property
     def key(self) -> str:
-        """Its key with those around it."""
+        """The key with the keys of the tables around it."""
         return ".".join(part for part in self.path if isinstance(part, str))
 
     @property
@@ -277,7 +277,7 @@ _ALLOWED = {
 """Allowed values by kind of error; other kinds contain them in their message."""
 
 ANY = "*"
-"""In `_MODELS` a table of any name."""
+"""Stands for a table of any name in `_MODELS`."""
 
 _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
     (): RackSpec,

@@ -233,7 +233,7 @@ class SlotSpec(Table):
         given = _of_file(info)
         self._record = given[self.module] if self.module in given else MODULES[self.module]
         self.make(seed=0)
-        needed = "needs_firmware" in self.model_fields_set  # another module's firmware has no order
+        needed = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
         if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
             text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
             raise SettingError("firmware", f"firmware {self.firmware}: {text}")
@@ -245,7 +245,7 @@ class SlotSpec(Table):
 
 
 def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
-    """Return the profile of a slot; without a stepper there, that of the fastest in the rack, or a 3601's."""
+    """Return a slot's profile; without a stepper there, the fastest one in the rack, or else a 3601's."""
     steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
     if number in steppers:
         return steppers[number]
@@ -552,7 +552,7 @@ class RackSpec(Table):
 
 
 def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
-    """Call `check`; its refusal is misplaced at `path`."""
+    """Call `check`; turn its refusal into a `MisplacedError` at `path`."""
     try:
         return check(*arguments)
     except ValueError as error:

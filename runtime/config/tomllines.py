@@ -51,7 +51,7 @@ class KeyLines:
 
     @cached_property
     def paths(self) -> Mapping[KeyPath, int]:
-        """Every key path with its line, from 1; a file without mistakes is not read for them."""
+        """Every key path with its line, from 1; the text is not scanned before a line is needed."""
         self._read_document()
         return self._lines
 

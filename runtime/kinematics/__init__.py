@@ -1,7 +1,7 @@
 """Kinematics: motions as closed forms of time, exact in integers.
 
 A motion is planned once (`move`, `run`, `single_step`, `blend`). A change plans
-the rest of the motion from an instant on (`stop`, `change_speed`, `register`,
+the rest of the motion from a given instant (`stop`, `change_speed`, `register`,
 `go_on`, `creep`). In between a motion is only evaluated: its position at an
 instant, the instant of a step. Nothing advances, so nothing depends on the number
 of queries.

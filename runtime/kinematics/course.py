@@ -1,8 +1,8 @@
 r"""A course: the segments of a motion during planning, in order of time.
 
-A ramp is laid in phases, in each of which travel is one polynomial. With T the
-time of the ramp, dv = v1 - v0, and in a phase z the part of T gone before it,
-u the time in it and w = u/T:
+A ramp consists of phases, in each of which travel is one polynomial. T is the
+time of the ramp, and dv = v1 - v0. In a phase, z is the fraction of T before it,
+u the time since its start, and w = u/T:
 
     x = x0 + T*(v0*z + dv*made) + (v0 + dv*speed)*u + dv*T*(rate*w^2 + jerk*w^3)
 
@@ -18,8 +18,8 @@ u the time in it and w = u/T:
                        /    \                  18    54    1   12    48    0
                   0   /      \                 54    72   19   60    48  -64
 
-The parts are those of the last phase's end, here 72. A given jerk has the same three phases, in parts that
-follow from its course (`phases_of`).
+The last phase's end, here 72, is the unit of the table. A given jerk has the same three phases, with parts
+that follow from its course (`phases_of`).
 
 The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the
 manual's k = 1, 2 and 4/3 [chapter 2]. The trapezoidal rate is constant for half
@@ -44,7 +44,7 @@ from .segment import FOREVER, Polynomial, Segment, segment
 from .shape import FINE, MILLI, PICO, AnyShape, Jerk, Rate, Shape
 
 Phase = tuple[int, int, int, int, int, int]
-"""A phase: begin and end as parts of the ramp's time, made, speed, rate, jerk."""
+"""A phase: start and end as parts of the ramp's time, then made, speed, rate, jerk."""
 
 CONSTANT_RATE: tuple[Phase, ...] = ((0, 72, 0, 0, 36, 0),)
 
@@ -56,9 +56,9 @@ PHASES: dict[Shape, tuple[Phase, ...]] = {
 
 
 def phases_of(rising: Fraction) -> tuple[Phase, ...]:
-    """Return the phases of a ramp whose rate rises, and falls, in a part of its time.
+    """Return the phases of a ramp whose rate rises in a fraction of its time, and falls in an equal one.
 
-    With f that part, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
+    With f that fraction, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
 
     >>> parts = phases_of(Fraction(1, 4))
     >>> [[Fraction(part, parts[-1][1]) for part in phase] for phase in parts] == [
@@ -66,7 +66,7 @@ def phases_of(rising: Fraction) -> tuple[Phase, ...]:
     True
 
     Args:
-        rising: above 0, up to 1/2.
+        rising: the fraction, above 0, up to 1/2.
     """
     f, r = rising, 1 / (1 - rising)
     rows = (
@@ -84,7 +84,7 @@ _STEP = PICO * FINE
 
 
 class Course:
-    """Segments laid so far, and their end."""
+    """The segments so far, and their end."""
 
     __slots__ = ("_start_ns", "now", "scale", "segments", "travel")
 
@@ -93,19 +93,19 @@ class Course:
         self.scale = travel.denominator  # ticks in a ns
         self.now = now_ns * self.scale  # end of the segments, in ticks
         self.travel = travel.numerator  # travel at that end, in 1e-18 step divided by the scale
-        self.segments: list[Segment] = []  # those that contain a whole ns
+        self.segments: list[Segment] = []  # only segments that contain a whole ns
 
     def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> None:
-        """Lay a speed change, up or down."""
+        """Append a speed change, up or down."""
         ticks, phases = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         self._ramp(from_nsps, to_nsps, ticks, phases)
 
     def cruise_to(self, steps: int, speed_nsps: int) -> None:
-        """Lay constant speed up to a number of whole steps."""
+        """Append constant speed up to a number of whole steps."""
         self._cruise(steps * _STEP * self.scale - self.travel, speed_nsps)
 
     def cruise_over(self, steps: Fraction, speed_nsps: int) -> None:
-        """Lay constant speed over a length in steps, which need not be whole."""
+        """Append constant speed over a length in steps, which need not be whole."""
         length = steps * _STEP
         self._refine(length.denominator // gcd(length.denominator, self.scale))
         self._cruise(int(length * self.scale), speed_nsps)
@@ -113,7 +113,7 @@ class Course:
     def ramp_over(
         self, steps: Fraction, from_nsps: int, to_nsps: int, phases: tuple[Phase, ...] = CONSTANT_RATE
     ) -> None:
-        """Lay a speed change over a length in steps, which need not be whole.
+        """Append a speed change over a length in steps, which need not be whole.
 
         Its time follows from the length, `2 * length / (v0 + v1)`.
         """
@@ -122,17 +122,17 @@ class Course:
         self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
     def steps_left(self, steps: int) -> Fraction:
-        """Return the steps that are missing to a number of whole steps."""
+        """Return the steps that remain to a number of whole steps."""
         return steps - Fraction(self.travel, _STEP * self.scale)
 
     def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> int:
-        """Return the first whole number of steps at which a ramp down, laid here or later, can end."""
+        """Return the first whole number of steps at which a ramp down that begins here or later can end."""
         ticks, _ = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         end = self.travel + (from_nsps + to_nsps) * ticks // 2
         return -(-end // (_STEP * self.scale))
 
     def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> None:
-        """Lay constant speed, then any ramp down, to an exact number of steps; shorten a longer ramp."""
+        """Append constant speed, then any ramp down, to an exact number of steps; shorten a longer ramp."""
         if from_nsps <= to_nsps:
             self.cruise_to(steps, from_nsps)
             return
@@ -181,7 +181,7 @@ class Course:
         return dividend * self.scale // divisor, PHASES[shape]
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
-        """Lay constant speed over a length in the unit of travel, if it is positive."""
+        """Append constant speed over a length in the unit of travel, if it is positive."""
         if length > 0:
             factor = speed_nsps // gcd(speed_nsps, length)
             self._refine(factor)
@@ -200,7 +200,7 @@ class Course:
             self.travel += (from_nsps + to_nsps) * ticks // 2
 
     def _lay(self, begin: int, end: int, ramp: int, polynomial: Polynomial) -> None:
-        """Lay a phase, given as a polynomial of the ticks since its begin."""
+        """Append a phase, given as a polynomial of the ticks since its start."""
         scale = self.scale
         start_ns, until_ns = -(-begin // scale), -(-end // scale)
         if start_ns < until_ns:

@@ -6,7 +6,7 @@
     instant_of     the first instant at which a number of steps is made
 
 A motion is a value: evaluating it changes nothing. At the joint of two segments the
-later one applies; from `end_ns` on the axis stands still.
+later one applies; from `end_ns` on the axis is at rest.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Plans: every begin of a motion, and every change of a running motion.
+"""Plans: every start of a motion, and every change of a running motion.
 
     move            a distance: up, constant, down; exact
     run             no distance: up, then constant without end
@@ -14,7 +14,7 @@ values; inside an S-curve the shape restarts.
 
 Two values are rounded, both down to 1e-9 step/s: the peak speed of a move too
 short for its programmed speed, and the present speed where a change takes over
-in the middle of a ramp. All else is exact by chapter 2.
+in the middle of a ramp. Everything else is exact by chapter 2.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def change_speed(
 def register(
     motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape
 ) -> Motion:
-    """Plan the end of a registration move: a number of whole steps more, the deceleration included.
+    """Plan the end of a registration move after a number of further whole steps, the deceleration included.
 
     The present speed lasts until the deceleration is due [chapter 4, Registration Move]. Steps of exactly
     the stopping distance suffice: if a step is under way, the ramp loses that fraction.
@@ -190,7 +190,7 @@ def register(
 
     Args:
         now_ns: when it takes over, not before the motion's `start_ns`.
-        steps: to be made from the whole steps made now, from 1.
+        steps: number of steps after the whole steps made so far, from 1.
         start_sps: starting speed in steps/s; below it no ramp is made.
         deceleration_spmss: in steps/ms/s, above 0.
 
@@ -210,7 +210,7 @@ def register(
 
 
 def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
-    """Plan the end of a motion as a move of a number of whole steps more, from its present speed.
+    """Plan the end of a motion as a move over a number of further whole steps, from its present speed.
 
     It accelerates to the programmed speed, or as far as the steps allow, and ends exactly.
 
@@ -221,7 +221,7 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
 
     Args:
         now_ns: when it takes over, not before the motion's `start_ns`.
-        steps: to be made from the whole steps made now, from 1.
+        steps: number of steps after the whole steps made so far, from 1.
         profile: starting and programmed speed, neither below nor above the motion's; rates, shape.
 
     Raises:

@@ -15,7 +15,7 @@ class Profile:
     ignored [chapter 4, Manual Move].
 
     Raises:
-        ValueError: a value below what is allowed. Upper limits are the module's business.
+        ValueError: a value is too low. The module checks the upper limits.
     """
 
     start_sps: int  # starting speed in steps/s, from 1

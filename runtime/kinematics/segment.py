@@ -32,7 +32,7 @@ FOREVER = 1 << 100
 class Segment:
     """A stretch of a motion, from `start_ns` up to, not including, `until_ns`.
 
-    It may be called for instants within it, `until_ns` included.
+    Its methods accept instants within it, `until_ns` included.
 
     Attributes:
         c3: coefficient of u^3.

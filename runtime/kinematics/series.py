@@ -30,7 +30,7 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
         made, rest = divmod(terms[0], step)
         each, more = divmod(terms[1], step)
         whole = made + each * index
-        return whole + (rest + more * index) // step if more else whole  # a division takes longest of all
+        return whole + (rest + more * index) // step if more else whole  # a division is the slowest operation
     return _estimated(segment, first_ns, every_ns, index)
 
 

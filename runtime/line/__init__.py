@@ -1,4 +1,4 @@
-"""Bytes in time: the serial line and its bus, ports, masters, clients, and one codec per protocol.
+"""Serial and network lines: bus, ports, masters, clients, and one codec per protocol.
 
 | file | contents |
 |---|---|
@@ -9,5 +9,5 @@
 | `clients/` | blocking clients of real controllers, and `probing`, which finds controllers |
 | `hosts`, `serialport` | addresses of networks and serial devices |
 
-It knows the clock of the loop and no controller: a protocol's format of the line is with its codec.
+This package uses the clock of the loop and imports no controller. A protocol's line format is in its codec.
 """

@@ -28,7 +28,7 @@ class Line(Protocol):
         """Return the bytes received since the last call."""
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send without waiting; receive in the same format from then on."""
+        """Send without waiting, and use the same format to receive."""
 
 
 class FaultyDevice:
@@ -77,7 +77,7 @@ class FaultyDevice:
 
 
 class Bus(Protocol):
-    """What carries bytes in virtual time."""
+    """A transport of bytes in virtual time."""
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next event, or None."""
@@ -89,10 +89,10 @@ class Bus(Protocol):
         """Return the bytes that the master has received since the last call."""
 
     def send(self, data: bytes, line_format: LineFormat) -> object:
-        """Send as the master from now on."""
+        """Send as the master, starting now."""
 
     def silence(self) -> None:
-        """Drop all bytes in transit, and those received and not taken."""
+        """Drop all bytes in transit, and received bytes that were not taken."""
 
 
 class SimulatedLine(Line):
@@ -100,7 +100,7 @@ class SimulatedLine(Line):
 
     Args:
         faults: the controller, with the faults of its line.
-        bus: what carries the bytes.
+        bus: the transport of the bytes.
     """
 
     def __init__(self, faults: FaultyDevice, bus: Callable[[FaultyDevice], Bus] = SerialBus) -> None:

@@ -1,6 +1,6 @@
 """Requests to a networked drive, Modbus TCP, each with the expected form of its reply.
 
-A reply belongs to its request by transaction, unit and function: a late one is not taken for another's.
+Transaction, unit and function match a reply to its request: a late reply is never taken for another one.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ def _request(unit: int, transaction: int, pdu: ModbusPDU) -> LineRequest:
 
 
 def exchange(unit: int, transaction: int, axis: int, words: Sequence[int]) -> LineRequest:
-    """Return the request that writes ten words and reads the ten from before (function 23).
+    """Return the request that writes ten words and reads ten from before the write (function 23).
 
     >>> exchange(1, 2, 1, [0] * 10).frame[:13].hex(" ")
     '00 02 00 00 00 1f 01 17 00 00 00 0a 04'
 
     Args:
-        axis: of the stack, from 1.
+        axis: number of the axis in the stack, from 1.
         words: unsigned.
     """
     first = WORDS * (axis - 1)

@@ -1,9 +1,9 @@
 """A device whose replies are late, lost or damaged on purpose.
 
     drop=3       the next three replies are lost, after the device has acted
-    crc=1/10     of ten replies the last is damaged, again and again
+    crc=1/10     the last of every ten replies is damaged
     delay=200    each reply comes 200 ms later, until delay=0
-    silence=on   the device hears nothing and says nothing, until silence=off: a cut line
+    silence=on   the device receives and sends nothing until silence=off, as on a cut line
     reset        the device loses its power and gets it back
 
 A reply is what a device sends at one instant. Its last byte belongs to the checksum of a Modbus or
@@ -32,14 +32,14 @@ ALLOWED = "drop=N, drop=N/M, crc=N, crc=N/M, delay=MS, silence=on, silence=off a
 
 @dataclass(slots=True)
 class Hits:
-    """The replies that a fault meets: the next `count`, or of every `of` the last `count`."""
+    """The replies that a fault affects: the next `count`, or the last `count` of every `of`."""
 
     count: int = 0
     of: int = 0
     _seen: int = 0
 
     def next(self) -> bool:
-        """Count a reply; return whether it is met."""
+        """Count a reply; return whether the fault affects it."""
         if self.of:
             self._seen = self._seen % self.of + 1
             return self._seen > self.of - self.count
@@ -48,10 +48,10 @@ class Hits:
 
 
 def hits_of(value: str) -> Hits:
-    """Return the replies of `3` or `1/10`.
+    """Parse the replies that a fault affects, such as `3` or `1/10`.
 
     Raises:
-        ValueError: neither, or more replies met than there are.
+        ValueError: it is neither, or the first number is greater than the second.
     """
     match = _HITS.fullmatch(value)
     count, of = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
@@ -62,11 +62,11 @@ def hits_of(value: str) -> Hits:
 
 
 class FaultInjector(Device):
-    """A device of a line with faults on request; without any it is the device.
+    """A device on a line with faults on request; without faults it behaves as the device.
 
     Args:
-        device: what is at the line.
-        turnaround_ns: returns the silence between a request and its reply, ns; it is kept besides a delay.
+        device: the device on the line.
+        turnaround_ns: returns the silence between a request and its reply, ns; a delay adds to it.
     """
 
     def __init__(self, device: ControllerDevice, turnaround_ns: Callable[[], int] = lambda: 0) -> None:
@@ -115,7 +115,7 @@ class FaultInjector(Device):
         """Set or end a fault, in the notation above.
 
         Raises:
-            ValueError: it is none.
+            ValueError: it is not a fault.
         """
         name, _, value = text.partition("=")
         if text == "reset":
@@ -134,7 +134,7 @@ class FaultInjector(Device):
             raise ValueError(f"{text!r} is not a fault; choose from {ALLOWED}")
 
     def _wait(self, now_ns: int, said: bytes) -> None:
-        """Keep a reply until it is due; none overtakes another."""
+        """Queue a reply until it is due; replies stay in order."""
         due_ns = now_ns + self._turnaround_ns() + self._delay_ns
         if self._waiting:
             due_ns = max(due_ns, self._waiting[-1][0])

@@ -4,8 +4,9 @@
     client 2      |request|.....................|reply|
     line       |frame|  |frame of the reply|  |frame|  |...
 
-What comes back counts as a reply if its checksum, address and function are right. Without one in time the
-client gets exception 0Bh [Modbus application protocol, section 7]: *gateway target device failed to respond*.
+Received bytes count as a reply if their checksum, address and function are right. Without a reply in time
+the client gets exception 0Bh [Modbus application protocol, section 7]: *gateway target device failed to
+respond*.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class GatewayRequest(Generic[Asker]):
     pdu: bytes
 
     def refused(self, code: int) -> bytes:
-        """Return the exception of that code."""
+        """Return the exception with that code."""
         return bytes((self.pdu[0] | EXCEPTION, code))
 
 
@@ -67,7 +68,7 @@ class Gateway(Generic[Asker]):
         self._sent: GatewayRequest[Asker] | None = None
         self._heard = bytearray()
         self._give_up_ns = 0
-        self._quiet_ns: int | None = None  # instant at which the bytes heard are a frame; None without bytes
+        self._quiet_ns: int | None = None  # instant at which received bytes become a frame, or None
 
     @property
     def next_wake_ns(self) -> int | None:
@@ -104,7 +105,7 @@ class Gateway(Generic[Asker]):
             return
         self._sent = request = self._waiting.popleft()
         self._heard += self._line.advance(now_ns)
-        self._heard.clear()  # late, and no one's
+        self._heard.clear()  # late: no request waits for it
         data = frame(self._address_of(request.unit), request.pdu)
         sent_ns = now_ns + self._span_ns(len(data))
         broadcast = request.unit == BROADCAST and self._address_of(BROADCAST) == BROADCAST

@@ -59,7 +59,7 @@ def open_port(port: str, line_format: LineFormat) -> Link:
     """Open a serial device or, with `tcp:HOST:PORT`, a connection that carries the line's own bytes.
 
     Raises:
-        ValueError: no such address.
+        ValueError: the address is invalid.
         LinkError: it can't be opened.
     """
     check_address(port)
@@ -167,7 +167,7 @@ class LiveLine(Line):
     def _drop(self) -> None:
         with self._lock:
             port, self._port = self._port, None
-            self._failure = None  # of the same port: one loss, not two
+            self._failure = None  # it concerns the same port: one loss, not two
         if port is None:
             return
         try:

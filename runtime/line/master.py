@@ -132,7 +132,7 @@ class Master:
         return self._deadline_ns if self._sent else max(self.now_ns, self._quiet_from_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Receive characters, the last one complete at `now_ns`; drop those outside an exchange."""
+        """Receive characters, the last one complete at `now_ns`; drop characters outside an exchange."""
         if not data:
             return
         self.now_ns = now_ns
@@ -148,7 +148,7 @@ class Master:
                 self._resume(reply)
 
     def advance(self, now_ns: int) -> bytes:
-        """Advance to `now_ns`; return the bytes to send from then on."""
+        """Advance to `now_ns`; return the bytes to send at that instant."""
         self.now_ns = now_ns
         while not self.published:
             if self._request is None:

@@ -1,4 +1,4 @@
-"""Modbus PDUs by pymodbus, in both directions, behind one guard.
+"""Encodes and decodes Modbus PDUs by pymodbus, and checks everything that it decodes.
 
     request   bytes -> request_of -> carry out -> reply -> bytes
     answer    bytes -> GuardedDecoder(False) -> mismatch, with the request -> values
@@ -41,14 +41,14 @@ class GuardedDecoder(DecodePDU):
     """Decodes only what the standard allows.
 
     Args:
-        is_server: decode requests; else answers.
+        is_server: whether to decode requests instead of answers.
     """
 
     @override
     def decode(self, frame: bytes) -> ModbusPDU | None:
-        """Decode a PDU; None if it is none, or not a whole and valid one."""
+        """Decode a PDU; None if the bytes are not one complete and valid PDU."""
         try:
-            kind = self.lookupPduClass(b"\0" + frame)  # of an RTU frame: the function is its second byte
+            kind = self.lookupPduClass(b"\0" + frame)  # in an RTU frame the function is the second byte
             if kind is None:
                 return None
             pdu = ExceptionResponse(frame[0]) if kind is ExceptionResponse else kind()
@@ -59,11 +59,11 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Whether the bytes are those of the PDU, and its counts are right."""
+    """Whether the bytes are exactly those of the PDU, with the right counts."""
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
-    # Registers are counted: encoded with the counts that were received, wrong ones are the same again.
+    # Count the registers: encoding repeats the received counts, even if they are wrong.
     if isinstance(pdu, WriteMultipleRegistersRequest):
         pdu.count = len(pdu.registers)
         in_range = 1 <= pdu.count <= WRITE_WORDS_MOST
@@ -115,7 +115,7 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
 
     Args:
         data: function code and data, at least one byte.
-        functions: those that the device has.
+        functions: function codes that the device supports.
 
     Returns:
         The request, or the exception that answers it: 01h or 03h.
@@ -149,7 +149,7 @@ def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> byte
 _BITS_READ = (0x01, 0x02)
 _SEVERAL_WRITTEN = (0x0F, 0x10)
 _WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
-"""Functions whose answer repeats the request, or address and count of it."""
+"""Functions whose answer repeats the request, or its address and count."""
 
 _REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
 """The request's number of registers."""
@@ -178,7 +178,7 @@ def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
 
 
 def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
-    """Return why an answer, no exception, is not the request's; "" if it is."""
+    """Return why an answer that is not an exception doesn't match the request; "" if it does."""
     function = request.function_code
     if answer.function_code != function:
         return "a response to a different request"

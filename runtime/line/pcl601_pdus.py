@@ -38,7 +38,7 @@ class Pcl601Identity(ReportDeviceIdResponse):
 
     @override
     def decode(self, data: bytes) -> None:
-        """Take all after the byte count."""
+        """Store everything after the byte count."""
         self.identifier = data[1:]
 
 
@@ -48,7 +48,7 @@ ANSWERS.register(Pcl601Identity)
 
 
 def is_answer(request: ModbusPDU, answer: ModbusPDU) -> bool:
-    """Whether an answer, no exception, is the request's; 11h names the unit in its data, too."""
+    """Whether a normal answer matches the request; the data of the answer to 11h contain the unit, too."""
     if isinstance(answer, Pcl601Identity) and answer.identifier[:1] != bytes((request.dev_id,)):
         return False
     return not mismatch(request, answer)

@@ -8,9 +8,9 @@ Of a 3601:
 
     03, 04   reads        06, 10  writes        17  writes, then reads: both in one request
 
-A write of all output words is an exchange: they change together. One of fewer is *torn*: the module may see
-half a command. It is carried out and counted, or refused with exception 02h. Counts are checked before
-addresses: exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
+A write of all output words is an exchange: they change together. A write of fewer words is *torn*: the
+module may see half a command. It is carried out and counted, or refused with exception 02h. Counts are
+checked before addresses: exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class RemoteWords:
         self.heard_ns = now_ns
 
     def _read(self, now_ns: int, outputs: Sequence[int], first: int, count: int) -> Sequence[int]:
-        """Return registers of outputs, inputs and facts."""
+        """Return registers: output words, input words, and the counts and age that follow them."""
         block = [*outputs, *self._inputs(), *self._facts(now_ns)]
         if first + count > len(block):
             raise ModbusRefusedError(ILLEGAL_ADDRESS)

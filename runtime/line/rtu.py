@@ -1,6 +1,6 @@
 """Modbus RTU framing: frames in a stream of bytes [Message Framing, Appendix 2].
 
-On a line with the baud rate's timing a frame is between two
+On a line with the baud rate's timing a frame lies between two
 silences of 3.5 characters, and a pause of more than 1.5 characters
 within a frame makes it invalid:
 
@@ -127,13 +127,13 @@ class Framer:
         """Yield the complete frames; keep what may be the beginning of another one.
 
         Args:
-            final: a silence has passed: look for frames after what is hardly a beginning, too.
+            final: a silence has passed, so look for frames after an unlikely beginning, too.
         """
         buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):
             found = _frame_at(buffer, at)
             if not found and final and at in self._starts and is_frame(buffer[at:]):
-                found = buffer[at:]  # of a function without a known length
+                found = buffer[at:]  # the length of this function is unknown
             if found and (start := self._within(buffer, at, found)) is not None:
                 at = start
             elif found:
@@ -151,9 +151,9 @@ class Framer:
         return at in self._starts and _begins(buffer, at)
 
     def _within(self, buffer: bytes, at: int, found: bytes) -> int | None:
-        """Return where a frame begins after a silence within another one, and is the likelier of the two.
+        """Return where a frame begins after a silence within another one, if it is the likelier of the two.
 
-        It is, unless only the other one ends with the bytes that have come.
+        It is likelier unless only the other frame ends exactly with the received bytes.
         """
         if self._starts[-1:] <= [at]:
             return None

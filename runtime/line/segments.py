@@ -1,4 +1,4 @@
-"""A network between a master and a device, in virtual time: whole segments, each after the same time."""
+"""A network between a master and a device, in virtual time: it delivers whole segments with a fixed delay."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from .wire import Device, LineFormat
 
 TRAVEL_NS = 250_000
-"""Time of a segment from end to end, with that of the stacks at both ends."""
+"""Delay of a segment from end to end, including the network stacks at both ends."""
 
 
 class SegmentBus:
@@ -21,7 +21,7 @@ class SegmentBus:
         self._heard = bytearray()
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send as the master from now on."""
+        """Send as the master, starting now."""
         self._there.append((self.now_ns + TRAVEL_NS, data))
 
     def take(self) -> bytes:
@@ -31,7 +31,7 @@ class SegmentBus:
         return data
 
     def silence(self) -> None:
-        """Drop what is in transit, and what is received and not taken."""
+        """Drop all segments in transit, and received bytes that were not taken."""
         self._there.clear()
         self._back.clear()
         self._heard.clear()

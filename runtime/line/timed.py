@@ -1,4 +1,4 @@
-"""A line whose characters take their time, at a port that does not keep it.
+"""A line whose characters take time, behind a port that delivers bytes at once.
 
 client  |request, at once                      reply, character by character|
 line       |s|d d d ...|  3.5 characters  |s|d d d ...

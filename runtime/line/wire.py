@@ -4,7 +4,7 @@
                                      ^ here the receiver has the character
 
 A device on the line is a state machine without I/O (`Device`): it receives
-characters, says when it must be woken, and returns what it sends. The `SerialBus`
+characters, reports when it must be woken, and returns the bytes to send. The `SerialBus`
 carries characters between any number of devices and a master, one by one, each at
 the instant at which it is complete.
 
@@ -32,7 +32,7 @@ class LineFormat:
     8333333
 
     Raises:
-        ValueError: a value that is none of these.
+        ValueError: a value is not allowed.
     """
 
     baud: int  # bits per second, from 1
@@ -64,7 +64,7 @@ class LineFormat:
 
 
 class Device(Protocol):
-    """A participant of a serial line. It never raises, whatever it receives."""
+    """A participant on a serial line. It never raises, whatever it receives."""
 
     @property
     def line_format(self) -> LineFormat:
@@ -81,7 +81,7 @@ class Device(Protocol):
         """
 
     def advance(self, now_ns: int) -> bytes:
-        """Advance to `now_ns`; return the bytes that go onto the line from then on.
+        """Advance to `now_ns`; return the bytes to send at that instant.
 
         The result must not depend on the number of calls. Called later than `next_wake_ns`, it
         catches up, and only the sending is late.
@@ -137,7 +137,7 @@ class SerialBus:
         return not self._under_way
 
     def send(self, data: bytes, line_format: LineFormat, gap_ns: int = 0) -> int:
-        """Send as the master from now on; return the instant at which the last character is complete."""
+        """Send as the master, starting now; return the instant at which the last character is complete."""
         return self._put(MASTER, data, line_format, gap_ns)
 
     def take(self) -> bytes:
@@ -147,7 +147,7 @@ class SerialBus:
         return data
 
     def silence(self) -> None:
-        """Drop all characters in transit, and those received and not taken."""
+        """Drop all characters in transit, and received characters that were not taken."""
         self._under_way.clear()
         self.heard.clear()
 

@@ -34,15 +34,15 @@ DRAFT_MOST = 60_000
 """Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
 
 RUNGS_MOST = 200
-"""Maximum rungs that a draft has in place of others: each is checked and drawn for the page at once."""
+"""Maximum number of replaced rungs in a draft: all are checked and drawn for the page at once."""
 
 DEEPEST = 8
-"""Levels of lists and objects in a message."""
+"""Maximum nesting of lists and objects in a message."""
 
 _TOO_DEEP = "it is nested too deep"
 
 ALL = "all"
-"""In place of a tag: all forces."""
+"""Stands for all forces in place of a tag."""
 
 
 Value = bool | int | float | str
@@ -81,12 +81,12 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Press:
-    """Set an input of a module from now on; None returns it to the machine."""
+    """Hold an input of a module at a level; None returns it to the machine."""
 
     slot: int
     name: str
     on: bool | None
-    by: str = ""  # who, such as a panel of a page; "" if not said
+    by: str = ""  # who pressed it, such as a panel of a page; "" if unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,9 +105,9 @@ class Store:
     tag: str  # its full name
     offset: int  # byte of the tag
     data: str  # hexadecimal
-    keep: str = ""  # hexadecimal, as long as `data`: bits that stay as they are; "" for none
-    client: str = ""  # its user, if one has logged in, and its address
-    part: str = ""  # of the tag, for people: `.Steps[2].Time`; "" for all of it
+    keep: str = ""  # hexadecimal mask, as long as `data`, of the bits that stay; "" for none
+    client: str = ""  # the client's user, if one has logged in, and its address
+    part: str = ""  # readable path in the tag: `.Steps[2].Time`; "" for all of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class InjectFault:
     slot: int
     for_ms: float = 0
     late_words: tuple[int, ...] = ()
-    state: str = ""  # of conditions
+    state: str = ""  # for conditions
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +161,7 @@ class Reload:
 class Edit:
     """Continue with an edited program; a session gives this order itself, with the program's files."""
 
-    number: int  # of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
+    number: int  # number of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
     program: str  # the program among them, `path[:function]`
     restart: str = ""  # see `Reload`
 
@@ -176,7 +176,7 @@ class Branch:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Ask for the text of the program's file."""
+    """Request the text of the program's file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +187,7 @@ class Draft:
     base: str  # digest of the text that was edited
     restart: str = ""  # see `Reload`
     take: bool = False  # save it, and continue with it
-    effects: bool = False  # also say what it can change in any run, which takes seconds
+    effects: bool = False  # also report what it can change in any run, which takes seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,13 +196,13 @@ class Online:
 
     step: str
     base: str = ""  # digest of the program's file that was edited; of steps after accept, the edited file's
-    rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
-    tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
+    rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and replacement rungs
+    tags: tuple[tuple[str, str, str], ...] = ()  # new tags: name, type, program
     by: str = ""  # who, see `Press`
 
 
 ToEditor = Source | Draft | Online
-"""What the editor of a session answers, beside the scans."""
+"""Orders that the editor of a session answers, without holding up the scans."""
 
 Action = (
     Mode
@@ -245,7 +245,7 @@ ACTIONS: Mapping[str, type[Action]] = {
 """The orders that a page may give, by name."""
 
 TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft, "online": Online}
-"""What a page may say of the program's text, by name; a recording has the edits that come of it."""
+"""Orders of a page about the program's text, by name; a recording contains only the resulting edits."""
 
 RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
 """The orders that a recording may contain, by name."""
@@ -272,7 +272,7 @@ def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> A
         known: the allowed orders, by name.
 
     Raises:
-        ValueError: it is not an order; what is wrong, and what is allowed.
+        ValueError: it is not an order; the message has the problem and the allowed values.
     """
     if not isinstance(message, Mapping):
         raise ValueError("an order is an object with the key do")
@@ -302,7 +302,7 @@ _LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
 
 
 def said_of(order: Action) -> dict[str, Any]:
-    """Return the message of an order; `action_of` reads it."""
+    """Return an order as a message, which `action_of` reads."""
     said = {"do": NAMES[type(order)], **asdict(order)}
     return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
 
@@ -328,7 +328,7 @@ def parsed(text: str | bytes) -> Any:
 
 
 def _refuse_oddities(said: object) -> None:
-    """Refuse JSON that can't be shown: deep nesting, halves of surrogate pairs."""
+    """Refuse JSON that can't be shown: deep nesting, unpaired surrogates."""
     level = [said]
     for _ in range(DEEPEST + 1):
         for text in level:
@@ -423,7 +423,7 @@ def _are_tags(value: object) -> bool:
 
 
 def _is_short(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether this is a list that is as short as the text of a draft."""
+    """Whether this is a list within the size limit of a draft."""
     if not isinstance(value, (list, tuple)):
         return False
     return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
@@ -473,7 +473,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "state": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, f"words from 0 to {WORDS_MAX - 1}"),
 }
-"""Check of each field, by name."""
+"""The check of each field and its allowed values in words, by name."""
 
 
 def _checked(order: str, key: str, value: object) -> Any:

@@ -1,8 +1,8 @@
 """A request and its reply between two processes, through shared memory: the scan loop never waits.
 
 head     asked, answered, bytes of the request, bytes of the reply, beats of the server; 8 bytes each
-request  written by the server, then `asked` is counted up
-reply    written between two scans, then `answered` is counted up, and a byte wakes the server
+request  written by the server, then `asked` is incremented
+reply    written between two scans, then `answered` is incremented, and a byte wakes the server
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Mailbox:
     """One side of a mailbox.
 
     Args:
-        memory: of the other side; None = a new one.
+        memory: memory of the other side; None = create it.
     """
 
     def __init__(self, memory: SharedMemory | None = None) -> None:
@@ -34,7 +34,7 @@ class Mailbox:
     # --- the server's side
 
     def ask(self, request: bytes) -> None:
-        """Leave a request; ValueError if it is too long."""
+        """Post a request; ValueError if it is too long."""
         if len(request) > AREA_BYTES:
             raise ValueError(f"a request of {len(request)} bytes: {AREA_BYTES} fit")
         self._memory[_HEAD_BYTES : _HEAD_BYTES + len(request)] = request
@@ -47,7 +47,7 @@ class Mailbox:
         return self._head[_ASKED] != self._head[_ANSWERED]
 
     def beat(self) -> None:
-        """Tell that the server is alive."""
+        """Signal that the server is alive."""
         self._head[_BEATS] += 1
 
     def reply(self) -> bytes:
@@ -67,7 +67,7 @@ class Mailbox:
         return self._memory[_HEAD_BYTES : _HEAD_BYTES + min(self._head[_REQUEST], AREA_BYTES)]
 
     def answer(self, reply: bytes) -> None:
-        """Leave the reply; one that does not fit is empty."""
+        """Post the reply; a reply that does not fit is replaced by an empty one."""
         fits = reply if len(reply) <= AREA_BYTES else b""
         begin = _HEAD_BYTES + AREA_BYTES
         self._memory[begin : begin + len(fits)] = fits
@@ -82,6 +82,6 @@ class Mailbox:
 
 
 def wake(waker: socket.socket) -> None:
-    """Wake the other side by a socket that never blocks; a full or closed one is as good."""
+    """Wake the other side through a non-blocking socket; ignore a full or closed one."""
     with suppress(OSError):
         waker.send(b"\1")

@@ -1,6 +1,6 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) reads attributes of nodes that exist, and no more: it takes any age and timestamps, returns all
+asyncua (2.1) only reads attributes of nodes that exist: it accepts any age and timestamps, returns all
 timestamps, and knows neither ranges nor encodings. Here each row of the tables of result codes has its check:
 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
@@ -49,7 +49,7 @@ _REFUSALS: Mapping[type[Exception], str] = {
     NoDataError: "BadIndexRangeNoData",
     MismatchError: "BadIndexRangeDataMismatch",
     TypeError: "BadTypeMismatch",
-    ValueError: "BadOutOfRange",  # also a text with characters that no tag has
+    ValueError: "BadOutOfRange",  # also for a text with characters that no tag can hold
 }
 """Status of a write that a variable refuses; the first class that fits counts."""
 
@@ -71,7 +71,7 @@ class Attributes:
         self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
 
     def tag_of(self, item: Any) -> TagNode | None:
-        """Return the tag whose value a request means."""
+        """Return the tag whose value a request names."""
         is_value = item.AttributeId == self._ua.AttributeIds.Value
         return self._tags.nodes.get(item.NodeId) if is_value else None
 
@@ -89,7 +89,7 @@ class Attributes:
     # --- reading
 
     def read(self, params: Any) -> list[Any]:
-        """Return the values that a request names; those of tags are already read."""
+        """Return the values that a request names; the values of tags have already been read."""
         now = datetime.now(UTC)
         return [self._read(each, params.TimestampsToReturn, now) for each in params.NodesToRead]
 
@@ -131,7 +131,7 @@ class Attributes:
         return ua.DataValue(None, ua.StatusCode(getattr(ua.StatusCodes, code)), *times)
 
     def _stamped(self, value: Any, item: Any, timestamps: Any, now: datetime | None) -> Any:
-        """Return a value with the requested timestamps; only values have one of their source."""
+        """Return a value with the requested timestamps; only values have a source timestamp."""
         is_value = item.AttributeId == self._ua.AttributeIds.Value
         source, server = value.SourceTimestamp, value.ServerTimestamp
         if is_value and timestamps == self._both and source is not None and server is not None:
@@ -197,7 +197,7 @@ class Attributes:
             raise BadStatusError(code) from error
 
     def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
-        """Return the value that is written; refused if it has not the type of the variable."""
+        """Return the value to write; refuse it if it doesn't have the type of the variable."""
         kinds, variant = self._ua.VariantType, given.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
         if _sets_more(given, has_value=has_value):
@@ -225,5 +225,5 @@ def _sets_more(given: Any, *, has_value: bool) -> bool:
 
 
 def _is_time(stamp: datetime | None) -> bool:
-    """Whether a timestamp is one: the first instant of OPC UA, 1601, means none."""
+    """Whether a timestamp is given: the first instant of OPC UA, in 1601, means no timestamp."""
     return stamp is not None and stamp.year > FIRST_YEAR

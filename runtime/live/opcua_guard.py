@@ -1,7 +1,7 @@
-"""Refuses what an OPC UA client may not do before it has proved who it is, or to what others own.
+"""Refuses requests that an OPC UA client may not make: before authentication, or on what others own.
 
 request                            open server     encrypted server
-GetEndpoints, FindServers          yes             yes: what a client needs to connect
+GetEndpoints, FindServers          yes             yes: needed to connect
 RegisterServer                     no              no
 TransferSubscriptions              no              no
 a second session at a time         no              no
@@ -23,10 +23,10 @@ from typing import Any
 from ..tag_servers.ua_security import UaSecurity, application_uri, uris_of
 
 REFUSAL_S = 1.0
-"""Time that a refused password costs; a client's requests wait for each other."""
+"""Delay after a refused password; a client's requests are answered one after the other."""
 
 NONCE_LEAST = 32
-"""Bytes of a client's nonce [OPC UA part 4, 5.7.2]."""
+"""Minimum length of a client's nonce, bytes [OPC UA part 4, 5.7.2]."""
 
 PUBLIC = ("GetEndpointsRequest", "FindServersRequest")
 REFUSED = ("RegisterServerRequest", "RegisterServer2Request", "TransferSubscriptionsRequest")
@@ -48,7 +48,7 @@ class UaGuard:
         security: None for a server that is open to everyone who reaches it.
 
     Attributes:
-        uri: of the application, the same in endpoints, certificate and arrays of namespaces and servers.
+        uri: URI of the application, the same in endpoints, certificate and arrays of namespaces and servers.
     """
 
     def __init__(self, security: UaSecurity | None) -> None:
@@ -71,7 +71,7 @@ class UaGuard:
         ua, inner, security = self._ua, server.iserver, self._security
         server.allow_remote_admin(False)
         inner.lookup_external_session = lambda _token: None
-        inner.register_external_session = lambda _session: None  # only the look-up would read it
+        inner.register_external_session = lambda _session: None  # only asyncua's look-up would read it
         policies, token = ua.SecurityPolicyType, ua.AnonymousIdentityToken
         if security is None:
             server.set_security_policy([policies.NoSecurity])
@@ -93,22 +93,22 @@ class UaGuard:
         return self._rules.User(self._rules.UserRole.User, username)
 
     def _name_and_password(self, _session: Any, token: Any) -> tuple[str, str]:
-        """Return what a client logs in with; it is encrypted by the channel and no second time.
+        """Return a client's user name and password, which only the channel encrypts.
 
-        Decrypting texts of strangers with the server's key would tell them about other texts.
+        Decrypting a stranger's texts with the server's key would leak information about other texts.
         """
         if token.EncryptionAlgorithm:
             raise self._error(self._ua.StatusCodes.BadIdentityTokenInvalid)
         return token.UserName, bytes(token.Password or b"").decode("utf-8")
 
     def watch(self, connection: Any) -> None:
-        """Check each request of a connection before asyncua sees it; end it at a message that can't be read.
+        """Check each request of a connection before asyncua sees it; close it after an unreadable message.
 
-        asyncua continues with the next one, though a request for a channel may have been accepted by half.
+        asyncua alone would continue, even after a request for a channel that it has accepted only in part.
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
-        processor._should_close_session_on_transport_loss = lambda: True  # no other connection gets it
+        processor._should_close_session_on_transport_loss = lambda: True  # no other takes it over
 
         async def processed(*message: Any) -> bool:
             try:
@@ -128,7 +128,7 @@ class UaGuard:
             if kind == self._creates:
                 self._check_session(processor._connection.security_policy, rest[-1].copy())
                 if (watchdog := processor._session_watchdog_task) is not None:
-                    watchdog.cancel()  # that of a closed session would continue beside the new one
+                    watchdog.cancel()  # the watchdog of a closed session would run on beside the new one
             try:
                 return await process(kind, *rest)
             except self._error as error:
@@ -169,15 +169,15 @@ class UaGuard:
 
 
 def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
-    """Let a session use its own subscriptions only, and end them with it: no one else could.
+    """Restrict a session to its own subscriptions, and end them with it, since no other session can.
 
     Args:
-        session: of asyncua.
-        subscriptions: of all sessions, by identifier.
+        session: asyncua's session.
+        subscriptions: subscriptions of all sessions, by identifier.
     """
 
     def own(given: Any) -> Any:
-        """Return what a request names, without the subscriptions of others."""
+        """Return the subscriptions that a request names, without those of other sessions."""
         if isinstance(given, int):
             there = subscriptions.get(given)
             is_own = there is not None and there.session_id == session.session_id

@@ -1,7 +1,7 @@
 """The process of the OPC UA server: asyncua's sessions, and values of tags that are read together.
 
 A request reads its tags in one exchange with the scan process, and a subscription in one for each publishing
-interval: values that come together are of one instant and have one timestamp. A write request is one packet.
+interval: values of one exchange belong to one instant and share a timestamp. A write request is one packet.
 No client may do more than read and write tags; `opcua_guard.py` says which clients may.
 """
 
@@ -37,29 +37,29 @@ INTERVAL_MS, SLOWEST_MS = 50.0, 3_600_000.0
 """Shortest and longest publishing interval."""
 
 ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
-"""Monitored items and subscriptions of all clients; values that wait for a client, by item."""
+"""Limits of monitored items and of subscriptions of all clients, and of queued values per item."""
 
 MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
-"""Bytes of a message, and of a part of one."""
+"""Maximum bytes of a message, and of one of its chunks."""
 
 UNSENT_MOST, CLOSING_S = MESSAGE_MOST, 5.0
-"""Bytes that a client has not taken yet, and time that it has for them at the end, before it is cut off."""
+"""Limits before a client is cut off: bytes that it has not read yet, and time to read them at the end."""
 
 TIDY_S = 2.0
-"""Time from a client's end to the return of its memory: many that end together are one occasion."""
+"""Delay from a client's end to the release of its memory, so that many ends are handled together."""
 
 PENDING_MOST, ACTIVATION_S = 32, 10.0
-"""Requests of a client that wait; time in which one that has connected opens a session."""
+"""Maximum waiting requests of a client, and time in which a connected client must open a session."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Bytes that one exchange reads: what is more is of several scans."""
+"""Maximum bytes that one exchange reads; larger reads take several exchanges, and so several scans."""
 
 
 class OpcUaServer:
     """Serves tags at a listening socket.
 
     Args:
-        process: carries out what requests need; it may wait.
+        process: carries out the reads and writes of requests; it may block.
     """
 
     def __init__(self, listening: socket.socket, process: ScanProcess) -> None:
@@ -111,7 +111,7 @@ class OpcUaServer:
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
 
     async def _tell_limits(self) -> None:
-        """Show limits that clients look up; asyncua shows those of operations."""
+        """Publish the limits that clients look up; asyncua publishes those of operations."""
         ua = self._ua
         points = ua.Variant(CONTINUATIONS_MOST, ua.VariantType.UInt16)
         node = ua.NodeId(ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints)
@@ -137,7 +137,7 @@ class OpcUaServer:
         self._server.bserver = talk
 
     def _tidying(self, lost: Callable[[Exception | None], None]) -> Callable[[Exception | None], None]:
-        """Return what gives the memory of clients back after they have gone."""
+        """Wrap the callback of a lost connection: it also schedules the release of the client's memory."""
 
         def tidying(error: Exception | None) -> None:
             lost(error)
@@ -216,7 +216,7 @@ class OpcUaServer:
     def _subscribing(self, create: Service, client: str) -> Service:
         async def subscribing(params: Any, *more: Any, **named: Any) -> Any:
             params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
-            if params.RequestedLifetimeCount:  # 0 = the longest one
+            if params.RequestedLifetimeCount:  # 0 = the longest lifetime
                 alive = KEEP_ALIVES * params.RequestedMaxKeepAliveCount
                 params.RequestedLifetimeCount = max(params.RequestedLifetimeCount, alive)
             result = await create(params, *more, **named)
@@ -234,10 +234,10 @@ class OpcUaServer:
         return changing
 
     def _publishing(self, made: Any, publish: Service, client: str) -> Service:
-        """Return what publishes a subscription after it has read its tags together."""
+        """Return a service that reads a subscription's tags together, then publishes it."""
 
         async def publishing(request: Any = None) -> Any:
-            if request is None:  # the interval has passed; otherwise a late request asks for what waits
+            if request is None:  # the interval has passed; otherwise a late request fetches queued values
                 items = list(made.monitored_item_srv._monitored_items.values())
                 await self._refresh((self._attributes.tag_of(each.read_value_id) for each in items), client)
             return await publish(request)
@@ -279,11 +279,11 @@ class OpcUaServer:
     ) -> list[bytes | None] | None:
         """Return the results of a packet for an edition of the program; None if it has been edited.
 
-        A client that is cut off meanwhile ends its own wait, not the exchange: two of them at once would wait
-        for one answer forever.
+        A client that is cut off meanwhile cancels only its own wait, not the exchange: two simultaneous
+        exchanges would wait for one answer forever.
         """
         work = asyncio.create_task(self._exchange(operations, client, version))
-        self._exchanges.add(work)  # the loop itself keeps no task alive
+        self._exchanges.add(work)  # the event loop itself keeps no reference to a task
         work.add_done_callback(self._exchanges.discard)
         return await asyncio.shield(work)
 
@@ -296,7 +296,7 @@ class OpcUaServer:
             work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
             try:
                 found = await work
-            except ValueError as error:  # more than an exchange holds
+            except ValueError as error:  # too much for one exchange
                 service_error: Any = import_module("asyncua.common.utils").ServiceError
                 raise service_error(self._ua.StatusCodes.BadRequestTooLarge) from error
         return None if found is None else found[2][0]
@@ -308,7 +308,7 @@ def _by_user(user: Any, client: str) -> str:
 
 
 def interval(asked_ms: float) -> float:
-    """Return the publishing interval, ms, for one that a client asks for.
+    """Return the publishing interval, ms, for the interval that a client requests.
 
     >>> interval(0.0), interval(float("nan")), interval(250.0)
     (50.0, 50.0, 250.0)
@@ -317,7 +317,7 @@ def interval(asked_ms: float) -> float:
 
 
 def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], None]:
-    """Return what ends a client that sends a part longer than `CHUNK_MOST`."""
+    """Wrap the receiver of a connection: it aborts at a chunk longer than `CHUNK_MOST`."""
 
     def received(data: bytes) -> None:
         receive(data)
@@ -329,11 +329,11 @@ def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], N
 
 
 def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Callable[[Any], None]:
-    """Return what lets the guard check the requests of a new client."""
+    """Wrap the callback of a new connection: the guard then checks its requests."""
 
     def connected(transport: Any) -> None:
         connect(transport)
-        if made.processor is not None:  # all places may be taken
+        if made.processor is not None:  # None if all places are taken
             answer_browse_next(made.processor)
             guard.watch(made)
 
@@ -341,7 +341,7 @@ def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Calla
 
 
 def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Return what gives a new client a transport that cuts it off if it does not take what is sent."""
+    """Wrap the callback of a new connection: its transport then cuts off a client that doesn't read."""
 
     def connected(transport: Any) -> None:
         write, close = transport.write, transport.close
@@ -366,7 +366,7 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
     """Serve until the scan process ends."""
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
-    setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
+    setup: TagSetup = pickle.loads(pipe.recv_bytes())  # trusted: it comes from our own scan process
     server = OpcUaServer(listening, process)
     await server.start(setup)
     changes: set[asyncio.Task[None]] = set()
@@ -393,10 +393,10 @@ def main(
 ) -> None:
     """Run a server's process, see `tag_server.main`."""
     quiet(*CLIENT_LOGS)
-    warnings.simplefilter("ignore")  # what a client's certificate lacks
+    warnings.simplefilter("ignore")  # warnings about clients' certificates
     process = ScanProcess(Mailbox(mailbox), waker)
     try:
-        # Windows' usual loop watches no pipe, and keeps a listening socket to itself
+        # Windows' default loop can't watch a pipe, and keeps a listening socket to itself
         with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
             runner.run(_serve(Connection(setups.detach()), process, listening))
     except (EOFError, OSError, KeyboardInterrupt):

@@ -1,4 +1,4 @@
-"""What asyncua (2.1) lacks of services as a whole: limits of lists, BrowseNext, unknown enumerators.
+"""Service-level behavior that asyncua (2.1) lacks: limits of lists, BrowseNext, unknown enumerators.
 
 BadNothingToDo          a request with an empty list
 BadTooManyOperations    one with more than the nodes of the server's OperationLimits say
@@ -11,7 +11,7 @@ from importlib import import_module
 from typing import Any
 
 OPERATIONS_MOST = 10_000
-"""Operations of a request, as the nodes of asyncua's OperationLimits say."""
+"""Maximum operations of a request, as the nodes of asyncua's OperationLimits say."""
 
 LISTS: Mapping[str, str] = {
     "read": "NodesToRead",

@@ -30,7 +30,7 @@ TYPES: Mapping[str, str] = {
     "LREAL": "Double",
     "STRING": "String",
 }
-"""Types of OPC UA by those of tags."""
+"""OPC UA types by tag type."""
 
 ROOT = "Tags"
 """Node with all tags below it."""
@@ -40,8 +40,8 @@ class TagNode:
     """The node of a variable.
 
     Attributes:
-        attribute: what asyncua has of its value.
-        data: the bytes that the value was made of; None before the first ones.
+        attribute: asyncua's value attribute of the node.
+        data: the bytes that the value was decoded from; None before the first read.
     """
 
     def __init__(self, variable: Variable, node_id: Any, attribute: Any) -> None:
@@ -63,7 +63,7 @@ class TagSpace:
         title: name of the rack.
 
     Attributes:
-        nodes: those of variables, by the identifiers of nodes.
+        nodes: nodes of variables by identifier.
     """
 
     def __init__(self, space: Any, namespace: int, title: str) -> None:
@@ -81,9 +81,9 @@ class TagSpace:
         self._references: dict[tuple[Any, Any, bool], Any] = {}
 
     async def show(self, database: Database) -> None:
-        """Show the tags of a program, of an edited one in place of the earlier ones.
+        """Show the tags of a program; the tags of an edited program replace the earlier ones.
 
-        Subscriptions continue where a tag stays.
+        Subscriptions to a tag continue if it still exists.
         """
         before = self.nodes
         self._clear()
@@ -108,7 +108,7 @@ class TagSpace:
         self._references.clear()
 
     async def _end(self, node: TagNode) -> None:
-        """Tell the subscriptions of a tag that it is gone."""
+        """Notify the subscriptions to a tag that it no longer exists."""
         gone = self._ua.DataValue(StatusCode=self._ua.StatusCode(self._ua.StatusCodes.BadNodeIdUnknown))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
             await call(handle, gone)
@@ -189,7 +189,7 @@ class TagSpace:
         return node_id
 
     def _reference(self, target: Any, by: Any, *, is_forward: bool = True) -> Any:
-        """Return a reference that many nodes have: to their type, or back to their parent."""
+        """Return a reference that many nodes share: to their type, or back to their parent."""
         key = target, by, is_forward
         if key not in self._references:
             self._references[key] = self._described(*key)
@@ -215,7 +215,7 @@ class TagSpace:
         )
 
     def _shared(self, kind: str, value: Any) -> Any:
-        """Return an attribute that many nodes have."""
+        """Return an attribute that many nodes share."""
         if (kind, value) not in self._fixed:
             self._fixed[kind, value] = self._attribute(self._ua.Variant(value, self._ua.VariantType[kind]))
         return self._fixed[kind, value]
@@ -226,7 +226,7 @@ class TagSpace:
     # --- values
 
     async def take(self, found: Iterable[tuple[TagNode, bytes]]) -> None:
-        """Take values that were read together; they get one timestamp."""
+        """Store values that were read together, with one timestamp."""
         now = datetime.now(UTC)
         for node, data in found:
             value = self.value_of(node.variable, data, now)

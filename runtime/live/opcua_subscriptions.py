@@ -1,4 +1,4 @@
-"""Subscriptions of the OPC UA server, where asyncua (2.1) is not as OPC UA part 4, 5.13 and 5.14, has them.
+"""Subscriptions of the OPC UA server where asyncua (2.1) deviates from OPC UA part 4, 5.13 and 5.14.
 
 Publish      acknowledging answers BadSequenceNumberUnknown; BadNoSubscription if the session has none
 Republish    BadMessageNotAvailable and BadSubscriptionIdInvalid: a client asks until it gets one of them.
@@ -19,15 +19,15 @@ from ..tag_servers.index_ranges import parse_ranges
 from .opcua_attributes import Attributes, BadStatusError
 
 KEEP_ALIVES = 3
-"""A subscription lives at least as long as so many messages to keep it alive take."""
+"""Minimum lifetime of a subscription, in intervals between its keep-alive messages."""
 
 
 class Subscriptions:
     """The subscriptions of a session.
 
     Args:
-        session: of asyncua; its services are replaced.
-        service: of asyncua, with the subscriptions of all sessions.
+        session: asyncua's session; its services are replaced.
+        service: asyncua's service, with the subscriptions of all sessions.
     """
 
     def __init__(self, session: Any, service: Any, attributes: Attributes) -> None:
@@ -42,7 +42,7 @@ class Subscriptions:
         session.create_monitored_items, session.modify_monitored_items = self.create_items, self.modify_items
 
     def _own(self, number: int) -> Any:
-        """Return a subscription of the session; None if it has no such one."""
+        """Return a subscription of the session; None if it does not exist there."""
         found = self._service.subscriptions.get(number)
         return found if found is not None and found.session_id == self._session.session_id else None
 
@@ -76,7 +76,7 @@ class Subscriptions:
     # --- monitored items
 
     async def create_items(self, params: Any) -> list[Any]:
-        """Make items; those that are refused are answered here."""
+        """Create items; refused items are answered here."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
         subscription = self._own(params.SubscriptionId)
         if subscription is None:
@@ -133,7 +133,7 @@ class Subscriptions:
 
     def _filter_refusal(self, target: Any, given: Any) -> str:
         ua = self._ua
-        kind = type(given).__name__  # asyncua reads filters as classes of its own, beside those of `ua`
+        kind = type(given).__name__  # asyncua also decodes filters as classes of its own
         if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"
         if given is None or (kind == "ExtensionObject" and given.TypeId.is_null()):
@@ -152,10 +152,10 @@ class Subscriptions:
 
 
 class _Shape:
-    """What values of items pass on their way to a subscription.
+    """Shapes values of items on their way to a subscription.
 
     Attributes:
-        timestamps: those of items that are being made.
+        timestamps: requested timestamps of the items that are being created.
     """
 
     def __init__(self, service: Any, attributes: Attributes) -> None:
@@ -171,7 +171,7 @@ class _Shape:
 
 
 def _shape(service: Any, attributes: Attributes) -> _Shape:
-    """Return what shapes the values of a subscription's items."""
+    """Return the shaper of a subscription's values; install it at the first call."""
     there = service.datachange_callback
     if not isinstance(there, _Shape):
         there = service.datachange_callback = _Shape(service, attributes)

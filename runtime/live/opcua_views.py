@@ -30,7 +30,7 @@ class _Continuation(NamedTuple):
 
     edition: int
     rest: Iterator[Any]
-    next: Any  # the first one of the rest
+    next: Any  # the first reference of the rest
     most: int
 
 
@@ -76,7 +76,7 @@ class Views:
         return ""
 
     def references(self, description: Any) -> Iterator[Any]:
-        """Yield the references that a browse asks for."""
+        """Yield the references that a browse requests."""
         ua = self._ua
         directions = {ua.BrowseDirection.Forward: (True,), ua.BrowseDirection.Inverse: (False,)}
         forward = directions.get(description.BrowseDirection, (True, False))
@@ -143,7 +143,7 @@ class Browsing:
         return results
 
     async def translate(self, paths: list[Any]) -> list[Any]:
-        """Answer TranslateBrowsePathsToNodeIds; asyncua follows what is a path."""
+        """Answer TranslateBrowsePathsToNodeIds; asyncua resolves valid paths."""
         results = []
         for each in paths:
             if refusal := self._views.path_refusal(each):

@@ -6,8 +6,8 @@
     a switch      | closes: the modules stand at t
 
 An order is announced with the number of the following scan, n + 1, and with the time of its effect, t.
-Orders of the session itself, such as a pause, change no image: they are only announced. The orders of a
-recording, given again, therefore make the same images.
+Orders of the session itself, such as a pause, change no image: they are only announced. Repeating the
+orders of a recording therefore gives the same images.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class ByteStore(Protocol):
     """A program whose tags can be set as bytes: a debugger."""
 
     def store(self, tag: str, offset: int, data: bytes, keep: bytes) -> None:
-        """Set bytes of a tag but the bits of `keep`; ValueError if that is impossible."""
+        """Set bytes of a tag except the bits of `keep`; ValueError if that is impossible."""
 
 
 @runtime_checkable
@@ -67,7 +67,7 @@ class NamedImages(Protocol):
     """A program that has names for words and bits of images: a debugger."""
 
     def address_of(self, tag: str) -> str | None:
-        """Return the address that a tag is a name of; None for any other tag."""
+        """Return the address that a tag stands for; None for any other tag."""
 
 
 class OperatorActions:
@@ -80,7 +80,7 @@ class OperatorActions:
 
     Attributes:
         given: the orders that were carried out.
-        words: of the modules, by slot.
+        words: word names of the modules, by slot.
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class OperatorActions:
         self._cpu.announce(Event(behind_ns, "order", name, text, {"order": text_of(order)}))
 
     def image(self, tag: str) -> str | None:
-        """Return the address of the word or bit of an image that a tag means; None for any other tag."""
+        """Return the address of the word or bit of an image that a tag names; None for any other tag."""
         try:
             return str(parse_address(tag, self.words))
         except ValueError:

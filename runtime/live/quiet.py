@@ -1,4 +1,4 @@
-"""What a server's process keeps from the user's terminal, and gives back to the system."""
+"""Silences libraries in a server's process, and returns its unused memory to the system."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ CLIENT_LOGS = ("asyncio", "asyncua", "websockets")
 
 
 def quiet(*libraries: str) -> None:
-    """Let libraries log nothing: what a client sends is no news to the user, and our messages tell the rest.
+    """Turn off the logging of libraries: clients' requests don't concern the user, and we report the rest.
 
     Args:
-        libraries: names of their loggers; those below them are meant, too.
+        libraries: names of their loggers; child loggers are included.
     """
     for name in [*libraries, *logging.root.manager.loggerDict]:
         if name.partition(".")[0] in libraries:
@@ -25,7 +25,7 @@ def quiet(*libraries: str) -> None:
 
 
 def give_back_memory() -> None:
-    """Give unused memory back to the system; glibc keeps what is between used blocks until it is trimmed."""
+    """Return unused memory to the system; glibc keeps free memory between used blocks until it is trimmed."""
     gc.collect()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

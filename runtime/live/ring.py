@@ -36,7 +36,7 @@ Rows = NDArray[np.void]
 """Rows of a ring: scan, flags, now_ns, wall_ns, figures, memory, again."""
 
 
-_ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, ASKED = range(5)
+_ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, REQUESTS = range(5)
 """Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
 writes: orders sent so far, snapshots requested.
 """
@@ -48,7 +48,7 @@ class RingShape(NamedTuple):
     """The dimensions that another process needs to open a ring."""
 
     memory_bytes: int
-    figures: int  # numbers per row beside the memory
+    figures: int  # figures per row, in addition to the memory
     rows: int
 
 
@@ -73,8 +73,8 @@ class Ring:
 
     Attributes:
         shape: its dimensions.
-        at_once: most rows written at once; a reader leaves out as many, which may be overwritten now.
-        memory: what it is in.
+        at_once: maximum rows written at once; a reader skips as many, which may be being overwritten.
+        memory: the shared memory of the ring.
         head: its numbers, by `ORDERS` and the others; the scan loop looks there after every scan.
         put: writes a row; called after every scan.
     """
@@ -149,7 +149,7 @@ class Ring:
         return int(self.head[_ROWS])
 
     def take(self, since: int) -> RingRows:
-        """Return the remaining rows from a place on."""
+        """Return the remaining rows, starting at a place."""
         end = self.written
         first = max(since, end - self.shape.rows + self.at_once, 0)
         places = np.arange(first, end) & self._mask
@@ -171,13 +171,13 @@ class Ring:
         self.head[ORDERS] = orders
 
     @property
-    def asked(self) -> int:
+    def requests(self) -> int:
         """Snapshots requested so far."""
-        return self.head[ASKED]
+        return self.head[REQUESTS]
 
-    @asked.setter
-    def asked(self, asked: int) -> None:
-        self.head[ASKED] = asked
+    @requests.setter
+    def requests(self, requests: int) -> None:
+        self.head[REQUESTS] = requests
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""
@@ -210,7 +210,7 @@ def size_of(shape: RingShape) -> int:
 
 
 class Records:
-    """Records of bytes, the latest ones; one process writes, another reads.
+    """A buffer of the latest records of bytes; one process writes, another reads.
 
     A record is its length in 4 bytes and its bytes, and begins at a multiple of 8.
 
@@ -233,13 +233,13 @@ class Records:
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
-        """Write a record; return whether it fits: a quarter of the room."""
+        """Write a record; return whether it fits into a quarter of the room."""
         length = _aligned(4 + len(record))
         if length > self._size // 4:
             return False
         end = self.end
         at = end % self._size
-        if at + length > self._size:  # continue at the front
+        if at + length > self._size:  # continue at the start of the buffer
             _LENGTH.pack_into(self._room, at, _REST)
             end += self._size - at
             self._head[self._index] = end
@@ -250,7 +250,7 @@ class Records:
         return True
 
     def read(self, since: int) -> tuple[list[bytes], int, bool]:
-        """Return the records from a place on.
+        """Return the records, starting at a place.
 
         Returns:
             The records, the next place, and whether all records from `since` on were overwritten.

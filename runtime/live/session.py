@@ -31,7 +31,7 @@ Reply = Callable[[Mapping[str, object]], None]
 """Sends an answer to the page that requested it: `ok` and more, or `refused`."""
 
 GIVEN = {**actions.ACTIONS, **actions.TYPED}
-"""What a monitor may pass on, by name."""
+"""Orders that a monitor may pass on, by name."""
 
 
 class Inbox(Protocol):
@@ -89,7 +89,7 @@ class Session:
     Args:
         tell: sends messages to the monitor: an answer, or the state.
         stops: the program, if it supports breakpoints.
-        live: there are real ports: no pause, step or speed.
+        live: whether there are real ports, which exclude pause, step and speed.
         reload: loads the program again, and passes it on when ready; None if that is impossible. Its
             argument names the sequences that restart.
         prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
@@ -98,13 +98,13 @@ class Session:
         inbox: the source of orders.
         stops: the program, if it supports breakpoints.
         over: whether the session has been ended.
-        branch: the scan from which another session is to begin, or None.
+        branch: the scan from which another session should begin, or None.
         attend: serves the monitor during a pause.
         give: sends the values of the program to the monitor.
         on_fault: called after a fault of the CPU in a session that stays open for inspection.
         takeovers: each is called once, between two scans: it returns the order that continues with an edited
             program, or None for a mistake or a preview, which it reports.
-        edit: asks for the text of the program, or previews an edited one; called with a function that sends
+        edit: requests the text of the program, or previews an edited one; called with a function that sends
             the answer. None if the program can't be edited.
     """
 
@@ -163,7 +163,7 @@ class Session:
     def repeat_to(self, scan: int) -> None:
         """Run up to a scan as fast as possible; orders and breakpoints wait until then.
 
-        A fault of the CPU, if the program behaves differently now, is shown.
+        If the program now behaves differently and faults the CPU, the fault is shown.
         """
         if scan > self._cpu.scan:
             self._repeats = True
@@ -179,7 +179,7 @@ class Session:
         """Run until `end` is called, or a number of scans is done.
 
         Args:
-            scans: their total; None = no end.
+            scans: total number of scans; None = no end.
             paused: begin with a pause.
 
         Raises:
@@ -205,7 +205,7 @@ class Session:
         self._cpu.stop()
 
     def _run_or_fault(self, end: int | None, *, shown: bool) -> None:
-        """Run scans; a fault of the CPU is shown until the session ends, or raised."""
+        """Run scans; show a fault of the CPU until the session ends, or raise it."""
         try:
             self._run(end)
         except CpuFault as fault:
@@ -281,7 +281,7 @@ class Session:
         return lambda result: self._tell({"answer": {"id": number, **result}})
 
     def ask_editor(self, order: actions.ToEditor, reply: Reply) -> None:
-        """Pass on what a page says of the program's text; ValueError if the program can't be edited now."""
+        """Pass on an order about the program's text; ValueError if the program can't be edited now."""
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
         if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
@@ -296,7 +296,7 @@ class Session:
                 return
             self._refuse_after_fault()
             self._hands.act(order, at_ns, scan)
-        except Exception as error:  # the running program continues, whatever is wrong with the other one
+        except Exception as error:  # the running program continues despite any error of the edited one
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
@@ -363,7 +363,7 @@ class Session:
         self._cpu.stop()
 
     def _end_step(self, refused: str = "") -> None:
-        """End and answer a step that is complete or was ended otherwise."""
+        """End and answer a step that is complete or was ended early."""
         self._until = None
         if self._stepping is not None:
             answer, self._stepping = self._stepping, None
@@ -430,7 +430,7 @@ def _faulted(fault: CpuFault) -> str:
 
 
 _WITHOUT_SCANS = ("accept", "cancel", "save")
-"""Steps with edited rungs that may be taken after a fault: no edited program has to run."""
+"""Steps with edited rungs that may be taken after a fault: they do not need a running program."""
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
 """A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""

@@ -21,7 +21,7 @@ class SharedMemory:
 
     Args:
         size: in bytes; a new memory is zero.
-        place: of the other process's memory; None = a new one.
+        place: place of the other process's memory; None = create memory.
 
     Attributes:
         map: the memory.

@@ -1,4 +1,4 @@
-"""A connected client of a tag server, and the limits that it has."""
+"""A connected client of a tag server, and its limits."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ..tag_servers.setup import WireSession
 from ..tag_servers.tag_snapshot import BrokenClientError
 
 WAITING_MOST = 32
-"""Packets of a client that wait for an answer."""
+"""Maximum packets of a client that wait for an answer."""
 
 RECEIVED_MOST = 1 << 13
-"""Bytes that are taken from a client at once, before the others are heard."""
+"""Maximum bytes that are read from a client before the other clients have their turn."""
 
 UNREAD_MOST = 1 << 16
-"""Bytes of replies that a client has not read."""
+"""Maximum bytes of replies that a client has not read."""
 
 HALF_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
-"""A frame that is not whole after this time ends its connection, and so does this silence."""
+"""Time limits of a connection: for an incomplete frame, and for silence."""
 
 
 class Client:
@@ -30,10 +30,10 @@ class Client:
         self.waiting: list[Any] = []
         self.unread = b""
         self.heard_ns = wall_ns()
-        self.half_ns: int | None = None  # since when a frame is not whole
+        self.half_ns: int | None = None  # since when a frame is incomplete
 
     def receive(self) -> None:
-        """Take what has come; BrokenClientError or OSError ends the client."""
+        """Read the received bytes; BrokenClientError or OSError ends the client."""
         data = self.socket.recv(RECEIVED_MOST)
         if not data:
             raise BrokenClientError("the client has hung up")
@@ -48,7 +48,7 @@ class Client:
             self.half_ns = self.heard_ns
 
     def send(self, data: bytes) -> bool:
-        """Send; return whether all has gone. BrokenClientError if the client does not read."""
+        """Send; return whether all bytes were sent. BrokenClientError if the client does not read."""
         self.unread += data
         try:
             sent = self.socket.send(self.unread) if self.unread else 0

@@ -1,4 +1,4 @@
-"""The scan process's side of the tag server: between two scans, what the waiting packets need."""
+"""The scan process's side of the tag server: serves the waiting packets between two scans."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TagDesk(QuietListener):
     """Reads and writes for clients; the last listener of the scan loop.
 
     Args:
-        tags: of the program as it runs now: an edit replaces them.
+        tags: tags of the running program; an edit replaces them.
         writes: whether clients may write at all.
         profile: names of the parts of input images, see `images.PROFILES`.
         waker: wakes the server after an answer.
@@ -55,7 +55,7 @@ class TagDesk(QuietListener):
         version: number of the program's edition, from 1.
         exchanges: number of answers.
         spent_ns: wall time that they took.
-        rests: whether requests wait: orders of a recording are repeated.
+        rests: whether requests must wait because the orders of a recording are repeated.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class TagDesk(QuietListener):
         self.listing = with_images(self._tags.listing, words, self._profile)
 
     def renew(self) -> None:
-        """Take the tags of an edited program; requests for the earlier ones are repeated."""
+        """Switch to the tags of an edited program; requests for the earlier tags are repeated."""
         self.version += 1
         self._settle()
 
@@ -103,7 +103,7 @@ class TagDesk(QuietListener):
         return self._mailbox.waits
 
     def attend(self) -> None:
-        """Answer what waits."""
+        """Answer the waiting request."""
         if self.waits and not self.rests:
             self._answer()
 
@@ -120,7 +120,7 @@ class TagDesk(QuietListener):
         self.spent_ns += wall_ns() - begun_ns
 
     def _carry_out(self, client: str, operation: Operation) -> bytes | None:
-        """Return what was read, b"" for a write, None for what is refused."""
+        """Return the bytes that were read, b"" for a write, None for a refused operation."""
         try:
             if isinstance(operation, ReadBytes):
                 return self._read(operation)

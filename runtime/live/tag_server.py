@@ -1,7 +1,7 @@
 """The server's process: sockets and sessions of clients; see `runtime.tag_servers`.
 
-Packets that wait, one of each client, go to the scan process together, and are answered at one instant.
-Nothing that a client sends costs another one more than a packet's time.
+One waiting packet of each client goes to the scan process, and all are answered at one instant.
+No client delays another one by more than the time of a packet.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .shared_memory import SharedMemory
 from .tag_client import Client
 
 STEP_S = 0.25
-"""Longest wait between two looks at the clients' times."""
+"""Longest wait between two checks of the clients' time limits."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Bytes of reads and writes that go to the scan process together."""
+"""Maximum bytes of reads and writes that go to the scan process together."""
 
 OPERATION_BYTES = 512
-"""So many bytes of a batch a read or a write takes at least, so that no batch keeps the scans for long."""
+"""Minimum size of a read or a write in the count of a batch, so that no batch delays the scans for long."""
 
 AT_ONCE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 """The linger of a socket that is reset when it is closed."""
@@ -47,7 +47,7 @@ def _bytes_of(operation: Operation) -> int:
 
 
 class ScanExchange(Protocol):
-    """Carries out what packets need, at one instant."""
+    """Carries out the operations of packets at one instant."""
 
     def __call__(self, packets: list[Packet]) -> Answers | None:
         """Return the answers; None if the program has been edited meanwhile."""
@@ -78,20 +78,20 @@ class TagServer:
         self.set_up(setup)
 
     def set_up(self, setup: TagSetup) -> None:
-        """Offer the tags of a program, also to those that are connected."""
+        """Offer the tags of a program, also to connected clients."""
         self.setup, self._sessions = setup, SESSIONS[setup.protocol](setup)
         for client in self.clients.values():
             client.session.router = self._sessions.router
 
     def watch(self, pipe: Connection) -> None:
-        """Return from `step` when a pipe has something."""
+        """Let `step` return when a pipe has data."""
         self._selector.register(pipe, selectors.EVENT_READ)
 
     def step(self, seconds: float = STEP_S) -> bool:
-        """Wait for what comes next, and handle it; return whether a watched pipe has something.
+        """Wait for the next event, and handle it; return whether a watched pipe has data.
 
-        One packet of each client is answered, then all are heard again: many packets of one client
-        keep no other one waiting.
+        It answers one packet of each client, then polls all again, so that many packets of one client
+        delay no other one.
         """
         has_message = False
         waits = any(each.waiting for each in self.clients.values())
@@ -112,11 +112,11 @@ class TagServer:
             self._accept()
         elif ready is self._udp:
             self._answer_datagram(self._udp)
-        elif ready in self.clients:  # it may just have given way
+        elif ready in self.clients:  # it may just have been dropped for a new client
             self._move(self.clients[ready], events)
 
     def close(self) -> None:
-        """End all clients by a reset: st-ethernet-ip, and Node-RED with it, break at an orderly end."""
+        """Reset all connections: st-ethernet-ip, and with it Node-RED, breaks at an orderly close."""
         for client in list(self.clients.values()):
             client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, AT_ONCE)
             self._drop(client, "the server ends")
@@ -138,7 +138,7 @@ class TagServer:
         self._selector.register(where, selectors.EVENT_READ)
 
     def _has_place(self) -> bool:
-        """Whether there is a place for another client; one that is silent may have to give way."""
+        """Return whether there is a place for another client; if necessary, drop a silent one."""
         heard = {each: client.heard_ns for each, client in self.clients.items()}
         gone, has_place = make_place(heard, wall_ns())
         if gone is not None:
@@ -146,7 +146,7 @@ class TagServer:
         return has_place
 
     def _move(self, client: Client, events: int) -> None:
-        """Receive from a client, and send what it has not read."""
+        """Receive from a client, and send it the pending bytes."""
         try:
             if events & selectors.EVENT_WRITE:
                 self._send(client, b"")
@@ -209,10 +209,10 @@ class TagServer:
         return True
 
     def _planned(self, client: Client) -> Plan | None:
-        """Return what a client's next packet needs; None if that ends the client."""
+        """Return the operations of a client's next packet; None if the packet ends the client."""
         try:
             return client.session.plan(client.waiting[0], self.setup.version)
-        except Exception as error:  # a packet's mistake, or ours, ends its own connection only
+        except Exception as error:  # an error, in a packet or in our code, ends only its own connection
             self._drop(client, f"{type(error).__name__}: {error}")
             return None
 
@@ -236,7 +236,7 @@ class ScanProcess:
 
     def __call__(self, packets: list[Packet]) -> Answers | None:
         """See `ScanExchange`."""
-        self._wait()  # for an answer to the request of a server that has died
+        self._wait()  # for the answer to a server that has died
         self._mailbox.ask(request_of(self.version, packets))
         self._wait()
         data = self._mailbox.reply()
@@ -248,7 +248,7 @@ class ScanProcess:
         return now_ns, version, results_in(data, packets)
 
     def beat(self) -> None:
-        """Tell that the server is alive; it has to come every `STEP_S` or so."""
+        """Signal that the server is alive; call it about every `STEP_S`."""
         self._mailbox.beat()
 
     def _wait(self) -> None:
@@ -273,7 +273,7 @@ def main(
     pipe = Connection(setups.detach())
     process = ScanProcess(Mailbox(mailbox), waker)
     with ExitStack() as ended, suppress(EOFError, OSError, KeyboardInterrupt):
-        setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
+        setup: TagSetup = pickle.loads(pipe.recv_bytes())  # trusted: it comes from our own scan process
         process.version = setup.version
         server = TagServer(setup, listening, udp, process)
         ended.callback(server.close)

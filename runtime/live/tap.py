@@ -26,7 +26,7 @@ BATCH_NS = 8_000_000
 """Time of a batch of scans at full speed: rows are written at once, and notes are taken at its end."""
 
 LOOK = 16
-"""Scans of a batch after which its time is looked at: they may have become slow."""
+"""Scans of a batch after which its time is checked, since they may have become slow."""
 
 
 class Notes(Protocol):
@@ -36,7 +36,7 @@ class Notes(Protocol):
         """Whether the latest scan must be noted; called after every scan."""
 
     def note(self, scan: int) -> None:
-        """Note the latest scan; called if there are news, and after some scans."""
+        """Note the latest scan; called if `news` is true, and after some other scans."""
 
     def give(self, scan: int) -> None:
         """Write the values before a scan."""
@@ -66,8 +66,8 @@ class Figures(Protocol):
 class Tap(QuietListener):
     """Fills the ring; a listener of the scan loop that never raises.
 
-    At full speed the rows of a batch of scans are written at once, and before any message. Orders are looked
-    for after every scan.
+    At full speed the rows of a batch of scans are written at once, and before any message. Orders are checked
+    after every scan.
 
     Args:
         rack: its memory is copied after every scan.
@@ -84,13 +84,13 @@ class Tap(QuietListener):
         self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = self._due = 0
-        self._seen_asked = 0
+        self._seen_requests = 0
         self._forces: Mapping[str, JsonValue] = {}
-        self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
-        self._batch, self._begun_ns = 1, 0  # scans of a batch at most, and when it began
-        self._done, self._left = 0, 1  # scans of the batch up to the latest look, and until the next one
-        self._scan, self._now_ns, self._flags = -1, 0, 0  # of the latest scan
-        self._wall_ns = 0  # of the latest written row
+        self._images: list[bytes] = []  # the latest scans, whose rows are not written yet
+        self._batch, self._begun_ns = 1, 0  # maximum scans of a batch, and when it began
+        self._done, self._left = 0, 1  # scans of the batch up to the latest check, and until the next one
+        self._scan, self._now_ns, self._flags = -1, 0, 0  # number, time and flags of the latest scan
+        self._wall_ns = 0  # wall time of the latest written row
         self._rested = -1
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -111,7 +111,7 @@ class Tap(QuietListener):
         self._left -= 1
         if not self._left:
             self._look()
-        session = self.session  # checked here: a call more would cost a scan 1 %
+        session = self.session  # checked here, since another call would slow a scan by 1 %
         if session.inbox.pending() or session.takeovers or session.state.breakpoints:
             session.attend_scan(now_ns + self._period_ns, scan + 1)
 
@@ -128,14 +128,14 @@ class Tap(QuietListener):
         self._left = min(LOOK, self._batch - self._done)
 
     def _end_batch(self) -> None:
-        """Write the rows of a batch, and what is due with it."""
+        """Write the rows of a batch, and the figures and notes that are due."""
         wall, scan = wall_ns(), self._scan
         if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
             self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
             self._latest = self._figures.read(self._now_ns)
         self._write()
         self.notes.note(scan)
-        if self._ring.asked != self._seen_asked:
+        if self._ring.requests != self._seen_requests:
             self.give()
 
     def _write(self) -> None:
@@ -159,15 +159,15 @@ class Tap(QuietListener):
             self._images.append(self._copy())
             self._write()
             self.notes.give(self._scan + 1)
-        if self._ring.asked != self._seen_asked:
+        if self._ring.requests != self._seen_requests:
             self.give()
 
     def give(self) -> None:
         """Send the values before the next scan to the monitor."""
-        if self._seen_asked != self._ring.asked:
+        if self._seen_requests != self._ring.requests:
             for message in self.lasting():
                 self.tell(message)
-        self._seen_asked = self._ring.asked
+        self._seen_requests = self._ring.requests
         self.notes.give(self._scan + 1)
         self.tell({"state": self.session.described()})
         self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
@@ -223,7 +223,7 @@ class NoInbox:
         return False
 
     def take(self) -> bytes:
-        """Refuse: there is none."""
+        """Raise an error: there are no orders."""
         raise ValueError("a session without a page has no orders")
 
     def wait(self, seconds: float) -> None:

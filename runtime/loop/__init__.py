@@ -7,8 +7,8 @@
 | `faults`, `forces`, `events`, `listeners` | faults of the CPU, held bits, events, and their receivers |
 | `incidents`, `exposed`, `key_switch`, `module_fault` | incidents of modules and CPU, data and effect |
 | `ahead`, `scans_ahead` | images of the coming scans, computed at once; scans by rows of them |
-| `pace`, `realtime`, `options` | wall clock and watchdog, the system's help, options of modules |
+| `pace`, `realtime`, `module_options` | wall clock and watchdog, real-time requests, options of modules |
 
-Nothing in `runtime` is below it. It knows modules only as the contract in `module`, images and their names
-from `io_images`, and neither programs nor recordings: logic is a function, a recorder a listener.
+It is the lowest layer of `runtime`. It uses modules only by the contract in `module`, and images and their
+names from `io_images`. It depends on no program and no recording: logic is a function, a recorder a listener.
 """

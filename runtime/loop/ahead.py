@@ -10,8 +10,7 @@ unchanged in the rows. A scan then copies a row into the rack's memory instead o
 
 Rows are valid as long as nothing acts on a module. New outputs are detected by comparing the memory with the
 row after the logic; any other action on a module calls its `before_change`. Either way one `update` brings
-the
-modules up to the present, which their contract allows.
+the modules up to the present, which their contract allows.
 """
 
 from __future__ import annotations
@@ -31,10 +30,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LEAST_ROWS = 16
-"""Fewest scans for which a block is worth its cost."""
+"""Minimum number of scans for which a block is worth its cost."""
 
 PAYING_SCANS = 64
-"""Scans that make up for the cost of a block."""
+"""Number of scans by rows that make up for the cost of a block."""
 
 NUMPY_WORTH_SCANS = 50_000
 """Loading numpy takes as long as this many scans of a module: for fewer it isn't loaded."""
@@ -53,7 +52,7 @@ class Block(NamedTuple):
 
         Args:
             rows: one per scan, or a single one for all.
-            count: of the scans, if it is a single row.
+            count: number of scans, if there is a single row.
         """
         return cls(rows, count if isinstance(rows, bytes) else len(rows))
 
@@ -62,11 +61,11 @@ class Block(NamedTuple):
         return [self.rows] * count if isinstance(self.rows, bytes) else self.rows[start : start + count]
 
     def updates(self, start: int) -> Iterator[bool]:
-        """Yield whether the modules update, from a scan on."""
+        """Yield whether the modules update in each scan, starting with a given scan."""
         return repeat(True) if self.updated is None else islice(self.updated, start, None)
 
     def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
-        """Yield rows and updates from a scan on."""
+        """Yield rows and updates, starting with a given scan."""
         rows = self.rows
         left = repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
         return zip(left, self.updates(start), strict=False)
@@ -76,7 +75,7 @@ class RackPrediction:
     """The combined prediction of a rack's modules.
 
     Attributes:
-        possible: whether all of them can predict; otherwise nothing is foreseen.
+        possible: whether all modules can predict; if not, nothing is predicted.
 
     Args:
         sent: the output images in force, in order of the slots.
@@ -151,7 +150,7 @@ def numpy_is_worth_it(scans: int) -> bool:
 
 
 class Patience:
-    """The interval and range of looking ahead: rarer after failures, farther after successes."""
+    """Decides when and how far to look ahead: less often after failures, farther after successes."""
 
     SHORTEST_WAIT, LONGEST_WAIT = 4, 128
     FEWEST_ROWS, MOST_ROWS = 256, 2048

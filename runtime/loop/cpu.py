@@ -43,7 +43,7 @@ class Cpu:
         rack: modules in their slots, just powered up.
         logic: called once per scan with the `LogicScan`.
         period_ns: time from scan to scan, at least 1 ns.
-        exchange: of images across the backplane; by default at the ends of the scan.
+        exchange: exchange of images across the backplane; by default at the ends of the scan.
         listeners: called after every scan, in this order.
         pacer: makes scans wait for the wall clock; by default as fast as possible.
         watchdog: ends endless logic, by default after 500 ms.
@@ -67,7 +67,7 @@ class Cpu:
         if period_ns < 1:
             raise ValueError(f"scan period of {period_ns} ns: must be at least 1 ns")
         self.rack, self.period_ns = rack, period_ns
-        self.pacer = pacer or FreeRun()  # makes scans wait; its overruns count the late ones
+        self.pacer = pacer or FreeRun()  # makes scans wait, and counts late scans as overruns
         self.forces = Forces(rack, self._ask_for_attention)  # changes take effect with the next scan
         self.fault: Fault | None = None  # the cause of a stop, or None
         self._watchdog = watchdog or Watchdog()
@@ -102,7 +102,7 @@ class Cpu:
 
     @property
     def program(self) -> ScanLogic:
-        """The logic; another one is called from the next scan on."""
+        """The logic; an assigned one is called from the next scan on."""
         return self._phases.program
 
     @program.setter
@@ -136,7 +136,7 @@ class Cpu:
         self._ask_for_attention()
 
     def add_listener(self, listener: ScanListener) -> None:
-        """Add a listener from the next scan on."""
+        """Add a listener, which receives events and scans from the next scan on."""
         self._ahead.before_new_listeners()
         self._listeners.add(listener)
 
@@ -146,11 +146,11 @@ class Cpu:
         self._listeners.dismiss(listener)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
-        """Let scans that repeat the one before them only take their time, see `runtime.loop.scans_ahead`."""
+        """Let repeated scans only advance the time, see `runtime.loop.scans_ahead`."""
         self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
-        """Announce an event of the program's own to the listeners with the next scan."""
+        """Announce an event from the program to the listeners with the next scan."""
         self._phases.announce(event)
         self._ask_for_attention()
 
@@ -191,8 +191,8 @@ class Cpu:
     def exchange_early(self) -> bool:
         """Let the exchange before the next scan happen now, while the logic runs.
 
-        The logic sees the new inputs from here on, as on a CompactLogix, whose exchanges do not wait for the
-        end of a scan. Its outputs of this scan are not sent with it.
+        The logic sees the new inputs after this call, as on a CompactLogix, whose exchanges do not wait for
+        the end of a scan. Its outputs of this scan are not sent with it.
 
         Returns:
             Whether an exchange is due before the next scan.
@@ -207,17 +207,17 @@ class Cpu:
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
         """Let Ctrl-C stop the CPU between scans within the context.
 
-        A second Ctrl-C breaks off endless logic, see `pace.stopping_on_interrupt`.
+        A second Ctrl-C interrupts endless logic, see `pace.stopping_on_interrupt`.
         """
         return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
 
-        Nothing if it is closed.
+        Do nothing if it is already closed.
 
         Raises:
-            Exception: an error of logic or a listener during its close; the others are closed.
+            Exception: the logic or a listener failed to close; the others are closed nevertheless.
         """
         if self._closed:
             return

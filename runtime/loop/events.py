@@ -22,8 +22,8 @@ class Event:
         kind: "rule" (a rule of the manual fired), "move" (a motion began or
             ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
             "format" (a configuration changed the format of numbers),
-            "refusal" (an axis lacks a function), "substitution" (it does it otherwise, to the
-            same end), "adapter" (a link or controller failed).
+            "refusal" (an axis lacks a function), "substitution" (it reaches the same end by other
+            means), "adapter" (a link or controller failed).
         name: the rule's id, the move's kind, the input's name.
         fields: further values, by name.
     """

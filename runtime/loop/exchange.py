@@ -42,7 +42,7 @@ class Exchange(Protocol):
     """The backplane, as the scan loop uses it."""
 
     def attach(self, rack: Rack) -> None:
-        """Use a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
+        """Connect to a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
 
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance the modules and write their inputs at `now_ns`; return whether there was an exchange."""
@@ -57,7 +57,7 @@ class Exchange(Protocol):
         """Inform the modules at once that the PLC does not run; the last outputs stay in force."""
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
-        """Call `notice` before anything but this exchange acts on a module."""
+        """Call `notice` before anything other than this exchange acts on a module."""
 
     def exchange_early(self, end_ns: int) -> bool:
         """Exchange within a scan that ends at `end_ns`; return whether an exchange is due by then."""
@@ -68,11 +68,11 @@ class Exchange(Protocol):
         return 0
 
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        """Return the scans from `now_ns` on.
+        """Return the scans that begin with the one at `now_ns`.
 
         Args:
             count: their number, at most `calm_scans`.
-            most_rows: their largest number if an axis moves.
+            most_rows: maximum number of scans if an axis moves.
         """
         return Block([], 0)
 
@@ -105,7 +105,7 @@ class EndOfScan(Exchange):
         return True
 
     def latch_outputs(self) -> None:
-        """Send all outputs; they are in force from the scan's own instant on."""
+        """Send all outputs; they take effect at the instant of the scan."""
         self._sent[:] = self._memory
 
     @override
@@ -249,7 +249,7 @@ class EveryRpi(Exchange):
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
         latest_ns, rpi_ns = self._next_ns - self.rpi_ns, self.rpi_ns
-        if period_ns % rpi_ns == 0:  # the last exchange of every scan will do
+        if period_ns % rpi_ns == 0:  # the last exchange of every scan is enough
             first_ns = now_ns // rpi_ns * rpi_ns
             return Block.of(self._outlook.rows(latest_ns, first_ns, period_ns, min(count, most_rows)), count)
         count = min(count, most_rows, 1 + (most_rows - 1) * rpi_ns // period_ns)

@@ -54,20 +54,20 @@ class OnALine(Module, Protocol):
 
 
 class Conditions(Protocol):
-    """What is around a module, as states in text: "temperature=95"."""
+    """The environment of a module, as states in text: "temperature=95"."""
 
     def check(self, state: str) -> None:
         """Refuse a state that the module can't have, with a ValueError."""
 
     def put(self, state: str) -> None:
-        """Put the module into a state, from the instant of its last `update` on; ValueError as in `check`."""
+        """Put the module into a state at the instant of its last `update`; ValueError as in `check`."""
 
 
 class ExposedModule(Module):
     """A module with scheduled incidents; satisfies `runtime.loop.module.Module`.
 
     Args:
-        conditions: of the module, if they can be set.
+        conditions: conditions of the module, if they can be set.
 
     Raises:
         ValueError: the module can't simulate a fault, or has no such conditions.
@@ -173,7 +173,7 @@ class ExposedModule(Module):
         self.module.power_cycle()
 
     def _tear(self, outputs: Image) -> None:
-        """Keep words back, if these outputs are the first new ones since a torn update is due."""
+        """Hold words back if these are the first new outputs since a torn update is due."""
         if outputs == self._before:
             return
         if len(outputs) != len(self._before):

@@ -60,7 +60,7 @@ _BLAME = {
 }
 
 
-class CpuFault(Exception):  # noqa: N818 - what the trade calls it
+class CpuFault(Exception):  # noqa: N818 - the usual term
     """The CPU has faulted: outputs are zero, modules stopped, listeners closed."""
 
     def __init__(self, fault: Fault) -> None:
@@ -69,13 +69,13 @@ class CpuFault(Exception):  # noqa: N818 - what the trade calls it
 
 
 class Ending(BaseException):
-    """Ends the command that runs scans; it is no fault, whichever code receives it."""
+    """Ends the command that runs scans; it is never a fault, wherever it is raised."""
 
 
 def ends_the_run(error: BaseException) -> bool:
     """Return whether an error of a program is no fault: an `Ending`, or a real Ctrl-C.
 
-    A `raise KeyboardInterrupt` of the program's own is a fault like any other. A real Ctrl-C is raised by a
+    A `raise KeyboardInterrupt` in the program is a fault like any other. A real Ctrl-C is raised by a
     signal handler of ours, or between two instructions of the program.
     """
     if not isinstance(error, KeyboardInterrupt):
@@ -118,7 +118,7 @@ def is_the_users(file_name: str) -> bool:
 
 
 _ROOMS = (
-    f"{sys.modules[__name__.partition('.')[0]].__path__[0]}{os.sep}",  # installed, all the others are in it
+    f"{sys.modules[__name__.partition('.')[0]].__path__[0]}{os.sep}",  # contains the others if installed
     *(
         f"{Path(__file__).parents[2] / room}{os.sep}"
         for room in ("io_images", "ladder", "rockwell", "runtime", "traces")

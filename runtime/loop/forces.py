@@ -49,7 +49,7 @@ class Forces:
 
     @property
     def active(self) -> Mapping[str, int]:
-        """The forces by address, the latest last: it wins for a common bit."""
+        """The forces by address, the latest last; it takes precedence for a common bit."""
         return {str(address): value for address, value in self._values.items()}
 
     def set(self, address: str, value: int) -> None:
@@ -60,7 +60,7 @@ class Forces:
             value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
 
         Raises:
-            ValueError: no such address, or the value does not fit it.
+            ValueError: the address does not exist, or the value does not fit it.
         """
         place = parse_address(address, self._words)
         check_value(address, place, value)
@@ -72,7 +72,7 @@ class Forces:
         """Release a word or bit from the next scan on.
 
         Raises:
-            ValueError: no such address, or it is not forced.
+            ValueError: the address does not exist, or is not forced.
         """
         place = parse_address(address, self._words)
         if place not in self._values:

@@ -1,11 +1,11 @@
-"""Incidents of a module and its CPU beside commands and inputs: power, a lost link, a torn update.
+"""Incidents of a module and its CPU, besides commands and inputs: power, a lost link, a torn update.
 
     scan               n          n+1         n+2
     outputs written    A          B           B
     torn update of B:  A          B A A ...   B        (words 1 and 2 of B come one update late)
 
-Incidents are data with an instant each; the rack is built with those of its
-specification, so that a run with them is as repeatable as one without.
+Each incident is data with an instant. The rack is built with the incidents of its
+specification, so that a run with them is as repeatable as a run without.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class FaultKind(Enum):
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
     """The power of an adapter's controller goes and returns at once; the adapter's does not."""
     CONDITION = "condition"
-    """What is around a networked drive changes: an input, temperature, cable, ..., see `state`."""
+    """The environment of a networked drive changes: an input, temperature, cable, ..., see `state`."""
 
 
 TROUBLES = {
@@ -55,7 +55,7 @@ TROUBLES = {
     FaultKind.FATAL_ERROR: ModuleFault.FATAL_ERROR,
     FaultKind.ASIC_LOST: ModuleFault.ASIC_LOST,
 }
-"""Lasting faults, as a module knows them."""
+"""Lasting faults as `ModuleFault`s."""
 
 ON_THE_LINE = frozenset(
     {
@@ -76,7 +76,7 @@ class InjectedFault:
     """One incident.
 
     Attributes:
-        at_ns: its begin, ns since power-up.
+        at_ns: its start, ns since power-up.
         slot: its module; 0 for `PROGRAM_MODE`.
         for_ns: duration; 0 = unlimited: a fatal error then ends with a power cycle. Of a torn update:
             delay of the late words, an RPI if 0. Of replies: 0 = the next one only.

@@ -38,7 +38,7 @@ class ScanListener(Protocol):
 
         Args:
             scan: its number, from 0.
-            flags: of the CPU, see `runtime.loop.scan.ScanFlag`.
+            flags: flags of the CPU, see `runtime.loop.scan.ScanFlag`.
         """
 
     def close(self) -> None:
@@ -52,14 +52,14 @@ ROWS_AT_ONCE = 4096
 class RowListener(ScanListener, Protocol):
     """A listener that can also receive many scans at once, while only the modules' inputs change.
 
-    Within such scans there is no event, and the outputs are those of the scan before them.
+    Such scans have no events, and the same outputs as the scan before them.
     """
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """What is called after the logic of each of these scans; None = nothing.
+        """Return the function to call after the logic of each of these scans; None = no function.
 
-        If it returns true, the rows end, and this scan is passed on by itself.
+        If that function returns true, the rows end, and this scan is passed on by itself.
         """
 
     def begin_rows(self, scan: int) -> int:
@@ -73,7 +73,7 @@ class RowListener(ScanListener, Protocol):
         Args:
             scans: their numbers.
             times: their times, ns.
-            flags: of the CPU, in all of them.
+            flags: flags of the CPU, the same in all of them.
             images: the rack's memory in each.
         """
 
@@ -84,7 +84,7 @@ def by_rows(listener: ScanListener) -> RowListener | None:
 
 
 class QuietListener(ScanListener):
-    """A listener that does nothing; its subclasses override the calls that concern them."""
+    """A listener that does nothing; subclasses override the methods that they need."""
 
     @override
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -105,10 +105,10 @@ class Listeners:
     __slots__ = ("_by_rows", "_to_close", "called_last", "listeners")
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
-        self.listeners = list(listeners)  # those that receive events and scans, in order
-        self.called_last: ScanListener | None = None  # the latest one, to blame for an exception
+        self.listeners = list(listeners)  # listeners that receive events and scans, in order
+        self.called_last: ScanListener | None = None  # an exception is attributed to it
         self._to_close = list(self.listeners)
-        self._by_rows: list[RowListener] | None = None  # the same ones; None = some can't receive rows
+        self._by_rows: list[RowListener] | None = None  # the same listeners; None = some can't receive rows
         self._sort()
 
     def _sort(self) -> None:
@@ -129,7 +129,7 @@ class Listeners:
 
     @property
     def looks(self) -> list[Callable[[], bool]]:
-        """What is called after the logic of each scan by rows."""
+        """Return the functions to call after the logic of each scan by rows."""
         looks = [each.look for each in self._by_rows or ()]
         return [look for look in looks if look is not None]
 

@@ -1,7 +1,7 @@
-"""The one contract for every module in a slot of the rack.
+"""The contract of every module in a slot of the rack.
 
-A simulated 3601, an adapter over a real controller, a module that replays a
-trace and a fault wrapped around any of them look the same to the scan loop.
+A simulated 3601, an adapter of a real controller, a module that replays a
+trace and a module wrapped in simulated faults look the same to the scan loop.
 None of them owns a clock, a thread or unseeded randomness: time is the argument
 of `update`, an integer number of nanoseconds since power-up.
 """
@@ -48,7 +48,7 @@ class Module(Protocol):
         """
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, from the last `now_ns` on.
+        """Set whether the PLC is in run mode, effective at the last `now_ns`.
 
         A module starts with a running PLC. Program, test and single-scan mode all
         count as not running: outputs are not sent to the module.
@@ -62,7 +62,7 @@ class Module(Protocol):
 class ForeseeingModule(Module, Protocol):
     """A module that can compute its coming inputs while nothing acts on it, see `runtime.loop.ahead`.
 
-    They equal those of `update` bit by bit.
+    The predicted inputs equal the inputs of `update` bit by bit.
 
     Attributes:
         before_change: called by the module before anything but `update` acts on it, from its PLC's

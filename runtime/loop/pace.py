@@ -8,7 +8,7 @@
     stopping_on_interrupt    Ctrl-C requests a stop between scans
     ending_as_interrupt      SIGTERM and SIGHUP act like Ctrl-C
 
-None of it decides an image: a paced run and a free one give the same scans,
+None of it affects an image: a paced run and a free one give the same scans,
 except for the OVERRUN flag.
 """
 
@@ -38,17 +38,17 @@ TICKS_PER_LIMIT = 4
 
 
 LATE_FROM_NS = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000, 100_000_000)
-"""Sizes by which late scans are counted; up to the first size a scan is on time."""
+"""Delays by which late scans are counted; up to the first delay a scan is on time."""
 
 SPIN_SHARE = 10
 """Longest wait without sleeping, as a divisor of the period."""
 
 SPIN_MAX_NS = 200_000
-"""Its upper limit: with free capacity a sleep rarely ends later."""
+"""Upper limit of that wait: on a machine with free capacity a sleep rarely ends later."""
 
 
 BEAT_NS = 100_000_000
-"""Within this time of the wall clock a recording is on its way to the disk."""
+"""A recording is written toward the disk within this time of the wall clock."""
 
 
 def _nothing() -> None: ...
@@ -58,7 +58,7 @@ class Pacer(Protocol):
     """Decides when scans begin."""
 
     free: bool
-    """Whether scans never wait, and the scan loop need not ask."""
+    """Whether scans never wait, so that the scan loop need not call `wait`."""
 
     overruns: int
     """Scans that began late, because the previous one was not finished in time."""
@@ -67,7 +67,7 @@ class Pacer(Protocol):
     """The longest delay of a scan."""
 
     late: list[int]
-    """Scans by their delay: on time, then those of each size in `LATE_FROM_NS`; empty if free."""
+    """Number of scans by delay: on time, then for each delay in `LATE_FROM_NS`; empty if free."""
 
     beat: Callable[[], object]
     """Called between two scans, at least every `BEAT_NS` if scans are shorter than that; never, if free."""
@@ -76,7 +76,7 @@ class Pacer(Protocol):
         """Begin a run: its first scan is due now."""
 
     def wait(self) -> bool:
-        """Wait until the next scan is due; return whether it begins late nevertheless."""
+        """Wait until the next scan is due; return whether it begins late."""
 
 
 class FreeRun(Pacer):
@@ -115,7 +115,7 @@ class RealTime(Pacer):
     free = False
 
     def __init__(self, *, spin: bool = False, sleep: Callable[[float], object] | None = None) -> None:
-        self._sleep = sleep or (lambda seconds: time.sleep(seconds))  # tests put another clock in
+        self._sleep = sleep or (lambda seconds: time.sleep(seconds))  # tests replace the clock
         self.overruns = 0
         self.worst_late_ns = 0
         self.late = [0] * (len(LATE_FROM_NS) + 1)
@@ -212,7 +212,7 @@ class AdjustablePace(RealTime):
 
 
 class Clock:
-    """Virtual time in step with the wall clock; it begins at 0 when it is made.
+    """Virtual time in step with the wall clock; it begins at 0 when it is created.
 
     Args:
         speed: seconds of virtual time per second, above 0.
@@ -245,7 +245,7 @@ class Clock:
 class WatchdogTimeout(BaseException):
     """The logic has taken longer than the watchdog allows.
 
-    It is no Exception, so that a program that catches everything in a loop does not catch it.
+    It is not an Exception, so that a program that catches every Exception in a loop does not catch it.
     """
 
 
@@ -289,7 +289,7 @@ class Watchdog:
 
         Args:
             scan: returns the number of the present scan.
-            inside: the functions that call the logic; on the stack they mean inside the logic.
+            inside: the functions that call the logic; while one of them is on the stack, the logic runs.
         """
         if self.limit_ns == 0 or not _in_main_thread():
             yield
@@ -355,7 +355,7 @@ def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
-"""Top-level modules of debuggers: Python's own (IPython's is made of it), and those of editors."""
+"""Top-level modules of debuggers: Python's own (the base of IPython's), and the debuggers of editors."""
 
 
 def _in_debugger(frame: FrameType | None) -> bool:
@@ -454,16 +454,16 @@ _ticker = _Ticker()
 
 @contextmanager
 def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterator[None]:
-    """Let Ctrl-C call `stop`; further ones break off a run that does not stop.
+    """Let Ctrl-C call `stop`; further ones interrupt a run that does not stop.
 
     The first Ctrl-C only requests a stop. The second raises KeyboardInterrupt if it finds the logic running,
     which may never end; elsewhere the scan is about to end, and a recorder must not be
-    broken off. The third raises anywhere. Afterwards the handler is restored.
+    interrupted. The third raises anywhere. Afterwards the handler is restored.
     Outside the main thread nothing is changed.
 
     Args:
         stop: requests a stop between scans.
-        inside: the functions that call the logic; on the stack they mean inside the logic.
+        inside: the functions that call the logic; while one of them is on the stack, the logic runs.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -515,12 +515,12 @@ def interrupted_by() -> str:
 
 
 _ended_by: list[str] = []
-"""Names of the signals that acted as Ctrl-C."""
+"""Names of the signals that acted like Ctrl-C."""
 
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
     _ended_by.append(name := signal.Signals(number).name)
-    if name == "SIGHUP":  # shell and kernel both send it: the second one would break off what is completed
+    if name == "SIGHUP":  # shell and kernel both send it: the second one would interrupt the orderly end
         signal.signal(number, signal.SIG_IGN)
     if not callable(signal.getsignal(signal.SIGINT)):
         raise KeyboardInterrupt
@@ -533,4 +533,4 @@ def rest(seconds: float) -> None:
 
 
 wall_ns: Callable[[], int] = time.monotonic_ns
-"""Returns the monotonic clock, for figures that people read."""
+"""Returns the monotonic clock, for figures in messages."""

@@ -45,7 +45,7 @@ IDLE_PHASES = {
     CpuMode.TEST: frozenset({"output_latch"}),
     CpuMode.SINGLE_SCAN: frozenset({"output_latch"}),
 }
-"""By mode: the phases that are left out."""
+"""The phases that are skipped, by mode."""
 
 
 class ScanPhases:
@@ -56,8 +56,8 @@ class ScanPhases:
     Attributes:
         order: the active phases.
         blame: the cause of an error in each of them.
-        attention: the housekeeping of this scan has requests.
-        plain: only input latch, logic, output latch, record and housekeeping are active.
+        attention: whether the housekeeping of this scan has requests to apply.
+        plain: whether only input latch, logic, output latch, record and housekeeping are active.
         after_logic: the last three of these.
     """
 
@@ -83,7 +83,7 @@ class ScanPhases:
         self.flags = self._prepared_flags = 0
         self.call_logic: Phase = self.logic
         self.attention = self.plain = False
-        self._given: tuple[object, ...] = ()  # what the phases were listed for
+        self._given: tuple[object, ...] = ()  # the state for which the phases were listed
         self.after_logic: tuple[Phase, ...] = (self.output_latch, self.record, housekeeping)
         self._rack, self._exchange, self._forces = rack, exchange, forces
         self._pacer, self._watchdog = pacer, watchdog
@@ -139,7 +139,7 @@ class ScanPhases:
         self._watchdog.call(self.logic)
 
     def _first_output_latch(self) -> None:
-        """Send the outputs, and with them the start of the PLC."""
+        """Send the outputs, and inform the modules that the PLC runs."""
         self._exchange.latch_outputs()
         self._exchange.start()
         self._modules_run = True

@@ -23,14 +23,14 @@ from .module import Module
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A module on its way into a rack."""
+    """A module to be installed in a rack."""
 
     slot: int  # number of its slot, from 1 (0 is the controller's own place)
     module: Module
     catalog: str = ""  # catalog name, such as "amci3601"; for the record only
     firmware: str = ""  # such as "4.1"; for the record only
     words: ModuleWords = PLAIN_WORDS  # names of its words and bits, from which addresses follow
-    round_trip_ms: int = 0  # longest time of a command and its answer, ms; 0 = only that of the scan loop
+    round_trip_ms: int = 0  # longest time from a command to its answer, ms; 0 = only the scan loop's
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Slot:
 
 
 Seat = TypeVar("Seat")
-"""An item for each slot: the slot itself, its bench."""
+"""The type of an item for each slot: the slot itself, or its bench."""
 
 
 class Slots(dict[int, Seat]):

@@ -81,7 +81,7 @@ class SystemRequest:
 
 
 def ask_for_fifo() -> Undo:
-    """Let this thread, and those that it starts from now on, run under SCHED_FIFO.
+    """Run this thread, and all threads that it starts later, under SCHED_FIFO.
 
     Raises:
         OSError: the system refuses.
@@ -89,7 +89,7 @@ def ask_for_fifo() -> Undo:
     """
     system = _scheduling()
     policy, parameter = system.sched_getscheduler(0), system.sched_getparam(0)
-    if policy not in (system.SCHED_FIFO, system.SCHED_RR):  # otherwise the user has chosen one, with chrt
+    if policy not in (system.SCHED_FIFO, system.SCHED_RR):  # these are the user's choice, by chrt
         system.sched_setscheduler(0, system.SCHED_FIFO, system.sched_param(PRIORITY))
     return lambda: system.sched_setscheduler(0, policy, parameter)
 

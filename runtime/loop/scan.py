@@ -50,7 +50,7 @@ MODE_MASK = 0b11
 
 
 def mode_name(mode: CpuMode) -> str:
-    """Return a mode as people write it.
+    """Return a mode in words.
 
     >>> mode_name(CpuMode.SINGLE_SCAN)
     'single scan'
@@ -92,13 +92,13 @@ class AttachedLogic(Protocol):
     """Logic that is prepared with the rack before its first scan, and closed after its last."""
 
     def __call__(self, scan: LogicScan) -> None:
-        """Do one scan."""
+        """Carry out one scan."""
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
         """Find the required slots, before the first scan.
 
         Raises:
-            ValueError: one is missing; the message has the existing ones.
+            ValueError: a slot is missing; the message lists the existing slots.
         """
 
     def __close_logic__(self) -> None:
@@ -108,7 +108,7 @@ class AttachedLogic(Protocol):
 def attached(logic: object) -> AttachedLogic | None:
     """Return logic that is prepared with the rack, None for other logic.
 
-    `isinstance` says the same, and takes as long as ten scans.
+    `isinstance` gives the same result, but takes as long as ten scans.
     """
     is_attached = hasattr(logic, "__attach_logic__") and hasattr(logic, "__close_logic__")
     return logic if is_attached else None  # type: ignore[return-value]

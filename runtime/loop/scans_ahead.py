@@ -11,7 +11,7 @@ New outputs, a request, a stop, or any action on a module ends the block in the 
 continues with its phases.
 
 Where all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Such scans
-only take their time: neither logic nor listeners are called.
+only advance the time: neither logic nor listeners are called.
 
 If all listeners are `RowListener`s, they receive many scans at once, the rows as images. Otherwise, and while
 one of them needs every scan by itself, each scan is passed on as it ends: the same, slow and clear.
@@ -31,10 +31,10 @@ from .scan import LogicScan, ScanLogic
 
 _WHOLE = slice(None)
 _NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
-"""Scans that are not passed on yet: numbers, times, images; of all that are foreseen, at first."""
+"""No scans that are still to be passed on: their numbers, times, images."""
 
 MOST_APART = 63
-"""Scans between two questions to a `RepeatFinder` while the program changes in each of them."""
+"""Scans between two calls of a `RepeatFinder` while the program changes in each of them."""
 
 
 class RepeatFinder(Protocol):
@@ -49,7 +49,7 @@ class RepeatFinder(Protocol):
         Args:
             scan: number of the next scan.
             now_ns: time of the latest scan, before which the state was kept.
-            most: the largest number.
+            most: maximum number to return.
         """
 
 
@@ -95,7 +95,7 @@ class ScansAhead:
         self.stop_requested = self._ends = True
 
     def end_block(self) -> None:
-        """End a block of rows with the present scan: the next one has to notice a change."""
+        """End a block of rows with the present scan: the next scan must process a change."""
         self._ends = True
 
     def before_new_listeners(self) -> None:
@@ -145,7 +145,7 @@ class ScansAhead:
         worth = self._finder is not None or numpy_is_worth_it(phases.view.number)
         if not (phases.plain and self.enabled and worth):
             return 0
-        self._ends = False  # what ends a block from here on is not missed
+        self._ends = False  # from now on, nothing that ends a block is missed
         if self.stop_requested or phases.attention or most < LEAST_ROWS:
             return -1
         if any(module.events for module in self._modules):
@@ -153,7 +153,7 @@ class ScansAhead:
         return self._exchange.calm_scans(phases.view.now_ns, self._period_ns)
 
     def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
-        """Run scans of one row, less those that repeat another one."""
+        """Run the scans of a single row, except for repeated scans."""
         view, period_ns = self._phases.view, self._period_ns
         end, apart = view.number + block.length, 0
         while view.number < end:
@@ -283,4 +283,4 @@ class ScansAhead:
 
 
 LOGIC_CALLERS = (ScanPhases.logic.__code__, ScansAhead._play.__code__)
-"""The functions that call the logic: on the stack they mean inside the logic."""
+"""The functions that call the logic: while one of them is on the stack, the logic runs."""

@@ -1,6 +1,6 @@
-"""The encoder: counts by the shaft, counts by hand, and the Z line.
+"""The encoder: counts from the shaft, counts turned by hand, and the Z line.
 
-    counts by the shaft  c = direction * floor(shaft * counts_per_step)
+    counts of the shaft  c = direction * floor(shaft * counts_per_step)
     counts               c + counts turned by hand
 
 The Z line lies at the counts m = marker_at + n * marker_every of c. The step with
@@ -26,7 +26,7 @@ _INT64_ROOM = 1 << 63
 
 
 class ShaftEncoder:
-    """The encoder's counts by the shaft's travel.
+    """The encoder's counts from the shaft's travel.
 
     Args:
         spec: the encoder; None = no encoder, which always counts 0.
@@ -97,7 +97,7 @@ class _Turn:
 
 
 class HandTurning:
-    """Counts and Z pulses by hand, one turn after the other."""
+    """Counts and Z pulses that are made by hand, one turn after the other."""
 
     __slots__ = ("_done", "_end_ns", "_markers", "_turns")
 

@@ -2,7 +2,7 @@
 
 Its true position is not the module's count: the module reports its motor steps,
 and the machine decides how far the shaft follows, and which inputs switches,
-stations and people energize. The module asks ahead (`steps_to_…`,
+stations and people energize. The module queries ahead (`steps_to_…`,
 `next_change_ns`), and goes from one event to the next without a loop over steps
 or ticks. Everything is a closed form in integers and does not depend on the
 number of queries.
@@ -85,7 +85,7 @@ class Machine:
     # --- motion
 
     def depart(self, now_ns: int) -> None:
-        """Note the begin of a motion: stations stop their work. `follow` implies it."""
+        """Note the start of a motion: stations stop their work. `follow` implies it."""
         self._moving = True
         self._stimuli.depart(now_ns)
         self._forget_levels()
@@ -105,7 +105,7 @@ class Machine:
             self._forget_levels()
 
     def steps_to_shaft(self, direction: int, target: int) -> int | None:
-        """Return the motor steps in `direction` to `target`; None = it is behind, or beyond a jam."""
+        """Return the motor steps in `direction` to `target`; None = other direction, or beyond a jam."""
         return self._shaft.steps_to(direction, target)
 
     def free_steps(self, direction: int) -> int:
@@ -134,7 +134,7 @@ class Machine:
         return self._stimuli.held_mask
 
     def rewire(self, bit: InputBit, switches: Sequence[Switch]) -> None:
-        """Wire an input to other switches from now on, none of them held; without any it is de-energized."""
+        """Wire an input to other switches now, and release it; without switches it is de-energized."""
         self.before_change()
         kept = [switch for switch in self.spec.switches if switch.input is not bit]
         self.spec = replace(self.spec, switches=(*kept, *switches))
@@ -175,7 +175,7 @@ class Machine:
         return self._stimuli.next_ns if self._stimuli.next_ns < FAR else None
 
     def set_input(self, bit: InputBit, energized: bool) -> None:
-        """Set an input from the bench, from now on.
+        """Set an input from the bench and hold it.
 
         Raises:
             ValueError: a switch, a station or the timeline feeds that input.
@@ -189,7 +189,7 @@ class Machine:
         self._forget_levels()
 
     def operate(self, bit: InputBit, energized: bool | None, now_ns: int) -> None:
-        """Act on an input from now on as an entry of the timeline does, and record it as an event.
+        """Act on an input now as an entry of the timeline does, and record it as an event.
 
         Args:
             energized: its level, which overrides switches and stations; None = released.
@@ -201,11 +201,11 @@ class Machine:
     # --- encoder
 
     def mount(self, encoder: EncoderSpec) -> None:
-        """Mount an encoder on the shaft of a machine without one: a motor with its own encoder."""
+        """Mount an encoder on the shaft of a machine without one, for a motor with its own encoder."""
         self._encoder = ShaftEncoder(encoder)
 
     def encoder_counts(self, now_ns: int) -> int:
-        """Return the x4 counts since power-up: by the shaft, and by hand."""
+        """Return the x4 counts since power-up, from the shaft and from turning by hand."""
         return self._encoder.counts(self._shaft.position) + self._hand.counts(now_ns)
 
     def encoder_counts_all(self, shafts: NDArray[np.int64], now_ns: int) -> NDArray[np.int64]:
@@ -242,11 +242,11 @@ class Machine:
         self._hand.turn(counts, start_ns, end_ns)
 
     def turning(self, now_ns: int) -> bool:
-        """Return whether counts by hand are planned after `now_ns`."""
+        """Return whether turning by hand is planned after `now_ns`."""
         return self._hand.turning(now_ns)
 
     def turns_ns(self, now_ns: int) -> int | None:
-        """Return the first instant from `now_ns` on at which counts by hand are under way; None = never."""
+        """Return the first instant from `now_ns` at which the encoder is turned by hand; None = never."""
         return self._hand.turns_ns(now_ns)
 
     def marker_at(self, at_ns: int) -> None:

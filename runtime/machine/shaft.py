@@ -1,4 +1,4 @@
-"""From motor steps to the true position of the shaft, through slips and jams.
+"""Converts motor steps to the true position of the shaft, with slips and jams.
 
 The law, for a single motor step in direction d with the shaft at p:
 
@@ -58,7 +58,7 @@ class Shaft:
 
     Args:
         slips: positions that lose steps.
-        seed: of the random numbers; the same seed gives the same run.
+        seed: seed of the random numbers; the same seed gives the same run.
     """
 
     __slots__ = ("_departing", "_high", "_jams", "_left", "_low", "_obstacles", "_slips", "position")
@@ -127,7 +127,7 @@ class Shaft:
         return self.position - self._obstacles[index - 1] if index else FAR
 
     def steps_to(self, direction: int, target: int) -> int | None:
-        """Return the motor steps in `direction` to `target`; None = it is behind, or beyond a jam.
+        """Return the motor steps in `direction` to `target`; None = other direction, or beyond a jam.
 
         `follow` with exactly that many steps reaches it, with one fewer it does not.
 

@@ -1,4 +1,4 @@
-"""Levels that change by time: the timeline, the stations, and inputs held by the bench.
+"""Input levels that change with time: the timeline, the stations, and inputs held by the bench.
 
     rest                 depart                 (another motion)
      |<---- work_ns ---->|                       work canceled: no pulse
@@ -33,12 +33,12 @@ class _Work:
 
     def __init__(self, station: Station) -> None:
         self.station = station
-        self.due_ns = FAR  # begin of its pulse, FAR = it is not working
+        self.due_ns = FAR  # start of its pulse, FAR = it is not working
         self.until_ns = FAR  # end of its pulse, FAR = there is none
 
 
 class Stimuli:
-    """Timeline, stations and bench: changes of the inputs by time. Calls must be in order of time."""
+    """Timeline, stations and bench: changes of the inputs over time. Calls must be in order of time."""
 
     __slots__ = ("_entries", "_fed", "_index", "_works", "events", "held", "held_mask", "next_ns", "pulses")
 
@@ -48,7 +48,7 @@ class Stimuli:
         self._works = [_Work(station) for station in spec.stations]
         self._fed = spec.fed_inputs
         self.held_mask = 0
-        self.held = 0  # the energized ones among them
+        self.held = 0  # the energized inputs among them
         self.pulses = 0  # inputs that a station is pulsing
         self.events: list[Event] = []  # actions so far, in order of time; the reader empties it
         self.next_ns = self._soonest_ns()  # instant of the next action, FAR = never

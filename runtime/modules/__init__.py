@@ -1,4 +1,4 @@
-"""Modules of slots: the simulated 3601, adapters that drive other controllers like one, plain cards.
+"""Modules for slots: the simulated 3601, adapters that let other controllers act as a 3601, plain cards.
 
 Any class that satisfies `loop.module.Module` is a module. To add one:
 
@@ -8,6 +8,6 @@ Any class that satisfies `loop.module.Module` is a module. To add one:
 3. its folder in `packages` of pyproject.toml.
 
 Rack files, addresses, recording, `show`, `query`, `drive`, `fuzz` and the bench read the record.
-Modules know controllers, lines, machines and the module contract of the loop. None knows the CPU, a
-rack file or a recording.
+Modules depend on controllers, lines, machines and the module contract of the loop, but not on the CPU, rack
+files or recordings.
 """

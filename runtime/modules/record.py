@@ -1,4 +1,4 @@
-"""The record of a kind of module, the only thing that other rooms read: one in each module's folder."""
+"""The record of a kind of module, in its folder; other packages use a module only by its record."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class NamedInputs(Protocol):
     """A module whose inputs have names."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set an input from now on; ValueError for an unknown input."""
+        """Set an input now; ValueError for an unknown input."""
 
 
 @runtime_checkable
@@ -46,7 +46,7 @@ class AnalogInputs(Protocol):
     """A module with analog inputs that have names."""
 
     def set_value(self, name: str, value: float) -> None:
-        """Set an input from now on; ValueError for an unknown input or an illegal value."""
+        """Set an input now; ValueError for an unknown input or an illegal value."""
 
 
 @runtime_checkable
@@ -54,7 +54,7 @@ class ModuleWithInputs(Protocol):
     """A module whose machine has inputs that a person may operate."""
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Set an input from the last `update` on; None returns it to the machine."""
+        """Set an input at the last `update`; None returns it to the machine."""
 
 
 @runtime_checkable
@@ -79,7 +79,7 @@ class PressedByTimeline(Protocol):
     """A module whose inputs are operated by a timeline of the rack file."""
 
     def end_timeline(self) -> bool:
-        """Drop the presses that are still to come; return whether there are any."""
+        """Cancel the remaining presses; return whether there were any."""
 
 
 @runtime_checkable
@@ -94,13 +94,13 @@ class ModuleWithMachine(Module, Protocol):
 class BoltedAhead(ModuleWithMachine, Protocol):
     """A module that can predict its machine as long as nothing acts on it.
 
-    An instant that is not later than the last `update` means that it can't.
+    An instant that is not later than the last `update` means that it can't predict it.
     """
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`.
 
-        None is an open end.
+        None means an open end.
         """
 
     def levels_calm_until_ns(self) -> int:
@@ -139,7 +139,7 @@ class LivePort:
 
         Args:
             port: a serial device, or tcp:HOST:PORT.
-            address: of the controller; None = the factory's.
+            address: address of the controller; None = the factory setting.
 
         Raises:
             ValueError: an illegal option, or a port that can't be opened.
@@ -148,7 +148,7 @@ class LivePort:
 
 
 class NamedStatus:
-    """An input image by the names of its module: bits of the group "status", and words.
+    """An input image decoded by its module's names: bits of the group "status", and words.
 
     >>> from scanrack.io_images.module_words import BitPlace
     >>> words = ModuleWords("Lamp", PLAIN_WORDS.outputs, ("state", *PLAIN_WORDS.inputs[1:]),
@@ -185,7 +185,7 @@ class ModuleRecord:
 
     Attributes:
         name: its catalog name, as in rack files and `scanrack drive`.
-        make: makes a simulated one of (firmware, machine, seed, options, wiring); ValueError names an
+        make: makes a simulated module from (firmware, machine, seed, options, wiring); ValueError names an
             illegal argument.
         words: names of its words and bits, with these options.
         has_firmware: whether it has a version to record.
@@ -202,11 +202,12 @@ class ModuleRecord:
         capabilities: the table of its refusals, Markdown; None without own refusals.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
-        conditions: returns what is around a module, if that can be set while it runs.
-        states: returns the names in such conditions with their states; of a number an example.
-        machine_inputs: the inputs of its machine that are wired to it, by name, each with its own name of
-            them, "" where it is the same, with these options.
-        unread: stands for a module whose file is not executed: its options and named bits are not checked.
+        conditions: returns the conditions around a module, if they can be set while it runs.
+        states: returns the names of such conditions with their states, or with an example of their number.
+        machine_inputs: the inputs of its machine that are wired to it, by name, each with the module's name
+            for it, "" if that is the same, with these options.
+        unread: whether it stands for a module whose file is not executed, so that options and named bits are
+            not checked.
     """
 
     name: str

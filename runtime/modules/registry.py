@@ -1,4 +1,4 @@
-"""The registry of modules: the records of their folders, and those of installed packages."""
+"""The registry of modules: the records in their folders, and the records of installed packages."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GROUP = "scanrack.modules"
 
 
 class OwnModules(Mapping[str, ModuleRecord]):
-    """The modules of scanrack by catalog name; a rack of 3601s does not import the others."""
+    """The modules of scanrack by catalog name; all but the 3601 are imported at first use."""
 
     @cached_property
     def _all(self) -> Mapping[str, ModuleRecord]:
@@ -47,7 +47,7 @@ OWN = OwnModules()
 @cache
 def _installed() -> Mapping[str, EntryPoint]:
     """Return the entry points of installed packages by catalog name, without names of scanrack's own."""
-    from importlib.metadata import entry_points  # it imports the whole of `email`
+    from importlib.metadata import entry_points  # importing it loads all of `email`
 
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
 
@@ -58,7 +58,7 @@ def _record_of(name: str) -> ModuleRecord:
     point = _installed()[name]
     try:
         found = point.load()
-    except Exception as error:  # whatever the package raises is about the package
+    except Exception as error:  # report anything that the package raises as its own mistake
         raise ValueError(f"module {name}: {point.value} can't be imported: {error}") from error
     if not isinstance(found, ModuleRecord) or found.name != name:
         raise ValueError(f"module {name}: {point.value} is not the ModuleRecord of this name")
@@ -110,7 +110,7 @@ def live_port(module: str, live: LivePort | None, port: str, address: int | None
 
     Args:
         port: a serial device, or tcp:HOST:PORT.
-        address: of the controller; None = the factory's.
+        address: address of the controller; None = the factory setting.
 
     Raises:
         ValueError: an illegal port or address, or a module without a live port.

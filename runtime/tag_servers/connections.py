@@ -29,7 +29,7 @@ from scanrack.io_images.enip.paths import Path, parse_path
 from .router import OWN_ROUTE, refused
 
 CONNECTIONS_MOST = 16
-"""Connections of a client."""
+"""Maximum connections of a client."""
 
 _PATH = Path({"class": MANAGER, "instance": 1})
 _SERVICES = (OPEN, LARGE_OPEN, CLOSE)
@@ -56,7 +56,7 @@ class Connections:
         self._numbers = count(_OWN + 1)
 
     def get(self, number: int) -> Connection | None:
-        """Return a connection by our number."""
+        """Return a connection by the number that this server gave it."""
         return self._open.get(number)
 
     @staticmethod

@@ -34,18 +34,18 @@ TYPES: Mapping[str, tuple[int, ...]] = {
     "A": (0x8E,),
     "L": (0x91,),
 }
-"""Types of files in messages, by letters; the last one in the directory."""
+"""Types of files in messages, by letters; the last type is that in the directory."""
 
 WORDS: Mapping[str, int] = {"T": 3, "C": 3, "R": 3, "F": 2, "L": 2, "ST": 42}
 """Words of an element; one of all others."""
 
 FIXED = {"O": 0, "I": 1, "S": 2}
-"""Files with their own number."""
+"""Files with a fixed number."""
 
 READS, TYPED, MASKED = (0xA1, 0xA2), (0xA2, 0xAA, 0xAB), 0xAB
 FUNCTIONS = (0xA1, 0xA2, 0xA9, 0xAA, 0xAB)
 DATA_MOST = 236
-"""Bytes of data in a message."""
+"""Maximum bytes of data in a message."""
 
 ILLEGAL, EXTENDED = 0x10, 0xF0
 ADDRESS, TOO_BIG, READ_ONLY, NO_FILE = 0x06, 0x0A, 0x0B, 0x50
@@ -71,7 +71,7 @@ class PcccRefusedError(ValueError):
 
 
 class DataFile:
-    """A file: bytes of a tag as PCCC has them; the characters of texts are swapped in pairs."""
+    """A file: bytes of a tag in PCCC's layout, where the characters of texts are swapped in pairs."""
 
     def __init__(self, letters: str, symbol: Symbol) -> None:
         self.letters, self._symbol = letters, symbol
@@ -80,7 +80,7 @@ class DataFile:
         self._own = symbol.tag.element  # bytes of an element in the tag
 
     def runs(self, start: int, size: int) -> list[tuple[int, int, int]]:
-        """Return the places of bytes: in the message, in the tag, and how many."""
+        """Return the runs of bytes: offset in the message, offset in the tag, and length."""
         if self.letters != "ST":
             return [(0, start, size)] if self._own == self.element else self._by_element(start, size)
         return [(at - start, self._of_text(at), 1) for at in range(start, start + size)]
@@ -107,7 +107,7 @@ class DataFile:
         return b"".join(raw[at - first : at - first + length] for _, at, length in runs)
 
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
-        """Put bytes into the file, as one write; only the bits of a mask."""
+        """Write bytes to the file, as one write, and only the bits of a mask."""
         runs = self.runs(start, len(data))
         first = min(at for _, at, _ in runs)
         last = max(at + length for _, at, length in runs)
@@ -121,7 +121,7 @@ class DataFile:
         snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
 
     def target(self) -> Target:
-        """Return all of the file, to check access."""
+        """Return the target of the whole file, for the check of access."""
         tag = self._symbol.tag
         return Target(self._symbol, tag.kind, 0, tag.count, None, tag.name)
 
@@ -202,8 +202,8 @@ class DataFiles:
         if masked:
             (mask,) = struct.unpack_from("<H", data)
             data = data[2:]
-        if file.letters == "ST" and masked and 2 <= len(data) < size and len(data) % 2 == 0:
-            size = len(data)  # some clients name the whole element and send what there is of the text
+            if file.letters == "ST" and 2 <= len(data) < size and len(data) % 2 == 0:
+                size = len(data)  # some clients name the whole element and send what there is of the text
         if len(data) != size or (masked and size % 2):
             raise PcccRefusedError(ILLEGAL)
         try:

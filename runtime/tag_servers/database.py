@@ -1,4 +1,4 @@
-"""Tags by name and number, and the bytes that a path means."""
+"""Tags by name and number, and the bytes that a path names."""
 
 from __future__ import annotations
 
@@ -40,17 +40,17 @@ PROGRAM_CODE = 0x1068
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A tag with its numbers, or an alias with those of what it names."""
+    """A tag with its numbers, or an alias with the numbers of its target."""
 
     number: int  # in its scope, from 1
     index: int  # in the listing
-    tag: ListedTag  # of an alias under its name
-    target: tuple[PathStep, ...] = ()  # of an alias the steps to what it names
+    tag: ListedTag  # of an alias: under its own name
+    target: tuple[PathStep, ...] = ()  # of an alias: the steps to its target
 
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Bytes of a tag that a path means."""
+    """Bytes of a tag that a path names."""
 
     symbol: Symbol
     kind: Kind
@@ -68,7 +68,7 @@ class Target:
 class Writable:
     """What clients may write, by patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
 
-    A pattern matches a name with all below it. A whole structure may be written if all its members may.
+    A pattern matches a name and everything below it. A whole structure may be written if all its members may.
     """
 
     def __init__(self, patterns: Sequence[str]) -> None:
@@ -76,7 +76,7 @@ class Writable:
         self._all = re.compile("|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE)
 
     def matches(self, name: str) -> bool:
-        """Whether a pattern has a name without subscripts, or what is above it."""
+        """Whether a pattern matches a name without subscripts, or a parent of it."""
         return self._all.match(name) is not None
 
     def __call__(self, name: str, kind: Kind) -> bool:
@@ -108,7 +108,7 @@ class Database:
     """The tags of a rack.
 
     Args:
-        writable: patterns of what clients may write.
+        writable: patterns of names that clients may write.
     """
 
     def __init__(self, listing: Listing, writable: Sequence[str] = ()) -> None:
@@ -131,7 +131,7 @@ class Database:
         self.templates.code_of(tag.kind)
 
     def _add_alias(self, alias: ListedAlias) -> None:
-        """Add an alias; one of what clients don't see is not there, either."""
+        """Add an alias, unless clients can't see its target."""
         try:
             steps = tuple(steps_of(alias.target))
             symbol, rest = self._found(steps)
@@ -167,7 +167,7 @@ class Database:
         return symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access
 
     def refuse_write(self, target: Target) -> None:
-        """Refuse a write of bytes that are not listed as writable."""
+        """Refuse a write if the target is not listed as writable."""
         if not self.may_write(target.tag, target.name, target.kind):
             raise CipRefusedError(NO_PRIVILEGE)
 
@@ -176,7 +176,7 @@ class Database:
         return tag.access is ExternalAccess.READ_WRITE and self.writable(name, kind)
 
     def resolve(self, steps: Sequence[PathStep]) -> Target:
-        """Return what a path means; refused if that is nothing."""
+        """Return the target of a path; refused if it has none."""
         symbol, rest = self._found(steps)
         return _Walk(symbol, rest).target()
 
@@ -208,6 +208,15 @@ def _root(tag: ListedTag) -> str:
     return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
 
 
+def _flat_index(indices: Sequence[int], lengths: Sequence[int]) -> int:
+    flat = 0
+    for index, length in zip(indices, lengths, strict=True):
+        if index >= length:
+            raise CipRefusedError(GENERAL, BEYOND)
+        flat = flat * length + index
+    return flat
+
+
 class _Walk:
     """Follows the steps of a path into a tag."""
 
@@ -236,7 +245,7 @@ class _Walk:
             self._enter(step)
 
     def _subscripts(self) -> tuple[int, bool]:
-        """Take subscripts; return the elements from there on, and whether this is one element."""
+        """Apply subscripts; return the number of elements to the end, and whether one element is meant."""
         indices: list[int] = []
         while self._steps and isinstance(self._steps[0], int):
             indices.append(self._steps.pop(0))  # type: ignore[arg-type]
@@ -247,11 +256,7 @@ class _Walk:
             return total, not self._dims
         if not self._dims or len(indices) not in (1, len(self._dims)):
             raise CipRefusedError(UNKNOWN_OBJECT)
-        flat = 0
-        for index, length in zip(indices, self._dims if len(indices) > 1 else (total,), strict=True):
-            if index >= length:
-                raise CipRefusedError(GENERAL, BEYOND)
-            flat = flat * length + index
+        flat = _flat_index(indices, self._dims if len(indices) > 1 else (total,))
         self._offset += flat * self._kind.size
         self._dims = ()
         return total - flat, True

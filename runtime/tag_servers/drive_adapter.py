@@ -1,4 +1,4 @@
-"""A networked drive at EtherNet/IP: objects, and the class 1 connection that owns it [EDS; R-22, R-35].
+"""A networked drive on EtherNet/IP: objects, and the class 1 connection that owns it [EDS; R-22, R-35].
 
     assembly 150   ten output words, after a 32-bit run/idle header in the packets to the drive
     assembly 100   ten input words
@@ -69,7 +69,7 @@ TO_TARGET_BYTES, TO_ORIGINATOR_BYTES = 2 + 4 + 2 * WORDS, 2 + 2 * WORDS
 """Sizes in an open request: sequence count, run/idle header, words."""
 
 FIRST_PACKET_NS = 10_000_000_000
-"""Least time-out before the first packet."""
+"""Minimum time-out before the first packet."""
 
 POINT_TO_POINT = 2
 CLASS_1 = 1
@@ -95,6 +95,12 @@ class IoConnection:
     heard: int | None = None  # number of the latest packet
     heard_ns: int = 0
     sequence: int | None = None
+
+    def takes(self, packet: IoPacket) -> bool:
+        """Whether a packet is of this connection, whole, and newer than the latest one."""
+        if packet.connection != self.ours or len(packet.data) != TO_TARGET_BYTES - 2:
+            return False
+        return self.heard is None or 0 < packet.count - self.heard & 0xFFFF_FFFF < 1 << 31
 
 
 class DriveAdapter:
@@ -179,7 +185,7 @@ class DriveAdapter:
         """Open a connection; return the reply's data.
 
         Args:
-            data: of a Forward Open.
+            data: data of a Forward Open.
             place: address and port at which the originator gets its packets.
 
         Raises:
@@ -227,7 +233,7 @@ class DriveAdapter:
         return struct.pack("<IIHHIIIBB", self.io.ours, theirs, *triad, there_us, back_us, 0, 0)
 
     def _check_key(self, key: tuple[int, ...]) -> None:
-        """Refuse a connection to another product; 0 fits any one."""
+        """Refuse a connection to another product; 0 matches any product."""
         kind = self.drive.model.identity
         assert kind is not None
         vendor, device, product, major, minor = kind
@@ -254,7 +260,7 @@ class DriveAdapter:
             raise CipRefusedError(NO_CONNECTION, PRODUCED_PATH)
 
     def _configure(self, data: bytes) -> None:
-        """Take the configuration of an open request; an invalid one sets the drive's own bit."""
+        """Apply the configuration of an open request; an invalid one sets the drive's error bit for it."""
         first, second, start, *others = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
         words = (first | 0x8000, second, upper & 0xFFFF, lower, others[0], 0, *others[1:], 0)
@@ -277,13 +283,9 @@ class DriveAdapter:
         self.drive.lose_connection()
 
     def receive(self, datagram: bytes, host: str, wall_ns: int) -> None:
-        """Take a packet of data; what is not the owner's next packet is dropped."""
+        """Receive a packet of data; drop it unless it is the owner's next packet."""
         io, packet = self.io, io_packet(datagram)
-        if io is None or packet is None or packet.connection != io.ours or host != io.place[0]:
-            return
-        if len(packet.data) != TO_TARGET_BYTES - 2:
-            return
-        if io.heard is not None and not 0 < packet.count - io.heard & 0xFFFF_FFFF < 1 << 31:
+        if io is None or packet is None or host != io.place[0] or not io.takes(packet):
             return
         if io.heard is not None and wall_ns - io.heard_ns > 2 * io.awaited_ns:
             self.late_received += 1
@@ -296,7 +298,7 @@ class DriveAdapter:
         self.drive.obey(words)
 
     def due(self, wall_ns: int) -> tuple[bytes, tuple[str, int]] | None:
-        """Return the packet that is due and where it goes; None without. A connection that is silent ends."""
+        """Return the packet that is due and its destination, or None; end a silent connection."""
         io = self.io
         if io is None:
             return None

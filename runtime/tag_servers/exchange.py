@@ -1,4 +1,4 @@
-"""What packets need, and what comes back, as bytes between the server's process and the scans'.
+"""Operations of packets, and their results, as bytes between the server's process and the scan process.
 
     request    version u32, packets u16; per packet: client's address, operations u16
     operation  kind u8 (read, write, write but keep), tag u32, offset u32, size u32; data, bits to keep
@@ -20,7 +20,7 @@ REFUSED = 0xFFFF_FFFF
 _READ, _WRITE, _KEEP = range(3)
 
 Packet = tuple[str, Sequence[Operation]]
-"""A client's address, and what its packet needs."""
+"""A client's address, and the operations of its packet."""
 
 
 def request_of(version: int, packets: Sequence[Packet]) -> bytes:

@@ -41,14 +41,14 @@ _FAULT = Part("Fault", DINT, (), 0)
 
 @cache
 def _out(words: int) -> StructuredKind:
-    """Return the kind of an output image of a number of words."""
+    """Return the data type of an output image with a number of words."""
     size = 2 * words
     return StructuredKind(f"AB:1769_MODULE_INT_{size}Bytes:O:0", size, (Part("Data", INT, (words,), 0),))
 
 
 @cache
 def _in(words: int) -> StructuredKind:
-    """Return the kind of an input image of a number of words, by the generic profile."""
+    """Return the data type of an input image with a number of words, in the generic profile."""
     data = Part("Data", INT, (words,), FAULT_BYTES)
     name = f"AB:1769_MODULE_INT_{2 * words}Bytes:I:0"
     return StructuredKind(name, FAULT_BYTES + 2 * words, (_FAULT, data))
@@ -75,7 +75,7 @@ class ImagePlace:
 
     slot: int
     output: bool
-    at: int  # byte of the words; negative: what the controller has before them
+    at: int  # byte of the words; negative in the controller's own part before them
     bit: int | None = None  # of that byte
 
 
@@ -85,8 +85,8 @@ def image_tags(
     """Return the tags of a slot's images, inputs first.
 
     Args:
-        words: of its module.
-        files: as data files of an SLC program.
+        words: names of the words of its module.
+        files: return data files of an SLC program.
         profile: see `PROFILES`.
     """
     shown, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
@@ -97,12 +97,12 @@ def image_tags(
 
 
 def _has_profile(words: ModuleWords, profile: str) -> bool:
-    """Whether the input image of a module has the parts of a 3601's profile."""
+    """Whether the input image of a module has the parts of the 3601 profile."""
     return profile == PROFILE_3601 and len(words.inputs) == WORDS
 
 
 def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str) -> Listing:
-    """Return the tags of a program with those of the slots' images after them."""
+    """Return the tags of a program, followed by the tags of the slots' images."""
     images = [image_tags(slot, words, files=listing.files, profile=profile) for slot, words in slots.items()]
     tags = (*listing.tags, *(tag for pair in images for tag in pair))
     aliases = (replace(each, target=part_of_image(each.target, slots, profile)) for each in listing.aliases)
@@ -119,7 +119,7 @@ def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) 
     'Local:1:I.Data4.0'
 
     Args:
-        address: in a program; that of a card with few terminals has no subscript.
+        address: an address in a program; for a card with few terminals it has no subscript.
         slots: the words of the modules.
     """
     part = _WORD.fullmatch(address)

@@ -22,11 +22,11 @@ DIMENSIONS_MOST = 32
 
 
 class NoDataError(ValueError):
-    """A range that is well formed, and names nothing that is there."""
+    """A well-formed range that names nothing that exists."""
 
 
 class MismatchError(ValueError):
-    """A value whose size is not that of the range that it is written to."""
+    """A value whose size differs from the range that it is written to."""
 
 
 def parse_ranges(text: str) -> list[range]:
@@ -36,7 +36,7 @@ def parse_ranges(text: str) -> list[range]:
     [range(1, 3), range(0, 1)]
 
     Raises:
-        ValueError: the text is none; `5:5` and `7:5` are none either.
+        ValueError: the text is not a range; `5:5` and `7:5` are not ranges either.
     """
     found = [_BOUNDS.fullmatch(each) for each in text.split(",", DIMENSIONS_MOST)]
     if any(each is None or (each[2] and int(each[2]) <= int(each[1])) for each in found):
@@ -45,7 +45,7 @@ def parse_ranges(text: str) -> list[range]:
 
 
 def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
-    """Return a part of a value; an upper bound that is not there ends it.
+    """Return a part of a value; it ends with the value if the upper bound is beyond it.
 
     >>> part_of([[1, 2, 3], [4, 5, 6]], parse_ranges("1,1:9"), 2)
     [[5, 6]]
@@ -56,14 +56,14 @@ def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
         rank: dimensions of the value; 0 = a single one.
 
     Raises:
-        NoDataError: a lower bound that is not there, or another number of dimensions.
+        NoDataError: a lower bound is beyond the value, or the number of dimensions differs.
     """
     if rank == 0 and len(ranges) == 1 and isinstance(value, str | bytes):
         if ranges[0].start >= len(value):
             raise NoDataError(f"it has {len(value)} characters")
         return value[ranges[0].start : ranges[0].stop]
     parts = None
-    if len(ranges) == rank + 1 and rank:  # the last one means characters of texts
+    if len(ranges) == rank + 1 and rank:  # the last range selects characters of texts
         ranges, parts = ranges[:-1], ranges[-1]
     if not rank or len(ranges) != rank:
         raise NoDataError(f"it has {rank} dimensions")
@@ -97,13 +97,13 @@ def shape_of(value: Any) -> list[int]:
 
 
 def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
-    """Return the places of elements that ranges name, as numbers in the order of memory.
+    """Return the positions in memory of the elements that ranges name, as runs.
 
     >>> runs(parse_ranges("1:2,0:1"), (3, 4))
     [range(4, 6), range(8, 10)]
 
     Raises:
-        NoDataError: another number of dimensions, or an element that is not there.
+        NoDataError: the number of dimensions differs, or an element does not exist.
     """
     fit = (each.stop <= size for each, size in zip(ranges, dims, strict=False))
     if len(ranges) != len(dims) or not all(fit):

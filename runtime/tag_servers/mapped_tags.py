@@ -34,12 +34,12 @@ class MappedTag:
 
     @property
     def size(self) -> int:
-        """Bytes of a value."""
+        """Size of a value, bytes."""
         return self.target.kind.size
 
     @property
     def words(self) -> int:
-        """Registers of a value."""
+        """Number of registers of a value."""
         return max(1, self.size // 2)
 
     @property
@@ -49,11 +49,11 @@ class MappedTag:
 
     @property
     def bits(self) -> int:
-        """Coils that it takes."""
+        """Number of coils that it occupies."""
         return 32 * self.target.count if self.target.kind == DWORD else 1
 
     def values_at(self, first: int, count: int) -> tuple[int, int]:
-        """Return offset and size of the values that registers of it belong to."""
+        """Return offset and size of the values to which a run of its registers belongs."""
         begin, end = first // self.words, -(-(first + count) // self.words)
         return self.target.offset + begin * self.size, (end - begin) * self.size
 
@@ -67,7 +67,7 @@ class MappedTag:
         return self._turned(Struct(f"<{len(data) // 2}H").unpack(data))
 
     def to_bytes(self, words: Sequence[int]) -> bytes:
-        """Return registers as values; refused if one does not fit."""
+        """Return registers as values; refused if a value does not fit."""
         if self.size > 1:
             return Struct(f"<{len(words)}H").pack(*self._turned(words))
         signed = self.target.kind == SINT
@@ -80,7 +80,7 @@ class MappedTag:
             raise ModbusRefusedError(ILLEGAL_VALUE) from None
 
     def _turned(self, words: Sequence[int]) -> list[int]:
-        """Return the words of values in the other order, if they begin with the high one."""
+        """Reverse the words of each value if it begins with the high word."""
         step = self.words
         if not self.high_first or step == 1:
             return list(words)
@@ -140,7 +140,7 @@ class Gap:
 
 
 def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag:
-    """Return a row of a table; ValueError if it names no tag, or one that has no place there."""
+    """Return the tag of a table's row; ValueError if there is no such tag, or it can't be in that table."""
     target = target_of(database, row.tag)
     kind = target.kind
     if (kind in (BOOL, DWORD)) != (table in BITS):

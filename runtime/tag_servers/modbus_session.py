@@ -20,10 +20,10 @@ class ModbusPacket(NamedTuple):
 
 
 class ModbusSession:
-    """What a client has sent.
+    """The state of a client's connection.
 
     Attributes:
-        pending: bytes of a frame that is not whole.
+        pending: bytes of an incomplete frame.
     """
 
     def __init__(self, router: RegisterMap) -> None:
@@ -31,7 +31,7 @@ class ModbusSession:
         self.pending = b""
 
     def receive(self, data: bytes) -> list[ModbusPacket]:
-        """Take bytes; return the requests that are whole.
+        """Receive bytes; return the complete requests.
 
         Raises:
             BrokenClientError: they are not Modbus TCP.
@@ -43,7 +43,7 @@ class ModbusSession:
         return [ModbusPacket(each, decoded(each[HEADER.size :])) for each in frames]
 
     def plan(self, packet: ModbusPacket, version: int) -> Plan:
-        """Return what a request needs; nothing changes."""
+        """Return the operations of a request, without any effect."""
         plan = Plan(version)
         self.router.answer(packet.request, plan)
         return plan

@@ -1,4 +1,4 @@
-"""Names in a rack file that no tag has, with the names that come closest."""
+"""Suggests the closest tag names for an unknown name in a rack file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scanrack.io_images.enip.paths import PROGRAM
 from .database import Database, Writable
 
 NAMES_MOST, NEAREST_MOST = 20_000, 3
-"""Names that are compared, and names that a message has."""
+"""Maximum names that are compared, and names that a message suggests."""
 
 
 def nearest(database: Database, name: str) -> str:

@@ -43,7 +43,7 @@ ATTRIBUTES_MOST = 32
 SET_LIST = 4
 
 _VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11), 0x3060, 0x5CA9_9ACC
-"""A controller of Rockwell's, since clients look for one; the product's name says scanrack."""
+"""Identifies as a Rockwell controller, which clients look for; the product's name says scanrack."""
 
 EPOCH = datetime(1970, 1, 1)
 
@@ -70,7 +70,7 @@ def answer_identity(whole: bytes, service: int, path: Path) -> Answer:
 
 
 def _answer_values(values: Mapping[int, bytes], service: int, path: Path) -> Answer:
-    """Answer a request for one attribute or all, which a client can't set."""
+    """Answer a request for one or all of the attributes, which are read-only."""
     if service == GET_ALL:
         return DONE, b"".join(values.values())
     if service != GET_ONE:
@@ -158,7 +158,7 @@ class Lister:
         self._database = database
 
     def answer(self, service: int, path: Path, data: bytes, most: int) -> Answer:
-        """Answer a request for lines from an instance on."""
+        """Answer a request for the lines of the listing from a given instance."""
         if service != LISTING:
             raise CipRefusedError(NO_SERVICE)
         scope = _scope_of(path)
@@ -250,7 +250,7 @@ def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) ->
 
 
 def answer_changes(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    """Answer a request to the change counters: they count edits of the program."""
+    """Answer a request to the change counters, which count edits of the program."""
     edits = struct.pack("<I", snapshot.version)
     values = {1: struct.pack("<H", 1), 2: edits[:2], 3: edits, 4: edits, 10: edits}
     return answer_attributes(service, data, values, most)

@@ -10,9 +10,9 @@
 | 17 | write registers, then read some |
 
 A request is carried out at one instant, or refused as a whole: 01h for another function, 03h for a count or a
-value that is not allowed, 04h if the program does not take the value; 02h for an address without a tag, for a
-write of half a value, and for one of a tag that clients only read. With `fill` the addresses without a tag,
-below the last one of their table, read as 0.
+value that is not allowed, 04h if the program rejects the value; 02h for an address without a tag, for a
+write of half a value, and for a write to a tag that clients may only read. With `fill`, addresses without a
+tag below the last one of their table read as 0.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ ADDRESSES = 1 << 16
 
 @dataclass(frozen=True)
 class _Cell:
-    """What is at an address."""
+    """The tag or gap at an address."""
 
     row: MappedTag | Gap
     place: int  # of the row's coils or registers
@@ -62,10 +62,10 @@ class RegisterMap:
     """The coils and registers of a rack.
 
     Args:
-        table: of the rack file.
+        table: the map in the rack file.
 
     Attributes:
-        problems: a sentence for each row that names no tag, one that has no place in its table, or a taken
+        problems: a sentence for each row with an unknown tag, a tag that can't be in its table, or a taken
             address; the addresses of such a row have no tag.
     """
 
@@ -99,14 +99,14 @@ class RegisterMap:
         """Carry out a request; return the reply or exception.
 
         Args:
-            request: of `decoded`.
+            request: a request from `decoded`.
         """
         return carried_out(request, lambda each: self._carry_out(each, snapshot))
 
     def _carry_out(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         try:
             return _FUNCTIONS[request.function_code](self, request, snapshot)
-        except CipRefusedError:  # the program does not take the value
+        except CipRefusedError:  # the program rejects the value
             raise ModbusRefusedError(FAILURE) from None
 
     # --- bits
@@ -184,7 +184,7 @@ class RegisterMap:
             snapshot.write(each)
 
     def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
-        """Return the rows at addresses as `_runs`; refused if clients can't write one."""
+        """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
         runs = []
         for row, place, many in self._runs(table, first, count):
             if isinstance(row, Gap) or not row.writable:

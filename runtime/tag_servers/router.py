@@ -51,13 +51,13 @@ from .tag_services import HEAD_BYTES, TAG_SERVICES, Answer
 from .tag_snapshot import TagSnapshot
 
 DEEPEST = 2
-"""Levels of batches and routed requests inside each other."""
+"""Maximum nesting of batches and routed requests."""
 
 BATCH_MOST = 200
-"""Requests in a batch."""
+"""Maximum requests in a batch."""
 
 PATHS_KEPT = 4096
-"""Paths whose tags are kept: most clients request the same ones again and again."""
+"""Maximum paths whose targets are cached: most clients repeat the same requests."""
 
 OWN_ROUTE = (1, 0)
 """Port and slot of the controller on its backplane."""
@@ -69,8 +69,8 @@ class Router:
     """Answers requests to the objects of a controller.
 
     Args:
-        name: of the program.
-        product: name in the identity.
+        name: name of the program.
+        product: product name in the identity.
         address: IPv4 address of the server.
     """
 
@@ -120,7 +120,7 @@ class Router:
         return bytes((service & 0x7F | 0x80, 0, status, 0)) + reply
 
     def _routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
-        """Answer a request inside of an Unconnected Send."""
+        """Answer the request inside an Unconnected Send."""
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
         (size,) = struct.unpack_from("<H", data, 2)
@@ -178,7 +178,7 @@ class Router:
 
 
 def check_route(data: bytes) -> None:
-    """Refuse a route to anything but this controller; none is this controller, too."""
+    """Refuse a route to anything but this controller; an empty route leads here, too."""
     if len(data) < 2:
         return
     if len(data) < 2 + 2 * data[0]:
@@ -188,6 +188,6 @@ def check_route(data: bytes) -> None:
 
 
 def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:
-    """Return the reply to a refused request; without its extended status where that has no room."""
+    """Return the reply to a refused request, without its extended status if that does not fit."""
     more = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
     return bytes((service & 0x7F | 0x80, 0, refusal.status, len(more))) + struct.pack(f"<{len(more)}H", *more)

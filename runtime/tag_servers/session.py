@@ -47,13 +47,13 @@ _RUNNING = b"\x03"
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A frame that has come."""
+    """A received frame."""
 
     command: int
     session: int
     context: bytes
     body: bytes
-    status: int = 0  # with which it is refused; 0 = it is not
+    status: int = 0  # the status of its refusal; 0 = it is not refused
 
 
 class Objects(Protocol):
@@ -70,10 +70,10 @@ class Objects(Protocol):
 
 
 class ClientSession:
-    """What a client has sent and opened.
+    """The state of a client's connection.
 
     Attributes:
-        pending: bytes of a frame that is not whole.
+        pending: bytes of an incomplete frame.
     """
 
     _numbers = count(0x10100)
@@ -92,10 +92,10 @@ class ClientSession:
         self._planned: tuple[int, bytes, Plan] | None = None  # edition, body of the latest packet
 
     def receive(self, data: bytes) -> list[Frame]:
-        """Take bytes; return the packets that are whole.
+        """Receive bytes; return the complete packets.
 
         Raises:
-            BrokenClientError: they are no frame, or one that is too long.
+            BrokenClientError: the bytes are not a frame, or the frame is too long.
         """
         data = self.pending + data
         packets, at = [], 0
@@ -115,7 +115,7 @@ class ClientSession:
         return packets
 
     def plan(self, packet: Frame, version: int) -> Plan:
-        """Return what a packet needs; nothing changes. One that is as the packet before needs the same."""
+        """Return the operations of a packet, without any effect; reuse them for a repeated packet."""
         if packet.command not in (SEND, SEND_CONNECTED) or not self._owns(packet):
             return Plan(version)
         if self._planned is None or self._planned[:2] != (version, packet.body):

@@ -1,4 +1,4 @@
-"""What a server offers, and the sessions of its clients by protocol."""
+"""The tags and settings of a server, and the sessions of its clients by protocol."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
 
 @dataclass(frozen=True, slots=True)
 class TagSetup:
-    """What a server offers.
+    """The tags and settings of a server.
 
     Attributes:
-        version: of the program's edition.
+        version: number of the program's edition.
         writable: patterns; none for a server that takes no writes.
-        name: of the rack.
+        name: name of the rack.
         product: name of the controller.
-        address: of the server, for List Identity.
+        address: address of the server, for List Identity.
         modbus: the map of coils and registers.
-        ua_security: of an encrypted OPC UA server.
+        ua_security: security settings of an encrypted OPC UA server.
     """
 
     listing: Listing
@@ -55,21 +55,21 @@ class TagSetup:
 
 
 class WireSession(Protocol):
-    """A client's connection: what it has sent and opened.
+    """The state of a client's connection.
 
     Attributes:
-        pending: bytes of a packet that is not whole.
-        router: answers requests; another one after an edit of the program.
+        pending: bytes of an incomplete packet.
+        router: answers requests; replaced after an edit of the program.
     """
 
     pending: bytes
     router: Any
 
     def receive(self, data: bytes) -> list[Any]:
-        """Take bytes; return the packets that are whole. BrokenClientError ends the client."""
+        """Receive bytes; return the complete packets. BrokenClientError ends the client."""
 
     def plan(self, packet: Any, version: int) -> Plan:
-        """Return what a packet needs; nothing changes."""
+        """Return the operations of a packet, without any effect."""
 
     def reply(self, packet: Any, snapshot: TagSnapshot) -> bytes:
         """Answer a packet. BrokenClientError ends the client."""
@@ -80,13 +80,13 @@ class Sessions(Protocol):
 
     @property
     def router(self) -> Any:
-        """What answers requests."""
+        """The object that answers requests."""
 
     def open(self) -> WireSession:
         """Return the session of a new client."""
 
     def datagram(self, data: bytes) -> bytes:
-        """Answer a datagram; b"" for none."""
+        """Answer a datagram; b"" if it gets no answer."""
 
 
 class EnipSessions(Sessions):
@@ -137,4 +137,4 @@ SESSIONS: Mapping[str, Callable[[TagSetup], Sessions]] = {
     ETHERNET_IP: EnipSessions,
     MODBUS_TCP: ModbusSessions,
 }
-"""The protocols whose sessions are bytes in and bytes out, by name."""
+"""The protocols whose sessions work on bytes, without sockets, by name."""

@@ -35,7 +35,7 @@ SINGULAR: Mapping[str, str] = {
 _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*)\[(?P<number>\d+)\]", re.IGNORECASE)
 
 ADDRESSES = 1 << 16
-"""Addresses of a table."""
+"""Number of addresses in a table."""
 
 Span = tuple[int, int, int]
 """A place in the tags: number of the tag, first bit, number of bits."""
@@ -47,13 +47,13 @@ class TagRow:
 
     Attributes:
         name: `Recipe.Steps[2].Time`, `Program:Main.Step`.
-        type_name: of an element: `DINT`, `STRING`, ...
+        type_name: type of an element: `DINT`, `STRING`, ...
         dims: dimensions; none for a single value.
         writable: whether clients write it.
         description: the comment of its tag.
         node: identifier of its OPC UA node; "" if there is none.
         enip: its name over EtherNet/IP, an address in a program with data files.
-        in_files: whether `enip` is an address of a data file.
+        in_files: whether `enip` is an address in a data file.
         modbus: its places in the map of the rack file, as `coil 0`.
     """
 
@@ -78,7 +78,7 @@ class TagRow:
         return "read/write" if self.writable else "read only"
 
     def elements(self) -> Iterator[TagRow]:
-        """Yield a row for each element of an array; without Modbus, where they have no row."""
+        """Yield a row for each element of an array, without Modbus addresses, which only the array has."""
         for indices in product(*map(range, self.dims)):
             place = f"[{','.join(map(str, indices))}]"
             name, node = self.name + place, self.node and self.node + place
@@ -87,10 +87,10 @@ class TagRow:
 
 
 def tag_rows(database: Database, table: ModbusTable | None = None) -> Iterator[TagRow]:
-    """Yield a row for each value and array, for each alias, and for what only the map names.
+    """Yield a row for each value and array, for each alias, and for parts of tags that only the map names.
 
     Raises:
-        ValueError: the map names a tag that is not there.
+        ValueError: the map names a tag that does not exist.
     """
     mapped = _mapped(database, table)
     tags = database.listing.tags
@@ -138,7 +138,7 @@ def _part(text: str, target: Target, database: Database, places: list[tuple[str,
 
 
 def _joined(steps: Sequence[PathStep]) -> str:
-    """Return steps as people write them."""
+    """Return steps in text form."""
     return "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in steps)[1:]
 
 
@@ -163,7 +163,7 @@ def _span_of(target: Target) -> Span:
 
 
 def file_address(path: str) -> str:
-    """Return a path into data files as SLC and MicroLogix write it.
+    """Return a path into data files in the notation of SLC and MicroLogix.
 
     >>> file_address("N7[3]"), file_address("T4[0].PRE"), file_address("I:1[2]"), file_address("N7")
     ('N7:3', 'T4:0.PRE', 'I:1.2', 'N7')
@@ -180,13 +180,14 @@ def file_address(path: str) -> str:
 def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, list[str]]:
     """Return the tables `[server]` and `[server.modbus]` of a rack file with a row for each value.
 
-    What clients write becomes coils and holding registers, the rest discrete inputs and input registers.
+    Writable values become coils and holding registers, the rest discrete inputs and input registers.
 
     Args:
-        patterns: of what clients write.
+        patterns: tags that clients may write.
 
     Returns:
-        The tables, and the names of what has no place in Modbus: texts, and what is after the last address.
+        The tables, and the names of values without a place in Modbus: texts, and values beyond the last
+            address.
     """
     tables: dict[str, list[str]] = {name: [] for name in TABLES}
     free, left_out = dict.fromkeys(TABLES, 0), []
@@ -196,16 +197,20 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
         placed = [_place(each, tables, free) for each in parts]
         if not all(placed):
             left_out.append(row.name)
+    return _toml_of(tables, patterns), left_out
+
+
+def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
     listed = ", ".join(f'"{each}"' for each in patterns)
     lines = ["[server]", f"writable = [{listed}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]
     for name, made in tables.items():
         lines += [f"{name} = [", *(f"    {each}," for each in made), "]"] if made else []
-    return "\n".join(lines) + "\n", left_out
+    return "\n".join(lines) + "\n"
 
 
 def _place(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:
-    """Give a value the next addresses of its table; return False if it has no place."""
+    """Give a value the next addresses of its table; return False if they do not fit."""
     kind, count = PLAIN.get(row.type_name), prod(row.dims)
     if kind is None:
         return False

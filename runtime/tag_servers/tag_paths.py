@@ -1,4 +1,4 @@
-"""Names of tags as people write them: `Recipe.Steps[2].Time`, `Program:Main.Step`, `N7:3`, `Flags.5`."""
+"""Tag names in text form: `Recipe.Steps[2].Time`, `Program:Main.Step`, `N7:3`, `Flags.5`."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\
 
 
 def target_of(database: Database, text: str) -> Target:
-    """Return the bytes that a name means, of an array all elements.
+    """Return the bytes that a name stands for; for an array, all elements.
 
     Raises:
-        ValueError: no such tag, member or element.
+        ValueError: the tag, member or element does not exist.
     """
     steps = _steps(database, text)
     try:

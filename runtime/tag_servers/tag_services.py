@@ -37,7 +37,7 @@ HEAD_BYTES = 4
 """Bytes of a reply before its data."""
 
 MASK_SIZES = (1, 2, 4, 8, 12)
-"""Bytes that a mask of 4Eh may have."""
+"""Allowed sizes of a mask of 4Eh, bytes."""
 
 
 def type_of(database: Database, target: Target) -> bytes:
@@ -124,7 +124,7 @@ def _total(target: Target, count: int) -> int:
 
 
 def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
-    """Set and clear bits of an integer: first the mask of bits to set, then that of bits to leave."""
+    """Set and clear bits of an integer: `data` has the mask of bits to set, then the mask of bits to keep."""
     database.refuse_write(target)
     (size,) = struct.unpack_from("<H", data)
     if size not in MASK_SIZES or len(data) < 2 + 2 * size:
@@ -149,4 +149,4 @@ TAG_SERVICES: Mapping[int, TagService] = {
     WRITE_PART: _write_part,
     MODIFY: _modify,
 }
-"""Services of a tag; the last argument is the most bytes of the reply."""
+"""Services of a tag; the last argument is the maximum size of the reply in bytes."""

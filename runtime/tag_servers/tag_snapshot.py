@@ -10,12 +10,12 @@ from scanrack.io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
 class BrokenClientError(ValueError):
-    """What a client sends is not its protocol, or it has ended its session: the connection ends."""
+    """Ends a connection: the client violated its protocol, or ended its session."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadBytes:
-    """Bytes of a tag that a packet needs."""
+    """Bytes of a tag that a packet reads."""
 
     tag: int  # its index in the listing
     offset: int
@@ -24,19 +24,19 @@ class ReadBytes:
 
 @dataclass(frozen=True, slots=True)
 class WriteBytes:
-    """Bytes that a packet puts into a tag."""
+    """Bytes that a packet writes to a tag."""
 
     tag: int
     offset: int
     data: bytes
-    keep: bytes = b""  # bits that stay as they are; none of them without it
+    keep: bytes = b""  # mask of the bits that stay as they are; empty = no bits
 
 
 Operation = ReadBytes | WriteBytes
 
 
 class TagSnapshot(Protocol):
-    """Values at one instant; a packet is answered inside of one.
+    """The values at one instant; each packet is answered from one snapshot.
 
     Attributes:
         now_ns: virtual time.
@@ -50,14 +50,14 @@ class TagSnapshot(Protocol):
         """Return bytes."""
 
     def write(self, change: WriteBytes) -> None:
-        """Put bytes; refused if the rack refuses them."""
+        """Write bytes; refused if the rack refuses them."""
 
 
 class Plan(TagSnapshot):
-    """The first pass: notes what a packet needs.
+    """The first pass: records the operations of a packet.
 
     Attributes:
-        is_timed: whether the packet asks for the time.
+        is_timed: whether the packet needs the time.
     """
 
     def __init__(self, version: int = 1) -> None:
@@ -67,25 +67,25 @@ class Plan(TagSnapshot):
 
     @property
     def now_ns(self) -> int:  # type: ignore[override]
-        """Note that the time is needed."""
+        """Record that the packet needs the time; return 0."""
         self.is_timed = True
         return 0
 
     def read(self, part: ReadBytes) -> bytes:
-        """Note it; return zeros."""
+        """Record the read; return zeros."""
         self.operations.append(part)
         return bytes(part.size)
 
     def write(self, change: WriteBytes) -> None:
-        """Note it."""
+        """Record the write."""
         self.operations.append(change)
 
 
 class Instant(TagSnapshot):
-    """The second pass: what the scan process has given, in the same order.
+    """The second pass: returns the results of the scan process, in the same order.
 
     Args:
-        results: bytes of a read, b"" of a write, None of what was refused.
+        results: the bytes of a read, b"" for a write, None for a refused operation.
     """
 
     def __init__(self, results: Sequence[bytes | None], now_ns: int, version: int) -> None:
@@ -93,11 +93,11 @@ class Instant(TagSnapshot):
         self.now_ns, self.version = now_ns, version
 
     def read(self, part: ReadBytes) -> bytes:
-        """Return the bytes that came back."""
+        """Return the bytes of the next result."""
         return self._next()
 
     def write(self, change: WriteBytes) -> None:
-        """Refuse what was refused."""
+        """Check the next result; refused if the scan process refused the write."""
         self._next()
 
     def _next(self) -> bytes:

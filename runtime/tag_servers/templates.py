@@ -32,7 +32,7 @@ class Template:
 
     @cached_property
     def definition(self) -> bytes:
-        """Its members, eight bytes each, and their names; after its own name two letters per member."""
+        """Its members, eight bytes each; its name with two letters per member; the members' names."""
         parts = self.kind.parts
         scope = "".join("E@" if each.hidden else "EC" for each in parts)
         names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(each.name for each in parts)]
@@ -49,12 +49,12 @@ class Template:
 
     @property
     def words(self) -> int:
-        """Words of the definition, as attribute 4 gives them: clients take 20 to 23 bytes off."""
+        """Words of the definition, as attribute 4 gives them: clients subtract 20 to 23 bytes."""
         return -(-(len(self.definition) + 23) // 4)
 
     @cached_property
     def padded(self) -> bytes:
-        """The definition as it is read."""
+        """The definition, padded to the length that clients read."""
         return self.definition.ljust(self.words * 4 - 20, b"\0")
 
     @cached_property
@@ -71,7 +71,7 @@ class Templates:
         self.by_number: dict[int, Template] = {}
 
     def of(self, kind: StructuredKind) -> Template:
-        """Return the template of a structure, with those of its members."""
+        """Return the template of a structure; add templates for the structures in it."""
         found = self._by_kind.get(kind)
         if found is None:
             number = NUMBERS.get(kind.name, 0)

@@ -1,4 +1,4 @@
-"""What guards an OPC UA server: its certificate, who may log in, and which clients it trusts."""
+"""Security settings of an OPC UA server: its certificate, its users, and the clients that it trusts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 
 USERS_MOST, PASSWORD_MOST = 64, 128
-"""Users of a server, and bytes of a name or a password."""
+"""Maximum users of a server, and bytes of a name or a password."""
 
 
 def application_uri() -> str:
@@ -18,7 +18,7 @@ def application_uri() -> str:
 
 
 def uris_of(certificate: bytes) -> list[str]:
-    """Return the URIs of the application that a certificate in DER names; none if it can't be read."""
+    """Return the application URIs in a DER certificate; empty if it can't be read."""
     from cryptography.x509 import (
         ExtensionNotFound,
         SubjectAlternativeName,
@@ -36,13 +36,13 @@ def uris_of(certificate: bytes) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class UaSecurity:
-    """What an encrypted server needs. Its process gets no password, only their SHA-256.
+    """The settings of an encrypted server. Its process gets only the SHA-256 of passwords.
 
     Attributes:
         certificate: in DER.
-        uri: of the application, which the certificate names.
+        uri: URI of the application, which is in the certificate.
         key: private, in PEM.
-        users: SHA-256 of passwords, by user; without one, clients are anonymous.
+        users: SHA-256 of passwords, by user; if empty, clients are anonymous.
         trusted: certificates of clients, in DER; None = any.
     """
 
@@ -53,7 +53,7 @@ class UaSecurity:
     trusted: frozenset[bytes] | None = field(default=None, repr=False)
 
     def lets_in(self, user: str | None, password: str | None) -> bool:
-        """Whether a user may log in with a password; it takes as long for an unknown user.
+        """Whether a user may log in with a password; an unknown user takes just as long.
 
         >>> guard = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
         >>> guard.lets_in("ann", "secret:1"), guard.lets_in("ann", ""), guard.lets_in("bob", "secret:1")
@@ -65,25 +65,30 @@ class UaSecurity:
 
 
 def users_of(text: str) -> dict[str, bytes]:
-    """Return the users of a file: a line `name:password` for each; empty lines and those of `#` are skipped.
+    """Return the users of a file: a line `name:password` for each; empty lines and `#` lines are skipped.
 
     Raises:
-        ValueError: a line is not of that form, a user stands twice, or there is none.
+        ValueError: a line has another form, a user appears twice, or there is no user.
     """
     users: dict[str, bytes] = {}
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
-        name, colon, password = line.partition(":")
-        if not (name and colon and password):
-            raise ValueError(f"line {number}: must be name:password")
-        if not name.isprintable():
-            raise ValueError(f"line {number}: {name!r} has characters that can't be printed")
-        if len(name.encode()) > PASSWORD_MOST or len(password.encode()) > PASSWORD_MOST:
-            raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
+        name, password = _user_in(line, number)
         if name in users:
             raise ValueError(f"line {number}: {name!r} stands above, too")
         users[name] = sha256(password.encode()).digest()
     if not 0 < len(users) <= USERS_MOST:
         raise ValueError(f"it must name 1 to {USERS_MOST} users, each as name:password")
     return users
+
+
+def _user_in(line: str, number: int) -> tuple[str, str]:
+    name, _, password = line.partition(":")
+    if not (name and password):
+        raise ValueError(f"line {number}: must be name:password")
+    if not name.isprintable():
+        raise ValueError(f"line {number}: {name!r} has characters that can't be printed")
+    if max(len(name.encode()), len(password.encode())) > PASSWORD_MOST:
+        raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
+    return name, password

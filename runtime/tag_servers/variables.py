@@ -1,4 +1,4 @@
-"""Tags as objects and variables, for OPC UA: a structure is an object, all else a variable."""
+"""Tags as objects and variables, for OPC UA: a structure is an object, everything else a variable."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ VARIABLES_MOST = 20_000
 """Maximum variables that a server shows; the tags after them are left out."""
 
 ELEMENTS_MOST = 100
-"""Maximum elements of an array that are shown beside it."""
+"""Maximum length of an array whose elements are also shown as variables."""
 
 TEXT = "STRING"
-"""Name of the type of a variable for LEN and DATA."""
+"""Type name of a variable that stands for LEN and DATA."""
 
 _FORMS = {"SINT": "b", "INT": "h", "DINT": "i", "LINT": "q", "REAL": "f", "LREAL": "d"}
 _FORMS |= {"USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q", "DWORD": "I"}
@@ -38,7 +38,7 @@ class Variable:
         path: its name: `Recipe.Steps[2].Time`.
         tag: index in the listing.
         offset: byte of the tag.
-        bit: of that byte; None = it is not a packed bit.
+        bit: bit of that byte; None = it is not a packed bit.
         writable: whether clients may write it.
     """
 
@@ -69,7 +69,7 @@ class Variable:
 
     @property
     def reads(self) -> ReadBytes:
-        """What reads it."""
+        """The read operation for its bytes."""
         return ReadBytes(self.tag, self.offset, self.size)
 
     def elements(self) -> Iterator[Leaf]:
@@ -101,8 +101,8 @@ class Variable:
         """Return the write of a value.
 
         Raises:
-            ValueError: an array of another length, a text that is too long, a number that does not fit.
-            TypeError: a value of another type.
+            ValueError: the array has another length, the text is too long, or a number does not fit.
+            TypeError: the value has another type.
         """
         values = _flat(value, self.dims)
         if self.bit is not None:
@@ -113,15 +113,15 @@ class Variable:
         """Return the writes of a part: elements of an array, or characters of texts.
 
         Args:
-            ranges: what they name, see `index_ranges`.
-            value: nested lists, or one list of all; of a single element also without a list.
+            ranges: the ranges of the part, see `index_ranges`.
+            value: nested lists, or one flat list; a single element also without a list.
             data: the present bytes; characters are written within the length of a text.
 
         Raises:
-            NoDataError: an element or a character that is not there.
-            MismatchError: a value of another size.
+            NoDataError: an element or a character does not exist.
+            MismatchError: the value has another size.
             ValueError: a number that does not fit.
-            TypeError: a value of another type.
+            TypeError: the value has another type.
         """
         is_text = isinstance(self.kind, StructuredKind)
         elements, characters = (
@@ -129,20 +129,14 @@ class Variable:
         )
         places = runs(elements, self.dims)
         sizes = [len(each) for each in elements]
-        if not isinstance(value, list) and prod(sizes) == 1:
-            values = [value]
-        elif isinstance(value, list) and len(value) == prod(sizes) and not isinstance(value[0], list):
-            values = value
-        else:
-            values = _flat(value, sizes, MismatchError)
-        taken = iter(values)
+        taken = iter(_part_values(value, sizes))
         if characters is not None:
             numbers = chain.from_iterable(places)
             return [self._characters(number, characters, next(taken), data) for number in numbers]
         return [self._run(each.start, list(islice(taken, len(each)))) for each in places]
 
     def _run(self, first: int, values: Sequence[Any]) -> WriteBytes:
-        """Return the write of elements beside each other."""
+        """Return the write of successive elements."""
         if self.kind != BOOL:
             return WriteBytes(self.tag, self.offset + first * self.kind.size, self._bytes_of(values))
         begin, shift = divmod((self.bit or 0) + first, 8)
@@ -174,6 +168,15 @@ class Variable:
             return struct.pack(f"<{len(values)}{_FORMS[self.kind.name]}", *values)
         except (struct.error, OverflowError) as error:
             raise ValueError(f"{self.path} is {self.kind.name}: {error}") from error
+
+
+def _part_values(value: Any, sizes: Sequence[int]) -> list[Any]:
+    """Return the values of a part in one list, see `Variable.part_to`."""
+    count = prod(sizes)
+    if not isinstance(value, list):
+        return [value] if count == 1 else _flat(value, sizes, MismatchError)
+    is_flat = len(value) == count and not isinstance(value[0], list)
+    return value if is_flat else _flat(value, sizes, MismatchError)
 
 
 @dataclass(frozen=True)
@@ -208,7 +211,7 @@ class TagTree:
 
     @property
     def is_long(self) -> bool:
-        """Whether it has more variables than a server shows."""
+        """Whether the tree has more variables than a server shows."""
         return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
 
     def _scope(self, scope: str) -> Iterator[Leaf | TagGroup]:
@@ -302,7 +305,7 @@ def _nested(values: list[Any], dims: Sequence[int]) -> list[Any]:
 
 
 def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError) -> list[Any]:
-    """Return values in the order of memory; an error if their number differs."""
+    """Return values in the order of memory; raise `error` if the dimensions differ."""
     values = [value]
     for size in dims:
         if not all(isinstance(each, list) and len(each) == size for each in values):

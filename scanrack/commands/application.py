@@ -121,11 +121,15 @@ MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
 """What an option is called, by the command and a word that is not like it."""
 
 
-def _usage(error: Any, words: Sequence[str]) -> str:
-    """Return the mistake in the words of a command, and the command that prints its page."""
-    text = error.format_message().rstrip(".")
+def _reworded(text: str) -> str:
     for theirs, ours in SPEECH:
         text = re.sub(theirs, ours, text)
+    return text
+
+
+def _usage(error: Any, words: Sequence[str]) -> str:
+    """Return the mistake in the words of a command, and the command that prints its page."""
+    text = _reworded(error.format_message().rstrip("."))
     option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
     path = error.ctx.command_path if error.ctx else "scanrack"
     if error.ctx and (meant := MEANT.get((error.ctx.info_name, option))):

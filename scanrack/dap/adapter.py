@@ -1,9 +1,9 @@
-"""The adapter: answers requests, and knows where the editor stands.
+"""The adapter: answers requests, and keeps the editor's current position.
 
     client  --request-->  requests.py, a table  -->  a function of the adapter  --response-->
             <--event----  stopped, continued, output, breakpoint
 
-Requests are carried out between two scans, in the thread that does the scans.
+Requests are carried out between two scans, in the thread that runs the scans.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ THREAD = 1
 """The one thread: the scan."""
 
 VIEWS = 16
-"""Scans that are kept as they were executed."""
+"""Maximum executed scans that are cached."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 Start = Callable[["Adapter"], None]
-"""Runs what is debugged until the client ends it."""
+"""Runs the debugged subject until the client ends it."""
 
 
 class Adapter:
     """A session with a client.
 
     Attributes:
-        subject: what is debugged; None before launch or attach.
-        cursor: where the client stands; None while scans run, or before the first one.
+        subject: the debugged subject; None before launch or attach.
+        cursor: the client's current position; None while scans run, or before the first scan.
         running: whether scans run, or a recording is searched.
-        breakpoints: those that are set, by kind.
-        start: what runs after launch or attach; None before.
+        breakpoints: the breakpoints that are set, by kind.
+        start: function that runs after launch or attach; None before.
         over: whether the client has ended the session.
         waits: whether a test of pytest waits for launch or attach.
-        searching, breaks_off: whether the past is searched for a breakpoint, and the client pauses that.
+        searching, breaks_off: whether the past is searched for a breakpoint, and the client has paused it.
     """
 
     def __init__(self, wire: Wire, requests: Mapping[str, Any]) -> None:
@@ -86,7 +86,7 @@ class Adapter:
                         start(self)
                     except (ValueError, OSError) as error:
                         self.output(f"{error}\n", "stderr")
-                    except Exception:  # a mistake of this code: a client that waits hears of it
+                    except Exception:  # a defect of this code: report it to the waiting client
                         self.output(traceback.format_exc(), "stderr")
                 self.subject = self.driver = self.cursor = None
                 self.event("terminated")
@@ -119,7 +119,7 @@ class Adapter:
         return served
 
     def answer(self, message: Json | NonsenseError) -> None:
-        """Answer one message; whatever it is, the session continues."""
+        """Answer one message; the session continues even if it is invalid."""
         if isinstance(message, NonsenseError):
             self.output(f"{message}\n", "stderr")
             return
@@ -131,7 +131,7 @@ class Adapter:
             body = self._carry_out(command, message.get("arguments"))
         except (ValueError, OSError) as error:
             self._respond(number, command, error=str(error))
-        except Exception as error:  # a mistake of this code ends no session
+        except Exception as error:  # a defect of this code must not end the session
             traceback.print_exc()
             self._respond(number, command, error=f"{command}: {type(error).__name__}: {error}")
         else:
@@ -141,11 +141,11 @@ class Adapter:
             self._act(each)
 
     def _act(self, act: Callable[[], object]) -> None:
-        """Move as a request requires; a move that fails ends where it began, with the reason."""
+        """Carry out a move; after a failure, report the reason at the old position."""
         before = self.cursor
         try:
             act()
-        except Exception as error:  # also a mistake of this code: a client that waits for a stop gets one
+        except Exception as error:  # also a defect of this code: the client waits for a stop
             own = isinstance(error, ValueError | OSError)
             self.output(f"{error}\n" if own else traceback.format_exc(), "stderr")
             if before is not None:
@@ -191,10 +191,10 @@ class Adapter:
         """Do something once the response of the present request has been sent."""
         self._later.append(act)
 
-    # --- where the client stands
+    # --- the client's position
 
     def begin(self, subject: Subject, driver: Driver) -> None:
-        """Debug something; the client sets its breakpoints now."""
+        """Begin to debug a subject; the client then sets its breakpoints."""
         again = self.subject is not None
         self.subject, self.driver = subject, driver
         self.cursor, self.running = None, False
@@ -208,41 +208,41 @@ class Adapter:
         return [each for kind in self.breakpoints.values() for each in kind if each.placed]
 
     def the_subject(self) -> Subject:
-        """Return what is debugged."""
+        """Return the debugged subject, which must exist."""
         assert self.subject is not None
         return self.subject
 
     def the_driver(self) -> Driver:
-        """Return what moves the scans on."""
+        """Return the driver of the scans, which must exist."""
         assert self.driver is not None
         return self.driver
 
     def place(self) -> Cursor:
-        """Return where the client stands; a DebugError while scans run."""
+        """Return the client's position; a DebugError while scans run."""
         if self.cursor is None:
             raise DebugError("scans run; pause first")
         return self.cursor
 
     def the_tree(self) -> Tree:
-        """Return the opened values of the place where the client stands."""
+        """Return the tree of opened values at the client's position."""
         if self.tree is None:
             cursor = self.place()
             self.tree = Tree(cursor.view, tuple(self.the_subject().forced(cursor.scan)))
         return self.tree
 
     def in_past(self) -> bool:
-        """Whether the client stands before the latest scan of a rack that runs."""
+        """Whether the client looks at a scan before the latest one of a running rack."""
         subject = self.the_subject()
         return subject.live and self.cursor is not None and self.cursor.scan < subject.extent[1]
 
     def leave(self) -> None:
-        """Give the memory back to what runs scans again."""
+        """Return the memory to the replayer of scans."""
         if self.cursor is not None:
             self.cursor.view.leave()
         self.cursor, self.tree = None, None
 
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
-        """Stand in a scan: at its `start`, its `last` rung, or its `end`."""
+        """Move to a scan: to its `start`, its `last` rung, or its `end`."""
         self.leave()
         view = next((each for each in self._views if each.scan == scan), None)
         if view is None:
@@ -253,16 +253,16 @@ class Adapter:
         return self.cursor
 
     def forget_views(self) -> None:
-        """Forget the scans that were looked at: those of another program follow."""
+        """Clear the cache of scans: scans of another program follow."""
         self._views.clear()
 
     def go_to(self, spot: Spot) -> None:
-        """Stand elsewhere in the scan."""
+        """Move to another place in the scan."""
         self.place().go(spot)
         self.tree = None
 
     def stopped(self, reason: str, text: str = "", hits: tuple[Breakpoint, ...] = ()) -> None:
-        """Tell the client that it stands somewhere."""
+        """Notify the client that execution has stopped at the current position."""
         self.running, self.tree = False, None
         self.past_refused = False
         self.reason = {"reason": reason, "text": text}
@@ -274,7 +274,7 @@ class Adapter:
     # --- breakpoints that scans have met
 
     def poll(self, scan: int) -> None:
-        """Answer requests during a search of the past; a BrokenOffError once the client pauses."""
+        """Answer requests during a search of the past; a BrokenOffError if the client pauses it."""
         if self.wire.waiting:
             self.serve(0)
         if self.breaks_off or self.over:
@@ -290,7 +290,7 @@ class Adapter:
         return self.the_subject().hits(requested, scan)
 
     def stop_at_hit(self, scan: int, hits: list[tuple[Breakpoint, str]], *, backwards: bool = False) -> None:
-        """Stand where a scan meets its first breakpoint, or its last one."""
+        """Move to the place where a scan meets its first breakpoint, or its last one."""
         cursor = self.look_at(scan)
         spots = {each.number: cursor.spot_of(each) for each, _text in hits}
         pick = max if backwards else min
@@ -344,18 +344,18 @@ REASONS = {
     "data": "data breakpoint",
     "exception": "exception",
 }
-"""What the protocol calls a stop, by the kind of the breakpoint."""
+"""The protocol's reason of a stop, by the kind of the breakpoint."""
 
 
 class Driver:
-    """What moves the scans of a subject on; each kind of subject has its own."""
+    """Runs the scans of a subject; each kind of subject has its own driver."""
 
     def begin(self, *, stop: bool) -> None:
-        """Begin once all breakpoints are set; `stop` = stand before the first scan."""
+        """Begin once all breakpoints are set; `stop` = stop before the first scan."""
         raise NotImplementedError
 
     def go(self) -> None:
-        """Let scans run from the latest one on, until a breakpoint or a pause."""
+        """Run scans after the latest one, until a breakpoint or a pause."""
         raise NotImplementedError
 
     def pause(self) -> None:
@@ -363,19 +363,19 @@ class Driver:
         raise NotImplementedError
 
     def step(self) -> None:
-        """Do one scan, and stand at its start; a DebugError if there is none."""
+        """Run one scan, and stop at its start; a DebugError if there is none."""
         raise NotImplementedError
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Look for these breakpoints from now on; a DebugError if a condition can't be evaluated."""
+        """Replace the active breakpoints; a DebugError if a condition can't be evaluated."""
         raise NotImplementedError
 
     def give(self, order: Any) -> None:
-        """Give an order to the rack; a DebugError if it takes none."""
+        """Give an order to the rack; a DebugError if it accepts no orders."""
         raise DebugError("this is a recording: its values can't be changed; branch from one of its scans")
 
     def edit(self, step: str) -> None:
-        """Try the saved program, `take` it or `cancel` that; the outcome is printed."""
+        """Test the saved program, `take` it, or `cancel` the test; print the outcome."""
         raise DebugError("only a rack that runs continues with an edited program")
 
     def branch(self, scan: int) -> None:

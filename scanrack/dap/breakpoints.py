@@ -1,4 +1,4 @@
-"""Breakpoints: what an editor sets, and what looks for them after each scan, live and in scans run again.
+"""Breakpoints of an editor, and their check after each scan, live or run again.
 
 | kind | condition of a stop |
 |---|---|
@@ -30,7 +30,7 @@ from .conditions import EngineValues, ExpressionError, NamedValues, Read, ScanCo
 from .protocol import DebugError, Json
 
 BECOMES_TRUE, CHANGES = "becomes true", "changes"
-"""Conditions of a line that look at the power after its last instruction."""
+"""Conditions of a line that depend on the power after its last instruction."""
 
 FILTERS: Mapping[str, tuple[str, str]] = {
     "error": ("Error bits", "An error bit of a module comes on."),
@@ -53,6 +53,12 @@ _SIGNS: Mapping[str, Callable[[int, int], bool]] = {
 _FIELD = re.compile(r"\{([^{}]+)\}")
 
 
+def tag_that_changes(text: str) -> str:
+    """Return the tag of an expression such as `Level changes`; "" of any other."""
+    head, _, tail = text.rpartition(" ")
+    return head.strip() if tail.lower() == CHANGES else ""
+
+
 @dataclass(slots=True)
 class Breakpoint:
     """A breakpoint of an editor."""
@@ -63,18 +69,23 @@ class Breakpoint:
     keys: tuple[LineKey, ...] = ()  # the rungs of a line
     condition: str = ""
     hits: str = ""  # such as `>= 5` or `% 3`; a number alone is that hit and all later ones
-    log: str = ""  # a message with expressions in braces, in place of a stop
+    log: str = ""  # of a log point: a message with expressions in braces
     line: int = 0
     path: str = ""
     count: int = 0
 
     @property
     def placed(self) -> bool:
-        """Whether its line is one of the program that runs."""
+        """Whether its line is a line of the running program."""
         return bool(self.keys) or not self.path
 
+    @property
+    def changing_tag(self) -> str:
+        """The tag that it waits for to change; "" of a breakpoint on something else."""
+        return self.name if self.kind == "data" else tag_that_changes(self.name)
+
     def counts(self) -> bool:
-        """Count a hit; return whether it is one that stops."""
+        """Count a hit; return whether it stops execution."""
         self.count += 1
         found = _HITS.fullmatch(self.hits.strip()) if self.hits else None
         return found is None or _SIGNS[found["sign"] or ">="](self.count, int(found["number"]))
@@ -97,7 +108,7 @@ Event = tuple[str, Mapping[str, Any]]
 
 
 class ScanValues(Values, Protocol):
-    """The values of a program after a scan, and what ran in it."""
+    """The values of a program after a scan, and the lines that ran in it."""
 
     in_frames: bool
     """Whether conditions and log points of lines are evaluated before the line."""
@@ -109,11 +120,11 @@ class ScanValues(Values, Protocol):
         """Whether there was power after the last instruction of a rung."""
 
     def at_line(self, requested: Breakpoint) -> Callable[[int], str | None] | None:
-        """Return what says whether a line ran; None for rungs, see `ran`."""
+        """Return a check of whether a line ran; None for rungs, see `ran`."""
 
 
 class RungValues(EngineValues):
-    """Those of a ladder program."""
+    """`ScanValues` of a ladder program."""
 
     in_frames = False
 
@@ -148,7 +159,7 @@ class LinePoints(NamedValues, Observer):
         self._met: dict[int, str] = {}
 
     def ran(self, key: LineKey) -> bool:
-        """See `ScanValues`; lines are seen as they run."""
+        """See `ScanValues`; lines are detected as they run."""
         raise NotImplementedError(key)
 
     true = ran
@@ -173,7 +184,7 @@ class LinePoints(NamedValues, Observer):
         return lambda _scan: self._met.pop(number, None)
 
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
-        """Look at the breakpoints of a line or step."""
+        """Check the breakpoints of a line or step before it runs."""
         for look in self._points.get((file, line), ()):
             look(frame)
 
@@ -186,17 +197,17 @@ def _code(text: str) -> CodeType:
 
 
 def _value(code: CodeType, frame: FrameType | None, otherwise: object) -> Any:
-    """Return the value of an expression in a frame, another one if it has none there."""
+    """Return the value of an expression in a frame; `otherwise` if it can't be evaluated there."""
     assert frame is not None, "a step has no expressions of Python"
     try:
         return eval(code, frame.f_globals, frame.f_locals)
-    except Exception:  # whatever the user's expression raises: a name that is not set yet
+    except Exception:  # the user's expression may raise anything, such as for a name that is not set yet
         return otherwise
 
 
 @dataclass(slots=True)
 class _Check:
-    """A breakpoint on an engine: returns a text where it is met, else None."""
+    """A check of one breakpoint on an engine: returns a text if it is met, else None."""
 
     breakpoint: Breakpoint
     met: Callable[[int], str | None]
@@ -205,13 +216,13 @@ class _Check:
 
 
 class Looker:
-    """Looks for breakpoints after each scan of an engine.
+    """Checks the breakpoints after each scan of an engine.
 
     Args:
         events: returns the events of a scan.
 
     Attributes:
-        lines: the rungs whose power the engine has to note.
+        lines: the rungs whose power the engine must record.
 
     Raises:
         ExpressionError: a condition can't be evaluated.
@@ -229,13 +240,13 @@ class Looker:
         self.lines = tuple(dict.fromkeys(key for each in requested for key in each.keys))
 
     def prime(self, scan: int) -> None:
-        """Take the present values as those of the scan before; the power of rungs is not known yet."""
+        """Use the present values as those of the previous scan; the power of rungs is not known yet."""
         for each in self._checks:
             if not each.breakpoint.keys:
                 each.met(scan)
 
     def look(self, scan: int) -> list[tuple[_Check, str]]:
-        """Return the breakpoints that the latest scan has met, whatever their hit counts."""
+        """Return the breakpoints that the latest scan has met, regardless of their hit counts."""
         found = []
         for each in self._checks:
             text = each.met(scan)
@@ -324,9 +335,8 @@ class Looker:
         return met
 
     def _expression(self, text: str) -> Callable[[int], str | None]:
-        head, _, tail = text.rpartition(" ")
-        if tail.lower() == CHANGES and head.strip():
-            return self._tag(head.strip())
+        if tag := tag_that_changes(text):
+            return self._tag(tag)
         read, known = self._compiled(text), [True]
 
         def met(_scan: int) -> str | None:
@@ -356,7 +366,7 @@ class Looker:
         words: dict[tuple[int, int], list[ErrorBit]] = {}
         for _row, bit in error_bits(self._around.words):
             words.setdefault((bit.slot, bit.place.word), []).append(bit)
-        known = dict.fromkeys(words, -1)  # before the first scan none is news
+        known = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
 
         def met(_scan: int) -> str | None:
             names = []
@@ -388,6 +398,6 @@ _MAKERS: Mapping[str, Callable[[Looker, str], Callable[[int], str | None]]] = {
 
 
 def described(one: Breakpoint) -> Json:
-    """Return a breakpoint as the protocol has it."""
+    """Return a breakpoint as a protocol object."""
     place = {"line": one.line, "source": {"path": one.path}} if one.line else {}
     return {"id": one.number, "verified": one.placed, **place}

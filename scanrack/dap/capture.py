@@ -25,11 +25,11 @@ from typing_extensions import override
 from .variables import BareText
 
 DEEPEST, MOST_ITEMS = 3, 100
-"""Levels of a value that are kept, and items of one level."""
+"""Maximum levels of a value that are kept, and items of one level."""
 
 
 class TextLine(NamedTuple):
-    """A line of a program, as `cursor` and `places` know rungs."""
+    """A line of a program, with the interface that `cursor` and `places` need of a rung."""
 
     number: int
     origin: Origin
@@ -59,7 +59,7 @@ class TextState(NamedTuple):
 
 
 class ProgramValues(Mapping[str, Any]):
-    """The present values of a program by name; nothing of a list of steps."""
+    """The present values of a program by name; empty for a list of steps."""
 
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
         self._logic = logic
@@ -71,15 +71,15 @@ class ProgramValues(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         try:
             value = eval(_code(name), self._space())
-        except Exception as error:  # whatever a property of the user's raises
+        except Exception as error:  # the user's property may raise anything
             raise KeyError(name) from error
         return value.name if isinstance(value, Enum) else value
 
     def copies(self, names: Iterable[str]) -> dict[str, Any]:
-        """Return copies of values, those that there are now."""
+        """Return copies of the values that exist now."""
         space, found = self._space(), dict[str, Any]()
         for name in names:
-            with suppress(Exception):  # whatever a property of the user's raises
+            with suppress(Exception):  # the user's property may raise anything
                 found[name] = copied(eval(_code(name), space))
         return found
 
@@ -108,10 +108,10 @@ def _code(name: str) -> CodeType:
 
 
 def copied(value: object, depth: int = DEEPEST) -> Any:
-    """Return a value as it is now, for later: plain ones, lists and dicts of them, the texts of others."""
+    """Return a copy of a value: plain values, lists and dicts of them, and the texts of other values."""
     if isinstance(value, Enum):
         return value.name
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, bool | int | float | str | None):
         return value
     if depth and isinstance(value, list | tuple | set | frozenset):
         return [copied(each, depth - 1) for each in list(value)[:MOST_ITEMS]]
@@ -119,12 +119,12 @@ def copied(value: object, depth: int = DEEPEST) -> Any:
         return {str(key): copied(each, depth - 1) for key, each in list(value.items())[:MOST_ITEMS]}
     try:
         return repr(value)[:200]
-    except Exception as error:  # whatever a repr of the user's raises
+    except Exception as error:  # the user's repr may raise anything
         return f"<{type(value).__name__}: {error}>"
 
 
 class Capture(Observer):
-    """Notes the lines of a scan, and the values before each."""
+    """Records the lines of a scan, and the values before each."""
 
     def __init__(self, logic: ScanLogic) -> None:
         self.lines = None
@@ -156,7 +156,7 @@ _is_own = cache(is_the_users)
 def _callers(frame: FrameType) -> Iterator[FrameType]:
     """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
     above = frame.f_back
-    outermost = Twin._call.__code__  # its callers look at the program, such as a test
+    outermost = Twin._call.__code__  # its callers only use the program, such as a test
     while above is not None and above.f_code is not outermost:
         if _is_own(above.f_code.co_filename):
             yield above
@@ -164,7 +164,7 @@ def _callers(frame: FrameType) -> Iterator[FrameType]:
 
 
 def waits_of(logic: ScanLogic) -> Mapping[str, str]:
-    """Return where the sequences of a program wait, and for what, by name."""
+    """Return where the sequences of a program wait, and their conditions, by name."""
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
         return {"step": BareText(f"line {inside.line}")}

@@ -17,7 +17,7 @@ def why(adapter: Adapter, tag: str) -> str:
     """Return why a tag has its value after the scan; the links follow, each with its line.
 
     Raises:
-        DebugError: no such tag, or not a single value.
+        DebugError: the tag does not exist, or is not a single value.
     """
     subject, scan = adapter.the_subject(), adapter.place().scan
     if tag not in adapter.place().view.tags:
@@ -35,7 +35,7 @@ def last_change(adapter: Adapter, tag: str) -> int | None:
 
 
 def _away(adapter: Adapter, ask: Callable[[], T]) -> T:
-    """Return an answer of what runs scans again; then stand where the client stood."""
+    """Return an answer of the replayer; then restore the client's position."""
     cursor = adapter.place()
     scan, spot = cursor.scan, cursor.spot
     adapter.leave()

@@ -85,7 +85,7 @@ def _serve_port(port: int) -> int:
 
 
 def key_line() -> str:
-    """Return a new line that a client has to send first."""
+    """Return a new key, a line that a client must send first."""
     return f"key {secrets.token_hex(KEY_BYTES)}"
 
 
@@ -97,7 +97,7 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
         wait_s: longest wait for each client; None = without limit.
 
     Raises:
-        TimeoutError: none has come.
+        TimeoutError: no such client has connected in time.
     """
     from .wire import Wire
 
@@ -118,7 +118,7 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
 
 
 def _shut(connection: socket.socket, how: int = socket.SHUT_RDWR) -> None:
-    with suppress(OSError):  # the other side has gone
+    with suppress(OSError):  # the other side has disconnected
         connection.shutdown(how)
 
 

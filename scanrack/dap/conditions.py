@@ -3,7 +3,7 @@
     "Position > 4000 and rose(Start)"   ->   lambda: Position > 4000 and rose_1(Start)
 
 Names are tags of the program, read from the variables of its compiled scan, and words and bits of images. A
-condition therefore costs a scan little more than the comparison.
+condition therefore adds little more than its comparison to a scan.
 
 A number may have the unit that the page shows with a tag, `Position > 4000 steps`; times are converted to it.
 """
@@ -35,7 +35,7 @@ _SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|wit
 
 
 class ScanContext(NamedTuple):
-    """What an expression reads beside the tags of a program."""
+    """Values that an expression reads in addition to the tags of a program."""
 
     words: Mapping[int, ModuleWords]  # of the modules, by slot
     image: Callable[[int, str, int], int]  # a word of an image: slot, "I" or "O", word
@@ -48,7 +48,7 @@ class Values(Protocol):
     """The present values of a program."""
 
     tags: Any
-    """By name; a mapping as far as `in` and `[]`."""
+    """Tags by name; supports only `in` and `[]`."""
 
     def source(self, name: str) -> str:
         """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
@@ -62,7 +62,7 @@ class Values(Protocol):
 
 
 class EngineValues:
-    """Those of a ladder program, read from the variables of its compiled scan."""
+    """`Values` of a ladder program, read from the variables of its compiled scan."""
 
     def __init__(self, engine: WatchedEngine) -> None:
         self.engine, self.tags = engine, engine.tags
@@ -89,7 +89,7 @@ class EngineValues:
 
 
 class NamedValues:
-    """Those of a program without rungs, by name."""
+    """`Values` of a program without rungs, by name."""
 
     def __init__(self, tags: Mapping[str, Any]) -> None:
         self.tags = tags
@@ -109,11 +109,11 @@ class ExpressionError(ValueError):
 
 
 class _Part(str):
-    """Python text of a tag, or of a number with a unit.
+    """Python source of a tag, or of a number with a unit.
 
     Attributes:
-        written: the number as it was written; "" of a tag.
-        unit: of a number, ns of a time; the unit of a tag, "" without one.
+        written: the number as it was written; "" for a tag.
+        unit: unit of a number, ns for a time; unit of a tag, "" without one.
     """
 
     written: str
@@ -126,7 +126,7 @@ class _Part(str):
 
 
 class _Edge:
-    """The value of the scan before; the first one is no edge."""
+    """The value in the previous scan; the first value is not an edge."""
 
     def __init__(self) -> None:
         self._before: Any = None
@@ -195,9 +195,9 @@ class _Writer(Transformer[Token, str]):
     """Writes Python, bottom up.
 
     Attributes:
-        own: its variables beside those of the program.
+        own: variables of the expression, in addition to those of the program.
         first: statements before the expression.
-        measured: its numbers with units that no tag is compared with.
+        measured: numbers with units that are not compared with a tag.
     """
 
     def __init__(self, values: Values, around: ScanContext) -> None:
@@ -227,7 +227,7 @@ class _Writer(Transformer[Token, str]):
     def edge(self, name: Token, part: str) -> str:
         own = f"edge{len(self.own)}"
         self.own[f"__{own}"] = getattr(_Edge(), name)
-        self.first.append(f"{own} = __{own}({part})")  # in every scan, whatever stands before it
+        self.first.append(f"{own} = __{own}({part})")  # in every scan, even if it can't affect the result
         return own
 
     def compare(self, left: str, sign: Token, right: str) -> str:
@@ -290,9 +290,9 @@ def _in_unit(part: str, other: str) -> str:
     if not isinstance(part, _Part) or not part.written:
         return part
     unit = other.unit if isinstance(other, _Part) and not other.written else ""
-    if unit == part.unit or (part.unit == "ns" and not unit):
+    if unit == part.unit:
         return part
-    if part.unit == "ns" and unit in UNITS_NS:
-        return f"({part} / {UNITS_NS[unit]})"
+    if part.unit == "ns" and unit in ("", *UNITS_NS):
+        return f"({part} / {UNITS_NS[unit]})" if unit else part
     allowed = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
     raise ExpressionError(f"{part.written}: {allowed}")

@@ -1,11 +1,11 @@
-"""The place where an editor stands: a scan, and an instruction of it."""
+"""The editor's position: a scan, and an instruction of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .breakpoints import CHANGES, Breakpoint
+from .breakpoints import Breakpoint
 from .view import Stop, View
 
 END = 1 << 30
@@ -14,7 +14,7 @@ END = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place in a scan: before a stop, or after a write of it; the end of a scan has `END` as index."""
+    """A place in a scan: before a stop, or after one of its writes; the end of a scan has `END` as index."""
 
     index: int
     order: int | None  # see `ExecutedScan.show`
@@ -35,7 +35,7 @@ class Cursor:
 
     @property
     def stop(self) -> Stop | None:
-        """The instruction that is next; None at the end of the scan."""
+        """The next instruction; None at the end of the scan."""
         return None if self.spot.index == END else self.view.stops[self.spot.index]
 
     @property
@@ -62,7 +62,7 @@ class Cursor:
     # --- steps
 
     def onward(self, depth: int | None, *, each: bool) -> Spot | None:
-        """Return the next rung, or instruction, at most as deep in calls; None at the end of the scan.
+        """Return the next rung or instruction, at most `depth` calls deep; None at the end of the scan.
 
         Args:
             depth: None = any.
@@ -74,7 +74,7 @@ class Cursor:
         return None
 
     def back(self, depth: int | None, *, each: bool) -> Spot | None:
-        """Return the rung or instruction before, see `onward`; None at the begin of the scan."""
+        """Return the previous rung or instruction, see `onward`; None at the start of the scan."""
         stop = self.stop
         after_write = stop is not None and self.spot.order != stop.order
         last = min(self.spot.index - (not after_write), len(self.view.stops) - 1)
@@ -89,7 +89,7 @@ class Cursor:
 
     @property
     def depth(self) -> int:
-        """Calls around the place."""
+        """The number of calls around the place."""
         return 0 if self.stop is None else self.stop.depth
 
     # --- breakpoints
@@ -103,15 +103,13 @@ class Cursor:
             return self.end
         if one.kind == "exception":
             return self.end if one.name == "fault" else self.start
-        head, _, tail = one.name.rpartition(" ")
-        tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
-        if not tag:
+        if not one.changing_tag:
             return self.end
-        place = self.view.last_write(tag)
+        place = self.view.last_write(one.changing_tag)
         return self.start if place is None else Spot(*place)
 
     def position(self, spot: Spot) -> tuple[int, int]:
-        """Return what orders places of the scan."""
+        """Return the sort key of a place in the scan."""
         return spot.index, -1 if spot.order is None else spot.order
 
 
@@ -122,6 +120,6 @@ def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
 
 
 def earlier(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the last of some places ahead of the present one."""
+    """Return the last of some places before the present one."""
     here = cursor.position(cursor.spot)
     return max((each for each in spots if cursor.position(each) < here), key=cursor.position, default=None)

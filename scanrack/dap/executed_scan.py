@@ -1,11 +1,11 @@
-"""A scan that is looked at: its rungs in the order of execution, and the values before any of them.
+"""A scan as it was executed: its rungs in the order of execution, and the values before each of them.
 
     order     0      1      2      3      4      5           end
     rung      Main 0        AOI 0  AOI 1  Main 1
     writes           A             B             C
     before Main 1: the values at the end, without C
 
-A scan is always finished, as in a controller. What an editor steps through is therefore the scan as it was
+A scan is always finished, as in a controller. An editor therefore steps through the scan as it was
 executed, forwards and backwards at the same cost.
 """
 
@@ -51,7 +51,7 @@ class ExecutedScan(View):
 
     @cached_property
     def execution(self) -> Execution:
-        """What was executed; the memory is then that at the end of the scan."""
+        """The execution of the scan; running it leaves the memory as at the end of the scan."""
         self.engine.traced = True
         try:
             self._replayer.again(self.scan)
@@ -90,21 +90,19 @@ class ExecutedScan(View):
         self.engine.tags[tag] = value
 
     def leave(self) -> None:
-        """Give the replayer back."""
+        """Release the replayer."""
         restore(self.engine.memory, self._end)
         self._replayer.at = self.scan
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`."""
         cells = cells_of(self.tags.where(tag), counts=True) if tag in self.tags else []
-        written = [each for each in self.execution.writes if any(map(each.changes, cells))]
-        write = written[-1] if written else None
-        if write is None or write.by is None:
+        writes = [each for each in self.execution.writes if any(map(each.changes, cells))]
+        if not writes or writes[-1].by is None:
             return None
-        by = write.by.run
-        own = [index for index, stop in enumerate(self.stops) if stop.run is by]
-        before = [index for index in own if self.stops[index].order < write.order]
-        return (before[-1], write.order) if before else None
+        run, order = writes[-1].by.run, writes[-1].order
+        before = [index for index, stop in enumerate(self.stops) if stop.run is run and stop.order < order]
+        return (before[-1], order) if before else None
 
     # --- frames and scopes
 
@@ -169,7 +167,7 @@ class ExecutedScan(View):
         yield "Tags", Names(tree, lambda: tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
-        """Return the tags that a rung names, by the name in the rung and the full one."""
+        """Return the tags that a rung names, as pairs of the name in the rung and the full name."""
         program = self.program(run)
         found: dict[str, str] = {}
         for step in run.line.all_steps:

@@ -3,7 +3,7 @@
     pytest --scanrack-debug     prints a port and a key, and waits for a client at the first bench
     launch with `pytest`        the adapter runs pytest itself
 
-The test stands still while the client looks: it continues when the client does.
+The test is blocked while the client inspects it, and continues when the client does.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class BenchRun:
 
     @property
     def logic(self) -> Callable[..., None]:
-        """What the CPU calls."""
+        """The logic that the CPU calls."""
         found: Callable[..., None] = self.bench.logic
         return found
 
@@ -50,13 +50,13 @@ class BenchRun:
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """Its values, as far as they can be set and forced."""
+        """The program's values that can be set and forced."""
         logic = self.bench.logic
         return Fields(lambda: logic) if isinstance(logic, Logic) else self.debugger
 
 
 class InTest(ScanDriver):
-    """Drives nothing: the test runs its bench; stands in the scan loop while the client looks."""
+    """A driver of a test, which runs its bench itself: blocks the scan loop while the client looks."""
 
     def __init__(self, adapter: Adapter, bench: Bench) -> None:
         run = BenchRun(bench)
@@ -88,7 +88,7 @@ class InTest(ScanDriver):
             self._stand(scan, hits, stepped=stepped)
 
     def _stand(self, scan: int, hits: list[tuple[Breakpoint, str]], *, stepped: bool) -> None:
-        """Stand in a scan until the client continues."""
+        """Stop in a scan until the client continues."""
         adapter = self._adapter
         if isinstance(self.subject, LiveText):
             self.subject.step(on=False)

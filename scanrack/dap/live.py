@@ -1,4 +1,4 @@
-"""A rack that runs: a session of `scanrack watch`, with an editor beside its pages.
+"""A running rack: a session of `scanrack watch`, with an editor in addition to its pages.
 
 after a scan          then
 a breakpoint is met   pause, stopped
@@ -51,7 +51,7 @@ REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause: pages have orders, too."""
+"""Longest single wait for requests during a pause, since pages give orders, too."""
 
 
 EDITS = {
@@ -59,7 +59,7 @@ EDITS = {
     ASSEMBLED: "the saved program is accepted, and runs from the next scan on",
     NOTHING: "the program before the edit runs from the next scan on",
 }
-"""What an edit has led to, by its stage."""
+"""The effect of an edit in words, by its stage."""
 
 
 class Program(Protocol):
@@ -69,7 +69,7 @@ class Program(Protocol):
 
     @property
     def logic(self) -> ScanLogic:
-        """What the CPU calls."""
+        """The logic that the CPU calls."""
 
     @property
     def edits(self) -> int:
@@ -77,11 +77,11 @@ class Program(Protocol):
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """Its values, as far as they can be set and forced."""
+        """The program's values that can be set and forced."""
 
 
 class ScanRun(Protocol):
-    """A rack that runs, of a session or of a bench."""
+    """A running rack, of a session or of a bench."""
 
     rack: Rack
     cpu: Cpu
@@ -106,13 +106,13 @@ class LiveSubject(Subject):
         self._events: dict[int, list[Event]] = {}
 
     def note_event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Note an event of a scan."""
+        """Record an event of a scan."""
         self.journal.event(scan, now_ns, topic, fields)
         if topic in ("/events", "/faults"):
             self._events.setdefault(scan, []).append((topic, dict(fields)))
 
     def note_scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note the latest scan."""
+        """Record the latest scan."""
         self.journal.scan(scan, now_ns, flags)
         self.last = scan
 
@@ -124,7 +124,7 @@ class LiveSubject(Subject):
         return edited
 
     def spelled(self, routine: str) -> str:
-        """Return what pages call a routine, "" for one that they do not name."""
+        """Return the name of a routine on pages, "" if they have no name for it."""
         raise NotImplementedError
 
     @property
@@ -133,11 +133,11 @@ class LiveSubject(Subject):
         return self.first, self.last
 
     def looker(self, requested: list[Breakpoint]) -> Looker:
-        """Return what looks for breakpoints in the session; an ExpressionError for a condition."""
+        """Return the looker for breakpoints in the session; an ExpressionError for an invalid condition."""
         raise NotImplementedError
 
     def now(self) -> ScanContext:
-        """Return what expressions about the latest scan read."""
+        """Return the context of expressions about the latest scan."""
         images, memory, cpu = Images(self.words), self.run.rack.memory, self.run.cpu
         return ScanContext(
             self.words,
@@ -167,7 +167,7 @@ class LiveSubject(Subject):
 
 
 class LiveRungs(RungSubject, LiveSubject):
-    """A ladder program that runs."""
+    """A running ladder program."""
 
     def __init__(self, run: ScanRun) -> None:
         super().__init__(run)
@@ -177,7 +177,7 @@ class LiveRungs(RungSubject, LiveSubject):
 
     @property
     def extent(self) -> tuple[int, int]:
-        """The scans that can be looked at: an edit forgets those before."""
+        """The scans that can be looked at; an edit drops the scans before it."""
         source = self._debugger.replayer.source
         assert isinstance(source, journal.Journal)
         return source.first, self.last
@@ -206,7 +206,7 @@ class LiveRungs(RungSubject, LiveSubject):
 
 
 class LiveText(TextSubject, LiveSubject):
-    """A program without rungs that runs."""
+    """A running program without rungs."""
 
     def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
         LiveSubject.__init__(self, run)
@@ -245,7 +245,7 @@ class LiveText(TextSubject, LiveSubject):
         return looker
 
     def step(self, *, on: bool) -> None:
-        """Look for a line that runs, or no longer."""
+        """Start or stop waiting for the next line that runs."""
         if self._stepping is not None:
             self._watch.remove(self._stepping)
         self._stepping = _AnyLine() if on else None
@@ -272,7 +272,7 @@ class LiveText(TextSubject, LiveSubject):
 
 
 class _AnyLine(Observer):
-    """Sees whether any line runs."""
+    """Detects whether any line runs."""
 
     ran = False
 
@@ -282,7 +282,7 @@ class _AnyLine(Observer):
 
 
 class ScanDriver(QuietListener, Driver):
-    """Looks for breakpoints after each scan of a rack that runs; a listener after the other ones.
+    """Checks for breakpoints after each scan of a running rack; a listener after all others.
 
     Attributes:
         subject: the scans so far.
@@ -297,7 +297,7 @@ class ScanDriver(QuietListener, Driver):
         self.subject.note_event(scan, now_ns, topic, fields)
 
     def look(self, scan: int, now_ns: int, flags: int) -> list[Hit]:
-        """Note a scan; return the breakpoints at which it stops."""
+        """Record a scan; return the breakpoints at which it stops."""
         self.subject.note_scan(scan, now_ns, flags)
         self.follow_edit()
         return [] if self._looker is None else self._looker.stops(scan, self._say)
@@ -313,7 +313,7 @@ class ScanDriver(QuietListener, Driver):
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the breakpoints of lines in another program; one without its line waits for the next."""
+        """Set the breakpoints of lines in another program; one without its line waits for a later program."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
         for each in (each for kind in adapter.breakpoints.values() for each in kind if each.path):
@@ -357,10 +357,10 @@ class Live(ScanDriver):
         session.inbox = _PatientInbox(session.inbox)
         run.cpu.add_listener(self)
         adapter.begin(self.subject, self)
-        adapter.running = session.live  # a real controller does not wait
+        adapter.running = session.live  # a real controller can't be paused
         self._placed = (
             not adapter.configured
-        )  # else a branch begins, which has the breakpoints from its first scan on
+        )  # otherwise a branch begins, and has the breakpoints in its first scan
 
     # --- after a scan
 
@@ -369,11 +369,8 @@ class Live(ScanDriver):
         if not self._placed and not self._session.repeats:
             self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
-        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
-        if (hits or arrived) and not self._session.repeats:
-            self._hits = hits
-            if not self._session.state.paused:
-                self._order(actions.Pause())
+        if not self._session.repeats:
+            self._pause_at(hits)
         if self._session.state.breakpoints != self._seen:
             self._take_breakpoints()
         if adapter.wire.waiting:
@@ -382,6 +379,14 @@ class Live(ScanDriver):
             adapter.leave()
             adapter.running = True  # a page has let it continue
             adapter.event("continued", threadId=1, allThreadsContinued=True)
+
+    def _pause_at(self, hits: list[Hit]) -> None:
+        """Pause at breakpoints, or where a step ends."""
+        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
+        if hits or arrived:
+            self._hits = hits
+            if not self._session.state.paused:
+                self._order(actions.Pause())
 
     def _order(self, order: actions.Action) -> None:
         cpu, subject = self._run.cpu, self.subject
@@ -395,7 +400,7 @@ class Live(ScanDriver):
     # --- breakpoints of pages
 
     def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Set the editor's breakpoints on the pages, too, as far as pages have such."""
+        """Set the editor's breakpoints on the pages, too, if pages support their kind."""
         there = self._session.state.breakpoints
         spelled = self.subject.spelled
         _others, before = foreign(there, self._requested, spelled)
@@ -403,12 +408,12 @@ class Live(ScanDriver):
         for name in before.keys() - names.keys() & set(there):
             self._order(actions.RemoveBreakpoint(name))
         for name in names.keys() - set(there):
-            with suppress(ValueError):  # of a body of a chart, which pages do not name
+            with suppress(ValueError):  # in a body of a chart, for which pages have no name
                 self._order(actions.Breakpoint(name))
         self._seen = list(self._session.state.breakpoints)
 
     def _take_breakpoints(self) -> None:
-        """Follow pages: tell the editor what they have set and removed."""
+        """Notify the editor of breakpoints that pages have set or removed."""
         adapter, there = self._adapter, self._session.state.breakpoints
         spelled, places = self.subject.spelled, self.subject.places(0)
         others, names = foreign(there, self._requested, spelled)

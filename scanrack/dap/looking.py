@@ -1,4 +1,4 @@
-"""Requests that look: frames, scopes, values, expressions, and commands; and those that set values."""
+"""Requests that inspect (frames, scopes, values, expressions, commands), and requests that set values."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
 
 
 def _runs(adapter: Adapter) -> list[Any]:
-    """Return the rung or line and those that call its routine, innermost first."""
+    """Return the rung or line and the callers of its routine, innermost first."""
     stop = adapter.place().stop
     return [] if stop is None else [stop.run, *(each.run for each in callers(stop.run))]
 
 
 def _run_of(adapter: Adapter, frame: int) -> Any:
-    """Return the rung or line of a frame, None outside of them; a DebugError for a frame that is gone."""
+    """Return the rung or line of a frame, None for other frames; a DebugError for an outdated frame."""
     runs = _runs(adapter)
     if 1 <= frame <= len(runs):
         return runs[frame - 1]
@@ -99,7 +99,7 @@ def scopes(adapter: Adapter, arguments: Json) -> Json:
 
 
 def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
-    """Return what reads words of images: of a program's own images at the place, of others after the scan."""
+    """Return a reader of image words: a program's own images at the place, other images after the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
     images = Images(subject.words)
 
@@ -147,7 +147,7 @@ def _set(adapter: Adapter, tag: str, written: str) -> str:
 
 
 def _show_set(adapter: Adapter, tag: str, value: object) -> None:
-    """Show a value that was set between two scans, wherever in the latest scan the client stands."""
+    """Show a value that was set between two scans, at any position in the latest scan."""
     adapter.place().view.set(tag, value)
 
 
@@ -205,7 +205,7 @@ def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
-    """Return what a hover says of a tag: its value, address and last change."""
+    """Return the text of a hover over a tag: its value, address and last change."""
     changed = last_change(adapter, tag)
     since = "not changed yet" if changed is None else f"since scan {changed:,}"
     return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
@@ -302,7 +302,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
 
 
 def exception_info(adapter: Adapter, _arguments: Json) -> Json:
-    """Say what the stop was."""
+    """Return the reason of the stop."""
     says = adapter.reason.get("text") or "no exception"
     return {"exceptionId": adapter.reason.get("reason", ""), "description": says, "breakMode": "always"}
 

@@ -25,7 +25,7 @@ def go(adapter: Adapter, _arguments: Json) -> Json:
 
 
 def _ask(adapter: Adapter) -> None:
-    """Ask what to do from a past scan on; a second continue returns to the present."""
+    """Ask how to continue from a past scan; a second continue returns to the present."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
     if adapter.past_refused:
         adapter.past_refused = False
@@ -39,7 +39,7 @@ def _ask(adapter: Adapter) -> None:
 
 
 def pause(adapter: Adapter, _arguments: Json) -> None:
-    """Stop after the present scan, or break off a search of the past."""
+    """Stop after the present scan, or cancel a search of the past."""
     if adapter.searching:
         adapter.breaks_off = True
     elif adapter.running:
@@ -53,13 +53,13 @@ def next_(adapter: Adapter, arguments: Json) -> None:
 
 
 def step_in(adapter: Adapter, arguments: Json) -> None:
-    """Go to the next rung or instruction, also of a routine that is called."""
+    """Go to the next rung or instruction, including those of a called routine."""
     each = _by_instruction(arguments)
     adapter.after_response(lambda: _onward(adapter, None, each=each))
 
 
 def step_out(adapter: Adapter, _arguments: Json) -> None:
-    """Go on in the caller; from the main routine to the next scan."""
+    """Go to the next place in the caller; from the main routine, go to the next scan."""
     adapter.after_response(lambda: _onward(adapter, adapter.place().depth - 1, each=True))
 
 
@@ -77,7 +77,7 @@ def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
 
 
 def step_back(adapter: Adapter, arguments: Json) -> None:
-    """Go to the rung or instruction before, without going into routines."""
+    """Go to the previous rung or instruction without going into routines."""
     each = _by_instruction(arguments)
     cursor = adapter.place()
     spot = cursor.back(cursor.depth, each=each)
@@ -96,7 +96,7 @@ def step_back(adapter: Adapter, arguments: Json) -> None:
 
 
 def reverse(adapter: Adapter, _arguments: Json) -> None:
-    """Run backwards to the last breakpoint; without one to the first scan."""
+    """Run backwards to the previous breakpoint, or to the first scan if there is none."""
 
     def move() -> None:
         if adapter.stop_in_scan(backwards=True):

@@ -1,4 +1,4 @@
-"""Files and lines of a program, as editors name them, and its routines and rungs.
+"""Maps files and lines, as editors name them, to a program's routines and rungs.
 
 feeder.rung:38   <->   Main, rung 6
 """
@@ -41,12 +41,12 @@ class Places:
         raise NotImplementedError
 
     def named(self, text: str) -> list[LineKey] | None:
-        """Return the rung that `Main.3` names, or the first one of `Main`; None for neither."""
+        """Return the rung that `Main.3` names, or the first rung of `Main`; None if there is neither."""
         raise NotImplementedError
 
     @cached_property
     def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
-        """The rungs and statements of each line with some, by file."""
+        """The rungs and statements of each line that has any, by file."""
         found: dict[Path, dict[int, list[LineKey]]] = {}
         for origin, key in self.keys():
             path = self.path(origin)
@@ -72,10 +72,10 @@ class Places:
         return None
 
     def at(self, path: str, line: int) -> tuple[int, list[LineKey]]:
-        """Return the first line from one on with an instruction, and its rungs.
+        """Return the first line at or after `line` with an instruction, and its rungs.
 
         Raises:
-            DebugError: the file is no part of the program, or there is none.
+            DebugError: the file is not part of the program, or there is no such line.
         """
         given = Path(path).resolve()
         known = self.lines.get(given) or self._adopted(given)
@@ -91,7 +91,7 @@ class Places:
         return numbers[place], known[numbers[place]]
 
     def _adopted(self, path: Path) -> Mapping[int, list[LineKey]] | None:
-        """Take a file of a client in place of a copy with the same bytes, such as a recording's."""
+        """Use a client's file instead of a copy with the same bytes, such as a recording's."""
         for name, own in self._paths.items():
             if own is not None and own.name == path.name and path.is_file() and _is_copy(path, own):
                 self._paths[name] = path
@@ -108,7 +108,7 @@ class Places:
         return "", 0
 
     def source(self, origin: Origin) -> Json:
-        """Return file and line of a rung as the protocol has them; empty if it is not on this machine."""
+        """Return file and line of a rung as a protocol object; empty if the file is not on this machine."""
         path = self.path(origin)
         if path is None:
             return {}
@@ -130,12 +130,13 @@ class RungPlaces(Places):
     @override
     def named(self, text: str) -> list[LineKey] | None:
         head, dot, number = text.rpartition(".")
-        name = (head if dot and number.isdigit() else text).upper()
+        is_numbered = bool(dot) and number.isdigit()
+        name = (head if is_numbered else text).upper()
         found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
         if len(found) != 1:
             return None
         numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
-        rung = int(number) if dot and number.isdigit() else min(numbers, default=-1)
+        rung = int(number) if is_numbered else min(numbers, default=-1)
         return [(found[0], rung)] if rung in numbers else None
 
 
@@ -144,7 +145,7 @@ class TextPlaces(Places):
 
     Args:
         files: the program, and the modules beside it.
-        steps: the lines of a list of steps; none of Python.
+        steps: the lines of a list of steps; empty for Python.
     """
 
     power = False

@@ -1,6 +1,6 @@
-"""The name of the debugger of a test run in pytest's plugin manager.
+"""The name under which pytest's plugin manager has the debugger of a test run.
 
-It is called with each bench when the bench is opened.
+The debugger is called with each bench when the bench is opened.
 """
 
 DEBUGGER = "scanrack-debugger"

@@ -26,7 +26,7 @@ class PortOfTests:
     """Waits for a client at the first bench of a run of pytest.
 
     Args:
-        config: of the run.
+        config: pytest's configuration of the run.
     """
 
     def __init__(self, config: pytest.Config) -> None:
@@ -37,14 +37,14 @@ class PortOfTests:
         self._tried = False
 
     def __call__(self, bench: Bench) -> None:
-        """Debug a bench; without a client in time the test runs on."""
+        """Debug a bench; if no client connects in time, the test just continues."""
         if not self._tried:
             self._tried, self._adapter = True, self._connected()
         if self._adapter is not None and not self._adapter.over:
             InTest(self._adapter, bench)
 
     def _say(self, text: str) -> None:
-        """Print a line at the terminal, whatever pytest captures."""
+        """Print a line on the terminal, even while pytest captures output."""
         capture: Any = self._config.pluginmanager.getplugin("capturemanager")
         with nullcontext() if capture is None else capture.global_and_fixture_disabled():
             say(text)

@@ -8,11 +8,11 @@ Json = dict[str, Any]
 
 
 class DebugError(ValueError):
-    """A request that can't be done: a sentence for people."""
+    """A request that can't be carried out; the message is shown to the user."""
 
 
 def whole(arguments: Json, name: str, default: int | None = None) -> int:
-    """Return a whole number of a request; a DebugError without it, or for anything else."""
+    """Return a whole number of a request; a DebugError if it is missing or of another type."""
     value = arguments.get(name, default)
     if type(value) is not int:
         raise DebugError(f"{name} {value!r}: must be a whole number")
@@ -20,7 +20,7 @@ def whole(arguments: Json, name: str, default: int | None = None) -> int:
 
 
 def text(arguments: Json, name: str, default: str | None = None) -> str:
-    """Return a text of a request; a DebugError without it, or for anything else."""
+    """Return a text of a request; a DebugError if it is missing or of another type."""
     value = arguments.get(name, default)
     if not isinstance(value, str):
         raise DebugError(f"{name} {value!r}: must be a text")
@@ -28,7 +28,7 @@ def text(arguments: Json, name: str, default: str | None = None) -> str:
 
 
 def objects(arguments: Json, name: str) -> list[Json]:
-    """Return a list of objects of a request, empty without it; a DebugError for anything else."""
+    """Return a list of objects of a request, empty if it is missing; a DebugError for another type."""
     value = arguments.get(name) or []
     if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
         raise DebugError(f"{name} must be a list of objects")

@@ -1,4 +1,4 @@
-"""A recording: its scans are run again, forwards and backwards; nothing else runs."""
+"""Debugs a recording: its scans are run again, forwards and backwards."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ READ = 512
 """Scans whose images are read at once."""
 
 IDLE_S = 0.2
-"""Silence of a client after which a recording is run on."""
+"""Silence of a client after which the first run of a recording continues."""
 
 TOPICS = frozenset({"/events", "/faults"})
 
@@ -43,7 +43,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
     """Debug a recording until the client ends it.
 
     Raises:
-        ValueError: it can't be used, or has no such scan.
+        ValueError: the recording can't be used, or has no such scan.
     """
     with ExitStack() as stack:
         begun: list[Play] = []
@@ -74,7 +74,7 @@ def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    more, idle_s = True, IDLE_S  # scans whose first run is not over: it continues while the client is silent
+    more, idle_s = True, IDLE_S  # the first run of scans continues while the client is silent
     while not driver.over and not adapter.over:
         served = adapter.serve(0 if adapter.running else idle_s if more else None)
         more = more or served
@@ -85,7 +85,7 @@ def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> 
 
 
 def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitStack) -> Play:
-    """Return what plays a branch of a recording."""
+    """Return a function that runs a branch of a recording."""
     job = monitor.job
     assert job is not None
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -110,7 +110,7 @@ class RecordedScans(Subject):
         trace = monitor.subject.timeline.opened()
         assert trace is not None
         rack = address_name(trace.head.metadata.get("rack_file", ""))
-        self.folders = path.resolve().parent, Path(rack).parent  # where its files may be on this machine
+        self.folders = path.resolve().parent, Path(rack).parent  # where its files may be
         self.trace: Trace = trace
         self.words, self.units = monitor.subject.words, monitor.panel.units
         self._places: dict[int, Places] = {}
@@ -136,7 +136,7 @@ class RecordedScans(Subject):
 
     def memory(self, scan: int) -> bytes:
         """Return the images after a scan."""
-        if scan not in self._memories:  # those of the scans after it are next
+        if scan not in self._memories:  # the images of the scans after it will be read next
             rows = self.monitor.subject.timeline.between(scan, scan + READ)
             self._memories = {int(each["scan"]): each["words"].tobytes() for each in rows}
         return self._memories.get(scan, b"")
@@ -209,7 +209,7 @@ class RecordingDriver(Driver):
 
     def __init__(self, adapter: Adapter, subject: RecordedScans, first: int) -> None:
         self._adapter, self._subject, self._first = adapter, subject, first
-        self._looked = -1  # the scan up to which a search has come; -1 without one
+        self._looked = -1  # the scan that a search has reached; -1 = no search
         self.over = self.branched = False
 
     @override

@@ -1,4 +1,4 @@
-"""The requests as a table: `initialize` and the page of the docs are made from it."""
+"""The table of requests, from which `initialize` and the page of the docs are generated."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Request:
     """A request."""
 
     handle: Callable[[Adapter, Json], Json | None]  # returns the body of the response
-    says: str  # what it does, for the docs
-    needs: str = "subject"  # "nothing"; "subject", after launch or attach; "stop", while it stands
-    capability: str = ""  # what announces it; "" for a request that every adapter answers
+    says: str  # its description for the docs
+    needs: str = "subject"  # "nothing"; "subject", after launch or attach; "stop", while execution is stopped
+    capability: str = ""  # the capability that announces it; "" for a request that every adapter answers
 
 
 REQUESTS: Mapping[str, Request] = {
@@ -117,6 +117,6 @@ ALSO: Mapping[str, Any] = {
 
 
 def capabilities() -> Json:
-    """Return what `initialize` announces."""
+    """Return the capabilities that `initialize` announces."""
     announced: Json = {each.capability: True for each in REQUESTS.values() if each.capability}
     return {**announced, **ALSO}

@@ -1,4 +1,4 @@
-"""Requests that set breakpoints. Each replaces all of its kind, or of its file."""
+"""Requests that set breakpoints. Each replaces all breakpoints of its kind, or of its file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def data(adapter: Adapter, arguments: Json) -> Json:
 
 
 def exceptions(adapter: Adapter, arguments: Json) -> Json:
-    """Set the filters that stop."""
+    """Set the active exception filters."""
     names = arguments.get("filters") or []
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
@@ -74,7 +74,7 @@ def locations(adapter: Adapter, arguments: Json) -> Json:
 
 
 def data_info(adapter: Adapter, arguments: Json) -> Json:
-    """Say whether a value can have a breakpoint, and what changed it last."""
+    """Return whether a value can have a breakpoint, and its last change."""
     name = text(arguments, "name")
     if "variablesReference" in arguments and whole(arguments, "variablesReference"):
         tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(name)
@@ -119,7 +119,7 @@ def _scan(adapter: Adapter) -> int:
 
 
 def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) -> Json:
-    """Replace the breakpoints of a kind; one that can't be used is answered with the reason."""
+    """Replace the breakpoints of a kind; the answer to an unusable one has the reason."""
     answers: list[Json] = []
     good: list[Breakpoint] = []
     adapter.breakpoints[kind] = []

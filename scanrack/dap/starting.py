@@ -1,4 +1,4 @@
-"""Requests that begin and end a session: a rack that runs, or a trace."""
+"""Requests that begin and end a session with a running rack or a trace."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def launch(adapter: Adapter, arguments: Json) -> None:
 
 
 def attach(adapter: Adapter, arguments: Json) -> None:
-    """Open a trace, or a test that waits."""
+    """Open a trace, or connect to a waiting test."""
     if adapter.waits:
         launch(adapter, arguments)
         return

@@ -1,4 +1,4 @@
-"""What is debugged: scans that can be looked at by number, of a rack that runs or of a recording."""
+"""The subject of debugging: scans by number, of a running rack or of a recording."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SLICE = 512
 """Scans that are searched at once."""
 
 Poll = Callable[[int], None]
-"""Is called with the scan that a search has come to."""
+"""Called with the number of the scan that a search has reached."""
 
 
 class BrokenOffError(Exception):
-    """The client pauses a search.
+    """The client has paused a search.
 
     Args:
-        scan: what it has come to.
+        scan: the scan that the search has reached.
     """
 
     def __init__(self, scan: int) -> None:
@@ -48,9 +48,9 @@ class Subject(Protocol):
     """A rack and its scans.
 
     Attributes:
-        words: of the modules, by slot.
-        live: whether it runs, so that values can be set and further scans done.
-        units: of tags on the page, by name in capitals.
+        words: word names of the modules, by slot.
+        live: whether the rack runs, so that values can be set and further scans run.
+        units: units of tags on the page, by name in capitals.
     """
 
     words: Mapping[int, ModuleWords]
@@ -74,19 +74,19 @@ class Subject(Protocol):
         """Return the breakpoints that a scan meets; hit counts and log points have no effect."""
 
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
-        """Return the last scan before one that meets a breakpoint; None without one.
+        """Return the last scan before `scan` that meets a breakpoint, or None.
 
         Raises:
-            BrokenOffError: the client pauses.
+            BrokenOffError: the client has paused the search.
         """
 
     def first_after(
         self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
     ) -> tuple[int | None, int]:
-        """Return the first scan after one that meets a breakpoint, of a slice; and the last one looked at."""
+        """Return the first scan in a slice after `scan` that meets a breakpoint, and the last one checked."""
 
     def last_change(self, tag: str, scan: int) -> int | None:
-        """Return the last scan up to one that changed a tag; None without one."""
+        """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
         """Return why a tag has its value after a scan, then the causes in turn, each with its line."""
@@ -104,11 +104,11 @@ class Subject(Protocol):
         """Return the forced tags and images in a scan."""
 
     def prepare(self) -> bool:
-        """Do a part of what later steps back need; return whether more remains."""
+        """Do a part of the preparation for later steps back; return whether more remains."""
         return False
 
     def around(self, at: Callable[[], int]) -> ScanContext:
-        """Return what expressions about a scan read."""
+        """Return the context of expressions about a scan."""
         images = Images(self.words)
         return ScanContext(
             self.words,
@@ -123,7 +123,7 @@ class RungSubject(Subject):
     """A ladder program: its scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:
-        """Return what runs a scan again; a DebugError if that is impossible."""
+        """Return the replayer of a scan; a DebugError if it can't be run again."""
         raise NotImplementedError
 
     @override

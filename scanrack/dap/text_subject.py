@@ -1,6 +1,6 @@
 """Programs without rungs: plain Python, sequences, lists of steps. Their scans are run again by a twin.
 
-window    scans before the one to look at, whose lines are kept: steps back stay in it
+window    scans before the scan in view, whose lines are kept, so that steps back stay in it
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ from .variables import ValueNode, python_value
 from .view import Node, Stop, Tree, View
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
-"""Least and most scans before one that are kept with it, and their share of all scans up to it."""
+"""Minimum and maximum scans that are kept before a scan, and their share of all scans up to it."""
 
 QUICK = 8192
-"""Scans between two looks for requests that are only run."""
+"""Scans between two checks for requests while scans are only run."""
 
 POLLED = 1024
-"""Scans of a search between two looks for requests."""
+"""Scans of a search between two checks for requests."""
 
 
 class TextScan(View):
@@ -120,7 +120,7 @@ class TextScan(View):
 class TextSubject(Subject):
     """A program without rungs.
 
-    Three twins: one at the latest scan that was looked at, one before it, one at the scans that are searched.
+    Three twins: one at the scan that was looked at last, one before it, one for searches.
     """
 
     def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
@@ -145,7 +145,7 @@ class TextSubject(Subject):
         return found
 
     def _looked(self, scan: int) -> TextScan | None:
-        """Run the scans up to one again, and keep it with some before it."""
+        """Run the scans up to `scan` again, and keep it with some scans before it."""
         twins = self._shown, self._before
         near = (each for each in twins if 0 <= each.at < scan <= each.at + WINDOW)
         twin = next(near, twins[self._shown.at >= scan])
@@ -156,7 +156,7 @@ class TextSubject(Subject):
         return self._kept.get(scan)
 
     def _keep(self, twin: Twin, first: int, last: int) -> None:
-        """Keep the scans from one to another; a DebugError if they can't be repeated."""
+        """Keep the scans from `first` to `last`; a DebugError if they can't be repeated."""
         for number, own in twin.walk(first, last, Capture):
             assert isinstance(own, Capture)
             if twin.departs is None:
@@ -186,7 +186,7 @@ class TextSubject(Subject):
         return True
 
     def _fill(self, low: int) -> Iterator[None]:
-        """Keep the scans before one, in slices."""
+        """Keep the scans before the window, in slices."""
         first, twin = max(0, low - WINDOW_MOST), self._before
         twin.rewind(first)
         while twin.at + 1 < first:
@@ -199,7 +199,7 @@ class TextSubject(Subject):
     def _search(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
     ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
-        """Yield the scans from one to another that meet a breakpoint, in order."""
+        """Yield the scans from `first` to `last` that meet a breakpoint, in order."""
         twin, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
         continues = 0 <= twin.at == begin
         twin.rewind(first if continues else begin)
@@ -217,7 +217,7 @@ class TextSubject(Subject):
     def _looker(
         self, requested: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
     ) -> tuple[Looker, LinePoints]:
-        """Return what looks for breakpoints after each scan of a program, and what sees its lines."""
+        """Return the looker for breakpoints after each scan of a program, and the tracer of its lines."""
         points = LinePoints(ProgramValues(logic), in_frames=not self._steps)
         return Looker(requested, points, self.around(at), self.events), points
 
@@ -268,7 +268,7 @@ class TextSubject(Subject):
 
 
 def files_of(program: Path) -> list[Path]:
-    """Return the file of a program and those of the modules beside it that were imported."""
+    """Return the file of a program, and the files of imported modules in its folder."""
     return list(dict.fromkeys([program.resolve(), *WATCH.get().files(program.parent)]))
 
 

@@ -1,4 +1,4 @@
-"""Breakpoints of the editor and of the page are one list: those that both know appear in both.
+"""Keeps the breakpoints of the editor and of the page the same, if both support their kind.
 
 | breakpoint of an editor | on the page |
 |---|---|
@@ -16,23 +16,20 @@ from .breakpoints import BECOMES_TRUE, CHANGES, Breakpoint
 from .places import Places
 
 Spelled = Callable[[str], str]
-"""Returns what pages call a routine, "" for one that they do not name."""
+"""Returns the name of a routine on pages, "" if they have no name for it."""
 
 _RUNG = re.compile(r"(?P<rung>.+\.\d+)(?: (?P<when>changes|executes))?")
 _WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
 
 
 def page_names(one: Breakpoint, spelled: Spelled) -> list[str]:
-    """Return what the page calls a breakpoint; nothing for one that it does not know."""
+    """Return the page's names of a breakpoint; empty if the page does not support it."""
     when = _WHEN.get(one.condition.strip().lower())
     if when is None or one.hits or one.log or one.kind == "exception":
         return []
     if one.keys:
-        places = [(spelled(routine), number) for routine, number in one.keys]
-        return [f"{name}.{number}{when}" for name, number in places if name]
-    head, _, tail = one.name.rpartition(" ")
-    tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
-    return [tag] if tag and not one.condition else []
+        return [f"{name}.{number}{when}" for routine, number in one.keys if (name := spelled(routine))]
+    return [one.changing_tag] if one.changing_tag and not one.condition else []
 
 
 def of_page(name: str, number: int, places: Places) -> Breakpoint:
@@ -49,6 +46,6 @@ def of_page(name: str, number: int, places: Places) -> Breakpoint:
 def foreign(
     there: Sequence[str], own: Sequence[Breakpoint], spelled: Spelled
 ) -> tuple[list[str], Mapping[str, Breakpoint]]:
-    """Return the breakpoints of pages that an editor lacks, and those of the editor by their name there."""
+    """Return the breakpoints of pages that an editor lacks, and the editor's by their names on pages."""
     names = {name: each for each in own for name in page_names(each, spelled)}
     return [each for each in there if each not in names], names

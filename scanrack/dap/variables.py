@@ -7,7 +7,7 @@
     Inputs       modules, their words, the bits of a word by name
     Outputs
 
-A value is what the memory has at the place of the frame.
+Values are those in the memory at the place of the frame.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Parts:
 
     @property
     def size(self) -> Json:
-        """The number of its values, as the protocol has it."""
+        """The number of its values, as a protocol object."""
         length = self._where.dims[0] if self._where.dims else 0
         return {"indexedVariables": length} if length else {"namedVariables": len(_members(self._where))}
 
@@ -67,11 +67,11 @@ class Parts:
         return self._tree.view.engine.lowered.layout.files  # type: ignore[attr-defined, no-any-return]  # of rungs
 
     def children(self) -> Iterator[Json]:
-        """Yield them."""
+        """Yield the values."""
         return (self._tree.value(name, address) for name, address in self._names())
 
     def tag(self, name: str) -> str:
-        """Return the address of one."""
+        """Return the address of a member or element."""
         return _named(dict(self._names()), name)
 
 
@@ -82,42 +82,42 @@ class Names:
         self._tree, self._names = tree, names
 
     def children(self) -> Iterator[Json]:
-        """Yield those that the memory has."""
+        """Yield the tags that exist in the memory."""
         tags = self._tree.view.tags
         return (self._tree.value(name, address) for name, address in self._names() if address in tags)
 
     def tag(self, name: str) -> str:
-        """Return the full name of one."""
+        """Return the full name of a tag."""
         return _named(dict(self._names()), name)
 
 
 class ValueNode:
-    """The members of a value of Python, a copy of which was kept; those of the program's own can be set."""
+    """The members of the kept copy of a Python value; the program's own members can be set."""
 
     def __init__(self, tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> None:
         self._tree, self._values, self._owned = tree, values, owned
 
     def children(self) -> Iterator[Json]:
-        """Yield them."""
+        """Yield the values."""
         return (
             python_value(self._tree, name, each, owned=self._owned) for name, each in self._values.items()
         )
 
     def tag(self, name: str) -> str:
-        """Return the name of one that can be set."""
+        """Return the name of a member that can be set."""
         if not self._owned:
             raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
         return _named({each: each for each in self._values}, name)
 
 
 class BareText(str):
-    """A text that is shown without quotes."""
+    """A string that is shown without quotes."""
 
     __slots__ = ()
 
 
 def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -> Json:
-    """Return a value of Python as the protocol has it; lists and dicts open."""
+    """Return a Python value as a protocol object; lists and dicts can be opened."""
     more: Json = {"evaluateName": name} if owned else {}
     if isinstance(value, list | dict):
         inner = value if isinstance(value, dict) else {f"[{at}]": each for at, each in enumerate(value)}
@@ -147,7 +147,7 @@ class Modules:
             yield {"name": f"slot {slot}", "value": words.message, "type": "module", "node": node}
 
     def tag(self, name: str) -> str:
-        """Refuse: a module is no value."""
+        """Refuse: a module is not a value."""
         raise DebugError(f"{name} is a module: set one of its words or bits")
 
 
@@ -158,7 +158,7 @@ class Words:
         self._slot, self._words, self._image, self._read = slot, words, image, read
 
     def children(self) -> Iterator[Json]:
-        """Yield them with their bits by name."""
+        """Yield the words; each opens to its bits by name."""
         names = self._words.inputs if self._image == "I" else self._words.outputs
         for number, name in enumerate(names):
             value = self._read(self._slot, self._image, number)
@@ -191,7 +191,7 @@ class Bits:
         self._address, self._value, self._names = address, value, names
 
     def children(self) -> Iterator[Json]:
-        """Yield those with a name; all of a word without names."""
+        """Yield the bits with a name, or all bits of a word without names."""
         for bit in sorted(self._names) or range(16):
             name, value = self._names.get(bit, str(bit)), str(self._value >> bit & 1)
             yield {"name": name, "value": value, "type": "BOOL", "evaluateName": f"{self._address}.{bit}"}
@@ -238,22 +238,23 @@ def _named(addresses: dict[str, str], name: str) -> str:
     return addresses[name]
 
 
+def _unquoted(text: str) -> str:
+    quoted = len(text) > 1 and text[0] in "'\"" and text[-1] == text[0]
+    return text[1:-1] if quoted else text
+
+
 def value_in(text: str, current: object) -> Any:
-    """Return the value that a text means for a tag with a present value.
+    """Parse a text as a value of the same kind as a tag's present value.
 
     >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
     (31, True, True, 'run')
 
     Raises:
-        DebugError: it is not a value of that kind.
+        DebugError: the text is not a value of that kind.
     """
     written = text.strip()
     if isinstance(current, str):
-        return (
-            written[1:-1]
-            if written[:1] in "'\"" and written[-1:] == written[:1] and len(written) > 1
-            else written
-        )
+        return _unquoted(written)
     words = {"true": True, "false": False, "on": True, "off": False}
     if written.lower() in words:
         return words[written.lower()]

@@ -1,4 +1,4 @@
-"""A scan that is looked at, and the tree of its values that a client opens."""
+"""The scan in view, and the tree of its values that a client opens."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from .conditions import Values
 from .protocol import DebugError, Json
 
 ITEMS_MOST = 1_000
-"""Most values of one level that are sent if the client does not say which."""
+"""Maximum values of one level that are sent if the client does not select a range."""
 
 
 class Node(Protocol):
-    """Something with values in it."""
+    """A node of the tree, which contains values."""
 
     def children(self) -> Iterator[Json]:
-        """Yield its values as the protocol has them, with a `node` of what opens in turn."""
+        """Yield its values as protocol objects, with a `node` for each value that can be opened."""
 
     def tag(self, name: str) -> str:
-        """Return the tag or address that a value of it is; a DebugError if it can't be set."""
+        """Return the tag or address of one of its values; a DebugError if it can't be set."""
 
 
 class Tree:
     """The opened nodes by number, until the program moves on.
 
     Args:
-        view: it shows the place of the frame.
+        view: shows the place of the frame.
         forced: the forced names.
     """
 
@@ -61,7 +61,7 @@ class Tree:
         return {**child, "variablesReference": 0 if node is None else self.add(node)}
 
     def value(self, name: str, address: str) -> Json:
-        """Return a tag as the protocol has it, `name` as its short name."""
+        """Return a tag as a protocol object, `name` as its short name."""
         return self.view.value(self, name, address)
 
     def text(self, address: str, value: object) -> str:
@@ -73,19 +73,19 @@ class Tree:
 class Stop(NamedTuple):
     """A place before an instruction of a scan."""
 
-    order: int  # what is written after it has not happened yet
+    order: int  # writes after this index have not happened yet
     run: Any  # a LineRun; a TextRun of a language without rungs
     step: StepRun | None  # None before the first instruction of a rung
     depth: int  # calls around it
 
 
 class View(Protocol):
-    """A scan that is looked at, of any language.
+    """The scan in view, in any language.
 
     Attributes:
         scan: its number.
         tags: the values at the present place, by name.
-        values: what expressions read.
+        values: the values that expressions read.
     """
 
     scan: int
@@ -103,11 +103,11 @@ class View(Protocol):
         """Show a value that was set after the scan, until another place is shown."""
 
     def leave(self) -> None:
-        """Give back what runs scans again."""
+        """Release the replayer."""
         return
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """Return index and order of the place after the last change of a tag; None for one from outside."""
+        """Return index and order of the place after a tag's last change; None if it came from outside."""
 
     def frame(self, run: Any) -> str:
         """Return the name of the frame of a rung or line."""
@@ -129,12 +129,12 @@ class View(Protocol):
         """Yield the scopes of a frame; `run` is None outside of rungs."""
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
-        """Return a value as the protocol has it, `name` as its short name."""
+        """Return a value as a protocol object, `name` as its short name."""
 
     def described(self, tag: str) -> Iterator[str]:
-        """Yield what a hover says of a tag beside its value."""
+        """Yield further texts of a hover over a tag, besides its value."""
         return iter(())
 
     def own_word(self, slot: int, image: str, number: int) -> int | None:
-        """Return a word of an image as the program sees it at the place; None if it has no own one."""
+        """Return a word of the program's own image at the place; None if it has no such image."""
         return None

@@ -26,15 +26,15 @@ HEADER_MOST = 1 << 12
 
 
 class NonsenseError(ValueError):
-    """Bytes that are no message: the reason."""
+    """Bytes that are not a message; the text is the reason."""
 
 
 class Wire:
     """The connection to a client.
 
     Args:
-        requests: the stream that the client writes.
-        answers: the stream that it reads.
+        requests: the stream from the client.
+        answers: the stream to the client.
     """
 
     def __init__(self, requests: IO[bytes], answers: IO[bytes]) -> None:
@@ -56,13 +56,13 @@ class Wire:
             seconds: longest wait; None = without limit.
 
         Raises:
-            Empty: none has come in this time.
+            Empty: no message has arrived in this time.
         """
         return self._queue.get(timeout=seconds)
 
     def send(self, message: Mapping[str, Any]) -> None:
-        """Send a message with the next number; nothing if the client has gone."""
-        with self._sending, suppress(OSError, ValueError):  # the stream to read says that it has gone
+        """Send a message with the next number; do nothing if the client has disconnected."""
+        with self._sending, suppress(OSError, ValueError):  # the input stream reports the disconnection
             self._sent += 1
             data = json.dumps({"seq": self._sent, **message}).encode()
             self._answers.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))

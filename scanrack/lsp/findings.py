@@ -1,4 +1,4 @@
-"""Checks of documents: those that run Python in their own process, which may hang or print."""
+"""Checks of documents. Checks that run Python have their own process, since they may hang or print."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from scanrack.jobs.check.texts import LineRemark, check_texts
 from scanrack.jobs.trust.launcher import PIPE, TimeoutExpired, launch
 
 PATIENCE_S = 20
-"""Longest time of a check that runs Python; then its process ends."""
+"""Time limit of a check that runs Python; its process is then ended."""
 
 
 def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[LineRemark]:
-    """Return what is wrong in a file and in those that belong to it.
+    """Return the mistakes in a file and in the files that belong to it.
 
     Args:
-        texts: of the open documents.
-        trusted: whether modules in Python of its folder may be run.
+        texts: texts of the open documents.
+        trusted: whether Python modules in its folder may be run.
     """
     if not trusted:
         return check_texts(file, texts, run_python=False)
@@ -41,9 +41,9 @@ def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[Li
 
 
 def main() -> None:
-    """Check in its own process: a question on standard input, the answer on standard output."""
+    """Run a check in its own process: request on standard input, answer on standard output."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
-    with redirect_stdout(sys.stderr):  # what the program prints
+    with redirect_stdout(sys.stderr):  # the program's own output
         file, texts = json.load(sys.stdin.buffer)
         opened = {Path(path): text for path, text in texts.items()}
         found = check_texts(Path(file), opened, run_python=True)

@@ -1,4 +1,4 @@
-"""What stands at a place of a rack file: keys and values from the schema, by the tables around the place."""
+"""Keys and values at a position in a rack file, from the schema and the enclosing tables."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _schema() -> Node:
 
 
 def offers(text: str, line: int, column: int) -> list[Offer]:
-    """Return the keys or the values that may be written at a place.
+    """Return the keys or the values that are allowed at a position.
 
     Args:
         line: from 0.
@@ -44,7 +44,7 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
 
 
 def meaning(text: str, line: int, column: int) -> str:
-    """Return what the key at a place means, in Markdown; "" if there is none."""
+    """Return the meaning of the key at a position, in Markdown; "" if there is no key."""
     lines = text.splitlines()
     for found in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
         if found.start(1) <= column <= found.end(1):
@@ -58,11 +58,17 @@ def meaning(text: str, line: int, column: int) -> str:
 
 def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
     """Return the keys of the tables around a place, and what is written in the innermost one so far."""
-    headers = [number for number, line in enumerate(above) if _HEADER.match(line)]
-    start = headers[-1] if headers else -1
-    match = _HEADER.match(above[start]) if headers else None
-    path = match[1].replace('"', "").split(".") if match else []
+    headers = [(number, match[1]) for number, line in enumerate(above) if (match := _HEADER.match(line))]
+    start, header = headers[-1] if headers else (-1, "")
+    path = header.replace('"', "").split(".") if headers else []
     inside = "\n".join([*(line.partition("#")[0] for line in above[start + 1 :]), before])
+    open_tables = _open_tables(inside)
+    begin = open_tables[-1][1] if open_tables else 0
+    return [*path, *(key for key, _ in open_tables)], inside[begin:].rpartition(",")[2].rpartition("\n")[2]
+
+
+def _open_tables(inside: str) -> list[tuple[str, int]]:
+    """Return the key of each inline table that is still open, and where its contents begin."""
     open_tables: list[tuple[str, int]] = []
     for found in re.finditer(r'"[^"\n]*"?|[{}]', inside):
         if found[0] == "{":
@@ -70,8 +76,7 @@ def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
             open_tables.append((keys[-1] if keys else "", found.end()))
         elif found[0] == "}" and open_tables:
             open_tables.pop()
-    begin = open_tables[-1][1] if open_tables else 0
-    return [*path, *(key for key, _ in open_tables)], inside[begin:].rpartition(",")[2].rpartition("\n")[2]
+    return open_tables
 
 
 def _at(path: Sequence[str]) -> Iterator[Node]:
@@ -91,7 +96,7 @@ def _below(node: Node, key: str) -> Iterator[Node]:
 
 
 def _open(node: Node) -> Iterator[Node]:
-    """Yield a node without references, arrays and choices, with its own description."""
+    """Resolve references, arrays and choices; yield the resulting nodes, each with its own description."""
     own = {key: node[key] for key in ("description", "default") if key in node}
     if "$ref" in node:
         node = {**_schema()["$defs"][node["$ref"].rpartition("/")[2]], **own}

@@ -1,6 +1,6 @@
-"""What stands at a place of rungs or structured text: instructions, and what the text declares.
+"""Instructions and declarations at a position in rungs or structured text.
 
-The text need not be readable as a program: people type.
+The text need not be a valid program, since it is checked while people type.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ _KINDS = {
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """One line of a completion."""
+    """One entry of a completion list."""
 
     name: str
     kind: str  # "instruction", "tag", "member", "routine", "key" or "value"
     detail: str = ""
-    text: str = ""  # what it means
+    text: str = ""  # its meaning
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,13 +78,13 @@ def word_at(line: str, column: int) -> str:
 
 
 def declared_at(text: str, word: str) -> DeclarationLine | None:
-    """Return the declaration of a name or of the tag of an address; None if the text has none."""
+    """Return the declaration of a name, or of the tag in an address; None if the text has none."""
     base = re.split(r"[.\[]", word.rpartition("\\")[2] if "\\" in word else word, maxsplit=1)[0].upper()
     return next((each for each in declarations(text) if each.name.upper() == base), None)
 
 
 def meaning(text: str, line: str, column: int) -> str:
-    """Return what stands at a place, in Markdown; "" if nothing is known of it."""
+    """Return a description of the word at a position, in Markdown; "" if it is unknown."""
     word = word_at(line, column)
     spec = _instructions(text).get(word.upper())
     if spec is not None:
@@ -101,13 +101,13 @@ def meaning(text: str, line: str, column: int) -> str:
 
 
 def _instructions(text: str) -> Mapping[str, Spec]:
-    """Return the rows of the dialect of a text."""
+    """Return the instructions of the dialect of a text."""
     found = _DIALECT.search(text)
     return DIALECTS[found[1].lower() if found else LOGIX]
 
 
 def _blocks(text: str | None = None) -> Iterator[AddOn]:
-    """Yield the blocks that come with scanrack; of a text, those of the libraries that it uses."""
+    """Yield the blocks that come with scanrack, or only those of the libraries that a text uses."""
     for name in LIBRARIES:
         if text is None or re.search(rf"^\s*USE\s+{name}\b", text, re.IGNORECASE | re.MULTILINE):
             yield from load_library(name).add_ons.values()
@@ -140,7 +140,7 @@ def _plain(use: Use) -> str:
 
 
 def instruction_text(spec: Spec) -> str:
-    """Return what an instruction is, in Markdown: its operands, when it acts, its other name."""
+    """Return the description of an instruction in Markdown: its operands, when it acts, its other name."""
     lines = [f"```rung\n{signature(spec)}\n```", f"{spec.name} {_KINDS[spec.kind]}."]
     if spec.decides:
         lines[1] = f"{spec.name} acts on a true and on a false rung, and decides the condition after it."
@@ -165,7 +165,7 @@ def block_signature(block: AddOn) -> str:
 
 
 def block_text(block: AddOn) -> str:
-    """Return what a block is, in Markdown: its operands, what it does, its parameters."""
+    """Return the description of a block in Markdown: its operands, what it does, its parameters."""
     parameters = [
         f"{each.way.value} {each.name} : {each.type.name}{f'  // {each.comment}' if each.comment else ''}"
         for each in block.parameters
@@ -193,8 +193,15 @@ def _members(type_name: str) -> list[Offer]:
     return [Offer(each.name, "member", each.type.name) for each in members]
 
 
+def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
+    """Yield the instructions that rungs or structured text may have, each once."""
+    for each in {spec.name: spec for spec in _instructions(text).values()}.values():
+        if not each.instead if structured else each.in_rungs:
+            yield each
+
+
 def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
-    """Return what may be written at a place of rungs or structured text.
+    """Return the completions at a position in rungs or structured text.
 
     Args:
         before: the line up to there.
@@ -209,8 +216,7 @@ def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
         for each in declarations(text)
         if each.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
     ]
-    specs = {each.name: each for each in _instructions(text).values()}.values()
-    usable = (each for each in specs if (not each.instead if structured else each.in_rungs))
+    usable = _usable(text, structured=structured)
     named = (Offer(each.name, "instruction", signature(each), instruction_text(each)) for each in usable)
     blocks = (
         Offer(each.name, "instruction", block_signature(each), block_text(each)) for each in _blocks(text)

@@ -39,20 +39,20 @@ KINDS = {
 
 
 class RackServer(LanguageServer):
-    """The server, with what it has published about each document.
+    """The server, with its published findings of each document.
 
     Attributes:
-        trusted: whether the editor trusts its folder, so that modules in Python may be run.
+        trusted: whether the editor trusts its folder, so that Python modules may be run.
     """
 
     def __init__(self) -> None:
         super().__init__("scanrack", distribution_version("scanrack"))
         self.trusted = False
         self._waiting: dict[str, asyncio.Task[None]] = {}
-        self._others: dict[str, set[str]] = {}  # by document: other files that its last check spoke of
+        self._others: dict[str, set[str]] = {}  # by document: other files with findings of its last check
 
     def look(self, uri: str, *, rest_s: float = REST_S) -> None:
-        """Check a document after a rest, instead of a check that is still to come."""
+        """Schedule a check of a document after `REST_S`, replacing a pending check."""
         if (before := self._waiting.pop(uri, None)) is not None:
             before.cancel()
         if _path(uri).suffix in CHECKED:
@@ -92,7 +92,7 @@ def _path(uri: str) -> Path:
 
 
 def _diagnostic(remark: LineRemark, lines: Sequence[str]) -> types.Diagnostic:
-    """Return a remark as the protocol has it: to the end of its line."""
+    """Return a remark as a protocol object with a range to the end of its line."""
     at = min(remark.line, max(len(lines), 1)) - 1
     line = lines[at].rstrip() if at < len(lines) else ""
     start = len(line) - len(line.lstrip()) if remark.column is None else min(remark.column - 1, len(line))
@@ -107,12 +107,12 @@ def _units(text: str) -> int:
 
 
 def _column(line: str, units: int) -> int:
-    """Return the place in a line of a number of units of UTF-16."""
+    """Return the index in a line that corresponds to a number of UTF-16 units."""
     return len(line.encode("utf-16-le")[: 2 * units].decode("utf-16-le", "ignore"))
 
 
 def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
-    """Return the file of a question, its text, the line, and the place: line and column from 0."""
+    """Return the file of a request, its text, the line, and the position: line and column from 0."""
     document = server.workspace.get_text_document(params.text_document.uri)
     at = params.position.line
     line = document.lines[at].rstrip("\r\n") if at < len(document.lines) else ""
@@ -162,7 +162,7 @@ def _define(server: RackServer, params: types.DefinitionParams) -> types.Locatio
 
 
 def made() -> RackServer:
-    """Return the server with its answers."""
+    """Return the server with its handlers."""
     server = RackServer()
 
     def begin(params: types.InitializeParams) -> None:

@@ -1,1 +1,1 @@
-"""What the pytest plugin does: recordings of failed tests, their reports, and test routines."""
+"""Parts of the pytest plugin: recordings of failed tests, their reports, and test routines."""

@@ -1,4 +1,4 @@
-"""What a test leaves behind: the recordings of its benches, and what its report says of them."""
+"""The artifacts of a test: the recordings of its benches, and its report's lines about them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 SECTION = "scanrack"
 
 MOST_WHYS = 2
-"""Most tags whose answers are in a report."""
+"""Maximum tags that a report explains."""
 
 
 class OpenedBench(NamedTuple):
@@ -41,16 +41,16 @@ class OpenedBench(NamedTuple):
 
 
 class TestArtifacts:
-    """What a test leaves behind.
+    """The artifacts of a test.
 
     Attributes:
-        folder: where it leaves it.
+        folder: the folder of the artifacts.
 
     Args:
         base: the folder of all tests.
     """
 
-    __test__ = False  # for pytest: it is no test
+    __test__ = False  # for pytest: this class is not a test
 
     def __init__(self, item: pytest.Item, base: Path) -> None:
         self._test = item.nodeid
@@ -59,18 +59,18 @@ class TestArtifacts:
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtifactFolder(base, item.nodeid)
         self._opened: list[OpenedBench] = []
-        self._failed: BaseException | None = None  # the first failure: of a subtest, else of the test
-        self._ended = False  # by a failure, so that its recordings are ended
+        self._failed: BaseException | None = None  # the first failure, of a subtest or else of the test
+        self._ended = False  # by a failure, so that its recordings are complete
 
     def open(self, rack: Path) -> Bench:
         """Open a rack on a bench, recorded if the recording may be kept; see `open_bench`."""
         return self.add(rack.stem, partial(open_bench, rack))
 
     def add(self, name: str, opened: Callable[[Path | None], Bench]) -> Bench:
-        """Open a bench of a name, recorded if the recording may be kept.
+        """Open a bench with a name, recorded if the recording may be kept.
 
         Args:
-            opened: opens it, with its recording.
+            opened: opens the bench with its recording.
         """
         trace = None if self._keep == "never" else self._new_trace(name)
         bench = opened(trace)
@@ -86,7 +86,7 @@ class TestArtifacts:
         return next(path for name in names if (path := self.folder.path / f"{name}.mcap") not in taken)
 
     def close(self) -> None:
-        """Close all benches, the last one first; every one, even if one raises."""
+        """Close all benches, the last one first, even if one of them raises."""
         with ExitStack() as stack:
             for each in self._opened:
                 stack.callback(each.bench.close)
@@ -94,17 +94,17 @@ class TestArtifacts:
     def reported(
         self, report: pytest.TestReport, call: pytest.CallInfo[None], *, of_subtest: bool = False
     ) -> None:
-        """Add to the report of a failure; after the teardown remove what is not to be kept.
+        """Extend the report of a failure; after the teardown, remove artifacts that are not to be kept.
 
         Args:
-            of_subtest: the test goes on, and so do the recordings of its benches.
+            of_subtest: the test continues, and so do the recordings of its benches.
         """
         error: BaseException | None = None
         if report.failed:
             error = AssertionError() if call.excinfo is None else call.excinfo.value
             self._failed = self._failed or error
         elif report.when == "call" and not of_subtest:
-            error = self._failed  # a subtest's, with which the test fails, too
+            error = self._failed  # of a subtest, which makes the test fail, too
         if error is not None and not self._ended:
             self._ended = not of_subtest
             if self._opened:
@@ -155,16 +155,16 @@ class TestArtifacts:
 
 
 def _message(error: BaseException) -> str:
-    """Return what a failure says; the kind of an assertion says nothing."""
+    """Return the message of a failure, without the kind of an assertion."""
     message = str(error)
     return message if isinstance(error, AssertionError) and message else f"{type(error).__name__}: {message}"
 
 
 def tags_of(error: BaseException, bench: Bench) -> list[str]:
-    """Return the tags that a failure is about, two at most, the most telling first.
+    """Return the tags that a failure is about, two at most, the most relevant first.
 
-    These are the tags of a `NotReachedError` or of a false ASSERT; else the ones that the test has read since
-    the latest scan, those in the message first.
+    These are the tags of a `NotReachedError` or of a false ASSERT, or else the tags that the test has read
+    since the latest scan, those in the message first.
     """
     cause = error.__cause__ if isinstance(error, CpuFault) else error
     if isinstance(cause, (NotReachedError, LadderFault)):
@@ -177,7 +177,7 @@ def tags_of(error: BaseException, bench: Bench) -> list[str]:
 
 
 def _is_one_value(bench: Bench, tag: str) -> bool:
-    """Whether a tag is a number, a bit or a text: of a structure each part would have to be followed."""
+    """Whether a tag is a number, a bit or a text; a structure has no single cause."""
     try:
         return isinstance(bench[tag], (bool, int, float, str))
     except Exception:  # no such tag
@@ -185,7 +185,7 @@ def _is_one_value(bench: Bench, tag: str) -> bool:
 
 
 def _answer(bench: Bench, tag: str) -> str:
-    """Return why a tag is as it is; "" if the bench can't say: a report is no place for a second failure."""
+    """Return why a tag has its value; "" if the bench can't tell, since a report must not fail itself."""
     try:
         return bench.why(tag)
     except Exception:

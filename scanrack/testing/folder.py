@@ -1,4 +1,4 @@
-"""The folder of a test: what it leaves behind.
+"""The folder of a test's artifacts.
 
 scanrack-artifacts/                     with a .gitignore, which says that scanrack made it
 test_feeder.py--test_strokes/         of test_feeder.py::test_strokes
@@ -25,7 +25,7 @@ PASSED_MARK = ".scanrack-passed"
 PASSED = "passed"
 IGNORE = "# made by the pytest plugin of scanrack\n*\n"
 LONGEST = 80
-"""Characters of a folder's name, its digest apart."""
+"""Maximum characters of a folder's name, without its digest."""
 
 DIGEST = 8
 
@@ -33,7 +33,7 @@ _PLAIN = re.compile(r"\w+(\.\w+)*+((/|::)\w+(\.\w+)*+)*+", re.ASCII)
 
 
 def folder_names(test: str) -> tuple[str, ...]:
-    """Return the names that the folder of a test may have; the next one is for a name that is taken.
+    """Return the possible names of a test's folder; the second one is used if the first is taken.
 
     >>> folder_names("tests/test_feeder.py::test_strokes")
     ('tests-test_feeder.py--test_strokes', 'tests-test_feeder.py--test_strokes-c9a7e8d1')
@@ -57,7 +57,7 @@ def file_name(text: str) -> str:
 
 
 class ArtifactFolder:
-    """The folder of a test, made at its first use.
+    """The folder of a test, created at its first use.
 
     Args:
         base: the folder of all tests.
@@ -70,11 +70,11 @@ class ArtifactFolder:
 
     @property
     def path(self) -> Path:
-        """The folder, without what an earlier run left in it.
+        """The folder; the first access creates it and removes the artifacts of an earlier run.
 
         Raises:
-            OwnedError: folders that scanrack did not make have its names, or another run is writing to it.
-            OSError: it can't be made.
+            OwnedError: folders that scanrack did not create have its names, or another run is writing to it.
+            OSError: it can't be created.
         """
         if self._path is None:
             _make_base(self._base)
@@ -94,7 +94,7 @@ class ArtifactFolder:
         )
 
     def _may_take(self, path: Path) -> bool:
-        """Empty the folder if it is this test's; return whether the test may have it."""
+        """Empty the folder if it belongs to this test; return whether the test may use it."""
         if path.is_symlink() or (path.exists() and not path.is_dir()):
             return False
         if not path.exists() or not any(path.iterdir()):
@@ -111,12 +111,12 @@ class ArtifactFolder:
         return True
 
     def passed_trace(self, trace: Path) -> Path | None:
-        """Return the trace of that name of the last run that passed, if there is one."""
+        """Return the trace with that name from the last run that passed, if there is one."""
         path = trace.parent / PASSED / trace.name
         return path if path.is_file() else None
 
     def keep_passed(self) -> None:
-        """Keep the folder as that of a run that has passed."""
+        """Keep the folder, marked as that of a run that has passed."""
         if self._path is not None:
             (self._path / PASSED_MARK).touch()
             _remove(self._path / PASSED)
@@ -129,7 +129,7 @@ class ArtifactFolder:
         return marked == self._test.encode("utf-8", "backslashreplace")
 
     def remove(self) -> None:
-        """Remove the folder with all that is in it, if it was made."""
+        """Remove the folder and its contents, if it was created."""
         path, self._path = self._path, None
         if path is not None and not path.is_symlink() and self._is_own(path):
             shutil.rmtree(path)
@@ -155,7 +155,7 @@ def _empty(path: Path) -> None:
 
 
 def _remove(path: Path) -> None:
-    """Remove a file, a link or a folder, if it is there; what a link leads to stays."""
+    """Remove a file, a link or a folder if it exists; the target of a link stays."""
     if path.is_symlink() or not path.is_dir():
         path.unlink(missing_ok=True)
     else:
@@ -170,7 +170,7 @@ def _make_base(base: Path) -> None:
 
 
 def remove_base(base: Path) -> None:
-    """Remove the folder of all tests if scanrack made it and no test has left anything."""
+    """Remove the folder of all tests if scanrack created it and no test has artifacts."""
     ignore = base / ".gitignore"
     with suppress(OSError):
         if [*base.iterdir()] == [ignore] and ignore.read_text(encoding="utf-8") == IGNORE:

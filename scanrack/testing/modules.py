@@ -1,11 +1,11 @@
-"""A test kit for the author of a module: does it keep its contract, which docs/own-module.md has?
+"""A test kit for authors of modules: checks the contract in docs/own-module.md.
 
     from scanrack.testing.modules import check_module, record_in
 
     def test_the_blinker_keeps_its_contract() -> None:
         check_module(record_in(Path(__file__).with_name("blinker.py")))
 
-What is drawn depends on the seed and on nothing else.
+Random choices depend only on the seed.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ if TYPE_CHECKING:
 
 STEPS = 12
 LONGEST_NS = (2_000_000, 100_000_000, 1_000_000_000)
-"""Steps are as long as a scan, as the answer of a device, or as a motion."""
+"""Maximum lengths of a step: a scan, the answer of a device, or a motion."""
 
 NO_MACHINE = MachineSpec()
 
 Act: TypeAlias = Callable[[Any, int, int], None]
-"""What befalls a module at the beginning of a step: called with it, and the step's beginning and end, ns."""
+"""Acts on a module at the start of a step; called with the module, and the step's start and end, ns."""
 
 Pieces: TypeAlias = Callable[[int, int], Sequence[int]]
-"""Returns at which instants of a step, from its beginning to its end, ns, `update` is called as well."""
+"""Returns additional instants for calls of `update` in a step from its start to its end, ns."""
 
 Draw: TypeAlias = Callable[[Random], Sequence[int]]
 """Draws output words."""
 
 Shown: TypeAlias = tuple[Sequence[int], Sequence[Event]]
-"""What a module shows at an instant: its input words, and its events since the one before.
+"""The output of a module at an instant: its input words, and its events since the previous instant.
 
-Events of indicators are left out: LEDs are looked at when `update` is called.
+Events of indicators are left out: LEDs are evaluated when `update` is called.
 """
 
 
 class ContractError(AssertionError):
-    """A module breaks a promise of its contract; the message has the options, the seed and the step."""
+    """A module violates its contract; the message has the options, the seed and the step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Step:
         wait_ns: its length.
         words: the first output words; the others are 0.
         running: whether the controller is in run mode.
-        act: what befalls the module at its beginning.
+        act: acts on the module at its start.
     """
 
     wait_ns: int
@@ -82,14 +82,14 @@ def check_module(
     """Check that a module survives any words, repeats its runs, ignores extra calls, and decodes its names.
 
     Args:
-        record: of the module.
+        record: record of the module.
         options: by name; the others are drawn, their defaults or ends of their ranges.
-        seeds: each draws options and a script of a dozen steps.
-        words: draws output words that lead far into the module; `any_words` if left out.
+        seeds: each seed draws options and a script of a dozen steps.
+        words: draws output words that reach deep into the module's functions; `any_words` if left out.
         machine: the machine that the module moves.
 
     Raises:
-        ContractError: a promise that it does not keep.
+        ContractError: the module violates its contract.
     """
     for seed in seeds:
         drawn = _drawn_options(record, options or {}, Random(seed))
@@ -124,7 +124,7 @@ def record_in(path: Path, name: str = "RECORD") -> ModuleRecord:
 
 
 def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WORDS) -> list[Shown]:
-    """Play a script with a new module; return what it shows at 0 ns and at the end of each step.
+    """Play a script with a new module; return its output at 0 ns and at the end of each step.
 
     Args:
         size: number of its output words.
@@ -149,7 +149,7 @@ def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WOR
 
 
 def at_once(_begin_ns: int, _end_ns: int) -> Sequence[int]:
-    """Return no instant: `update` is called at the end only."""
+    """Return no instants: `update` is called only at the end."""
     return ()
 
 
@@ -170,7 +170,7 @@ def at_random(seed: int) -> Pieces:
 
 
 def any_words(dice: Random, size: int = WORDS) -> Sequence[int]:
-    """Draw output words of an image of a size: none, one bit, or words of any value, many of them small."""
+    """Draw the output words of an image: zeros, one bit, or words of any value, many of them small."""
     kind = dice.randrange(4)
     if kind == 0:
         return ()
@@ -181,7 +181,7 @@ def any_words(dice: Random, size: int = WORDS) -> Sequence[int]:
 
 
 def any_script(seed: int, words: Draw = any_words) -> list[Step]:
-    """Draw a dozen steps; in some the outputs stay, the controller does not run, or the power fails."""
+    """Draw a dozen steps; in some, the outputs stay, the controller does not run, or the power fails."""
     dice = Random(seed)
     script: list[Step] = []
     for _ in range(STEPS):
@@ -237,7 +237,7 @@ def _is_name(name: str) -> bool:
 
 
 def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
-    """Check that a view of an image with one bit has its name, and no other."""
+    """Check that a view of an image with one bit set shows its name, and no other."""
     image = Image(size=len(words.inputs))
     image.set_bit(at.word, at.bit, True)
     shown = str(record.status(image, words))
@@ -247,7 +247,7 @@ def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, word
 
 
 def _drawn_options(record: ModuleRecord, given: Options, dice: Random) -> Options:
-    """Draw options that are not given, if the module takes them together; else return those given."""
+    """Draw the options that are not given; return only the given ones if the module refuses the result."""
     if record.option_table is None:
         return given
     table = record.option_table()
@@ -263,7 +263,7 @@ def _drawn_options(record: ModuleRecord, given: Options, dice: Random) -> Option
 
 
 def _ends(field: FieldInfo) -> Sequence[Any]:
-    """Return the ends of an option's range; nothing for one without ends."""
+    """Return the ends of an option's range; empty if it has no range."""
     if field.annotation is bool:
         return (False, True)
     if get_origin(field.annotation) is Literal:

@@ -10,16 +10,16 @@ from typing import NamedTuple
 from scanrack.io_images.text_limits import shortened
 
 MOST_SCANS = 20_000
-"""A longer recording gets no page unasked: it would take more than three seconds."""
+"""A longer recording gets no page by default, since it would take more than three seconds."""
 
 MOST_RUN_S = 2.0
-"""A run of more processor time gets none either: its page takes a bit longer than the run did."""
+"""A run with more processor time gets no page either: the page takes a bit longer than the run."""
 
 WITH_ANSWERS = 8_000
-"""A longer one has no answers of why in its page: the report has them."""
+"""A longer recording has no explanations of tags in its page, only in the report."""
 
 SHOWN = 4_000
-"""Scans in the page, up to the failure."""
+"""Maximum scans in the page, up to the failure."""
 
 
 class FailedTest(NamedTuple):
@@ -34,11 +34,11 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     """Write the page of a recording beside it; return the line of the report.
 
     Args:
-        shown: what the report calls the trace.
+        shown: name of the trace in the report.
         scan: the scan of the failure.
-        tags: whose why the page answers.
+        tags: the tags whose values the page explains.
         run_s: processor time since the bench was opened, s.
-        test: the page opens on what it says.
+        test: the test, whose failure the page shows first.
     """
     if scan >= MOST_SCANS or run_s > MOST_RUN_S:
         return f"scanrack share {shlex.quote(shown)}   # the page takes some seconds"
@@ -51,6 +51,6 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     wish = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=answered, failure=failure)
     try:
         share(trace, page, wish)
-    except Exception as error:  # a report is no place for a second failure
+    except Exception as error:  # a report must not fail itself
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

@@ -23,7 +23,7 @@ class RoutineFile(pytest.File):
     """A file of test routines.
 
     Args:
-        artifacts_of: returns what a test leaves behind.
+        artifacts_of: returns the artifacts of a test.
     """
 
     def __init__(self, artifacts_of: Callable[[pytest.Item], TestArtifacts], **others: Any) -> None:
@@ -41,9 +41,9 @@ class RoutineFile(pytest.File):
 
 
 class RoutineTest(pytest.Item):
-    """A test routine: it runs behind the program of its rack for its time.
+    """A test routine: it runs after its rack's program in each scan, for its time.
 
-    It passes when each of its ASSERTs was reached, and none anywhere was false.
+    It passes if each of its ASSERTs was reached, and no ASSERT of the program was false.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class RoutineTest(pytest.Item):
         self._artifacts_of(self).close()
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
-        """Return what went wrong in the words of the program, without Python's traceback."""
+        """Return the failure in terms of the program, without Python's traceback."""
         error = excinfo.value
         if isinstance(error, CpuFault):
             return f"{_said(error)}\n{self._picture}".rstrip()
@@ -83,7 +83,7 @@ class RoutineTest(pytest.Item):
         return str(error) if has_message else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Return file, line from 0, and what the head of a report shows."""
+        """Return file, line from 0, and the heading of a report."""
         return self.path, self._file.routines[self.name] - 1, self.name
 
 

@@ -1,7 +1,7 @@
-"""`pytest --rung-coverage`: what the tests have gone through of the programs that they opened on the bench.
+"""`pytest --rung-coverage`: how much the tests covered of the programs that they opened on the bench.
 
 The page `rung-coverage.html` goes into the folder of pytest's configuration. Under pytest-xdist each process
-gathers, and the first puts it together.
+collects coverage, and the first process combines it.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ class CoverageReport:
         OBSERVER.set(self._gathered)
 
     def pytest_unconfigure(self) -> None:
-        """Gather no more."""
+        """Stop collecting coverage."""
         OBSERVER.set(self._before)
 
     def pytest_sessionfinish(self, session: Any) -> None:
-        """Send what a worker has gathered to the first process."""
+        """Send the coverage of a worker to the first process."""
         output = getattr(self._config, "workeroutput", None)
         if output is not None:
             output[KEY] = self._gathered.row()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:
-        """Take what a worker has sent; one that was killed has sent nothing."""
+        """Add the coverage that a worker has sent; a killed worker has sent nothing."""
         self._gathered.merge(getattr(node, "workeroutput", {}).get(KEY, {}))
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
-        """Write the page, and say in a line how much was covered."""
+        """Write the page, and print a line with the coverage."""
         programs = list(self._gathered.programs())
         page = Path(self._config.rootpath) / PAGE
         terminalreporter.section("rung coverage")

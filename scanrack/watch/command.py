@@ -89,6 +89,14 @@ def _watch_recording(options: WatchArguments) -> int:
         return watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
 
 
+def _check_live(options: WatchArguments, factor: float | None) -> None:
+    """Refuse options that a real controller can't have, and those that only one has."""
+    if options.live and (options.paused or factor != 1):
+        raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
+    if options.control and not options.live:
+        raise ValueError("--allow-writes goes with --live")
+
+
 def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     """Return the rack and the options of its session; raise ValueError if an option can't be used."""
     from scanrack.jobs.load.exports import begun
@@ -102,10 +110,7 @@ def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     export = begun(keep_values=options.keep_values, memory=options.memory)
     job = load_job(options.rack, export=export)
     check_ports(job.spec, realtime=True, live=options.live)
-    if options.live and (options.paused or factor != 1):
-        raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
-    if options.control and not options.live:
-        raise ValueError("--allow-writes goes with --live")
+    _check_live(options, factor)
     if options.record is not None:
         check_recording(job, options.record, keep=keep)
     held = forces_to_hold(job, options.forces)

@@ -81,11 +81,11 @@ class Editor:
         self._programs = EditedPrograms(job, rack, run, editions)
         self._online = OnlineEdit(self._programs)
         self._typed = TypedText(self._programs, run, trust=manner.trust)
-        self._asked: deque[tuple[ToEditor, Reply]] = deque()
+        self._orders: deque[tuple[ToEditor, Reply]] = deque()
         self._exchanging = 0  # exchanges whose outcome is not yet handled; used only by this thread
         self._exchanged: deque[Exchange] = deque()
         self._ending, self._wake = threading.Event(), threading.Event()
-        self._wanted = False
+        self._requested = False
         self._restart = ""
         self._state: Json = {}  # state of edited rungs, as last sent to pages
         context = copy_context()  # the context in which programs are loaded
@@ -103,7 +103,7 @@ class Editor:
 
     def load_soon(self, restart: str = "") -> None:
         """Have the program's current version loaded beside the scans; `restart` is as in an order."""
-        self._restart, self._wanted = restart, True
+        self._restart, self._requested = restart, True
         self._wake.set()
 
     def lasting(self) -> Iterable[Json]:
@@ -117,9 +117,9 @@ class Editor:
         Raises:
             ValueError: too many requests are waiting.
         """
-        if len(self._asked) >= ASKED_MOST:
+        if len(self._orders) >= ASKED_MOST:
             raise ValueError(f"{ASKED_MOST} previews are being made: ask again in a moment")
-        self._asked.append((order, reply))
+        self._orders.append((order, reply))
         self._wake.set()
 
     def _watch(self) -> None:
@@ -137,11 +137,11 @@ class Editor:
 
     def _attend(self) -> None:
         """Answer pages, then load or preview the program if an order or a saved file requires it."""
-        while self._asked:
+        while self._orders:
             self._follow()  # handles outcomes that a page may know from an earlier answer
-            self._answer(*self._asked.popleft())
+            self._answer(*self._orders.popleft())
         self._follow()
-        requested, self._wanted = self._wanted, False
+        requested, self._requested = self._requested, False
         if requested or self._programs.is_rewritten():
             self._programs.look()
             if self._saved_elsewhere is not None and not requested:
@@ -240,10 +240,10 @@ class Editor:
 
         def give() -> None:
             try:
-                reported = {"ok": True, **answer()}
+                result = {"ok": True, **answer()}
             except Exception as error:
-                reported = {"refused": str(_named(error))}
-            reply(reported)
+                result = {"refused": str(_named(error))}
+            reply(result)
 
         self._hand_over(give)
         if then is not None:
@@ -254,12 +254,12 @@ class Editor:
         if self._exchanging:  # whether the step fits depends on the outcome
             raise ValueError("the program is being exchanged: ask again in a moment")
         step, programs = self._online.take(order), self._programs
-        state = self._online.state(step.wanted)
+        state = self._online.state(step.version)
         if step.job is not None:
-            self._exchange(self._to_version(step.wanted, step.job, partial(self._online.undo, step)))
+            self._exchange(self._to_version(step.version, step.job, partial(self._online.undo, step)))
 
         def answer() -> Json:
-            if programs.running.files != step.wanted.files:
+            if programs.running.files != step.version.files:
                 raise ValueError(f"{order.step}: the program could not be exchanged: the one before runs")
             self._show(state)
             if step.note:

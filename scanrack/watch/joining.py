@@ -73,20 +73,23 @@ def joined(modules: Mapping[str, str]) -> PageScript:
     for name in order:
         module = read[name]
         own = {each: f"{each}${numbers[name]}" for each in module.names}
-        spaces = {each: file for each, (file, what) in module.imports.items() if what == "*"}
-        taken = {
-            each: _final(read, numbers, name, *place)
-            for each, place in module.imports.items()
-            if each not in spaces
-        }
-        finals = {file: _exports(read, numbers, file) for file in spaces.values()}
-        code = _renamed(module.code, own | taken, {each: finals[file] for each, file in spaces.items()})
+        code = _renamed(module.code, *_finals(read, numbers, name, own))
         parts.append(_restored(_MARGIN.sub(_join_line, code), module.texts))
         exports = _exports(read, numbers, name)
         exported += [own[each] for each, shown in module.names.items() if shown]
         listed = ", ".join(f"{final} as {each}" for each, final in exports.items())
         facades[name] = f'export {{ {listed} }} from "./{PAGE}";\n'
     return PageScript(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
+
+
+def _finals(
+    read: Mapping[str, _Module], numbers: Mapping[str, int], name: str, own: Mapping[str, str]
+) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
+    """Return the final name of each name in a module, and those of each module that it imports as a whole."""
+    imports = read[name].imports.items()
+    taken = {each: _final(read, numbers, name, *place) for each, place in imports if place[1] != "*"}
+    spaces = {each: _exports(read, numbers, file) for each, (file, what) in imports if what == "*"}
+    return {**own, **taken}, spaces
 
 
 def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[str]:

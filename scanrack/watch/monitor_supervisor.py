@@ -120,7 +120,7 @@ class MonitorSupervisor:
             self._process.kill()
             self._process.wait()
         self._listening.close()
-        return not self._died or self._ring.asked > 0
+        return not self._died or self._ring.requests > 0
 
 
 class NoMonitor:

@@ -78,7 +78,7 @@ class AcceptedEdit(NamedTuple):
 class Step(NamedTuple):
     """The effects of a step: the version to run, and the previous state."""
 
-    wanted: ProgramVersion
+    version: ProgramVersion
     job: LoadedRack | None  # its program, not yet used by an engine; None if it already runs
     note: str
     stage: str
@@ -108,19 +108,20 @@ class OnlineEdit:
             OSError: a file can't be written; nothing has changed.
         """
         self.settle()
-        move, running, edit = MOVES[order.step], self._programs.running, self.edit
+        move, running, edit, note = MOVES[order.step], self._programs.running, self.edit, ""
         self._check_allowed(order, running)
         if order.step == "accept":
             edit = self._accepted(order, running)
+            note = edit.changes
         elif order.step in OF_FILE:
             edit = self._from_file(order, running)
-        note = edit.changes if order.step == "accept" and edit is not None else ""
-        note = self._programs.save_running() if order.step == "save" else note
-        requested = running
-        if edit is not None and order.step != "save":
-            requested = edit.edited if move.runs_edited else edit.before
-        job = None if requested.files == running.files else self._job_of(requested)
-        step = Step(replace(requested, retained=None), job, note, self.stage, self.edit)
+        version = running
+        if order.step == "save":
+            note = self._programs.save_running()
+        elif edit is not None:
+            version = edit.edited if move.runs_edited else edit.before
+        job = None if version.files == running.files else self._job_of(version)
+        step = Step(replace(version, retained=None), job, note, self.stage, self.edit)
         self.stage, self.edit = move.stage, edit if move.stage else None
         return step
 
@@ -141,12 +142,12 @@ class OnlineEdit:
     def state(self, running: ProgramVersion) -> Json:
         """Return the state for pages, given the version that now runs."""
         data, on_disk = running.files[self._programs.name], self._programs.on_disk
-        reported: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
+        state: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
         if self.edit is not None:
             draft = self.edit.draft
-            reported |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
-            reported |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
-        return reported
+            state |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
+            state |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
+        return state
 
     def _digest(self, version: ProgramVersion) -> str:
         return digest(version.files[self._programs.name])
@@ -158,6 +159,10 @@ class OnlineEdit:
             raise ValueError(lacks or "the program has no rungs: reload it")
         if self.stage not in MOVES[order.step].sources:
             raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
+        self._check_seen(order, running)
+
+    def _check_seen(self, order: Online, running: ProgramVersion) -> None:
+        """Raise a ValueError if the page of a step has seen another program or edit."""
         if order.step in ("accept", "save"):
             if (order.base or order.step == "accept") and order.base != self._digest(running):
                 raise ValueError("the program was edited meanwhile: edit the one that runs now")

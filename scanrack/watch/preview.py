@@ -129,8 +129,8 @@ def preview_of(
         ("old", each.get("old")) for each in refused
     }
     rows = rows_of(*texts, marked)
-    reported = () if edit is None else (*edit.groups, *effects)
-    groups = [(title, list(names)) for title, names in reported if names]
+    sections = () if edit is None else (*edit.groups, *effects)
+    groups = [(title, list(names)) for title, names in sections if names]
     return {
         "file": program.name,
         "rows": rows[:MOST_ROWS],

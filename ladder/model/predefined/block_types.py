@@ -1,4 +1,4 @@
-"""Structures of function blocks: those that structured text calls, and those of diagrams alone.
+"""Structures of function blocks: blocks that structured text calls, and blocks of diagrams only.
 
 [1756-RM003 and 1756-RM006, structures of each block]
 """
@@ -38,7 +38,7 @@ BLOCK_STRUCTURES: Mapping[str, Structure] = {
     **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
     **BLOCKS,
 }
-"""The same with timers, counter and one-shots."""
+"""Structure of each block instruction, including timers, counters and one-shots."""
 
 BLOCK_TYPES: Mapping[str, Structure] = {each.name: each for each in BLOCKS.values()}
 

@@ -1,8 +1,8 @@
 """Data types of motion: axes, motion instructions, groups, coordinate systems, cams.
 
 Bits and members are those of the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
-chapter "Motion Instruction Structure"]. All kinds of axis have the same members here, those which programs
-name most; a missing member is refused at its line; an L5X adds it to the type.
+chapter "Motion Instruction Structure"]. All types of axis have the same members here: the ones that programs
+use most. A missing member is an error at its line; an L5X adds it to the type.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ AXIS_MEMBERS: tuple[Member, ...] = (
 )
 
 PLANNERS = ("move", "jog", "gear", "whole")
-"""What moves an ideal axis at the same time, see `ideal_axis`; `whole` is for paths and for MAS of All."""
+"""Motions that an ideal axis can superimpose, see `ideal_axis`; `whole` is for paths and for MAS of All."""
 
 
 def _course(prefix: str = "") -> tuple[Member, ...]:
@@ -165,8 +165,8 @@ AXIS_TYPES: Mapping[str, Structure] = {
     },
     **{name: Structure(name, _ANALOG_MEMBERS, hidden=_OF_AXES) for name in ("AXIS_SERVO", "AXIS_GENERIC")},
 }
-"""The kinds of axis, by name; `position` is ActualPosition in double precision at `shown_ns`, `axis` the
-number of the axis: above 0 on a 3601, below 0 an ideal one, whose state the other hidden members are."""
+"""The axis types by name. `position` is ActualPosition in double precision at `shown_ns`. `axis` is the axis
+number: above 0 on a 3601, below 0 for an ideal axis. Other hidden members are the state of an ideal axis."""
 
 
 def is_axis(kind: DataType) -> bool:
@@ -202,7 +202,7 @@ _ENDS = (
     *members(LREAL, "next_speed next_up next_down next_up_share next_down_share"),
     *members(LINT, "next_claim"),
 )
-"""Ends of a path, that of the pending one, and how it goes there."""
+"""Start and end of a path, then the end and the dynamics of the pending path."""
 
 COORDINATE_SYSTEM = Structure(
     "COORDINATE_SYSTEM",

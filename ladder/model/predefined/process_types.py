@@ -47,8 +47,8 @@ def block_structure(
     """Return the structure of a block: EnableIn, inputs, EnableOut, outputs, status.
 
     Args:
-        name: of the type.
-        inputs: its input parameters, see `_members`; with `TIMING` those of the timing modes.
+        name: name of the type.
+        inputs: its input parameters, see `_members`; `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
         faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None without Status.
         hidden: what it remembers from call to call.
@@ -317,7 +317,7 @@ PROCESS: Mapping[str, Structure] = {
         hidden="BOOL ran running asked LREAL x1 exact",
     ),
 }
-"""By instruction."""
+"""Structure of each instruction."""
 
 ARRAYS: Mapping[str, tuple[str, ...]] = {
     "DEDT": ("Storage",),
@@ -326,7 +326,7 @@ ARRAYS: Mapping[str, tuple[str, ...]] = {
     "MSTD": ("Storage",),
     "RMPS": ("RampValue", "SoakValue", "SoakTime"),
 }
-"""Arrays of REAL that a block has beside its structure, in the order of structured text.
+"""Arrays of REAL that a block takes in addition to its structure, in the order of structured text.
 
 An export names them with or without `Array` at the end.
 """

@@ -2,7 +2,7 @@
 
 | file | content |
 |---|---|
-| `kinds` | one row per command: allowed states, condition of its end, how it yields |
+| `kinds` | one row per command: allowed states, end condition, how it yields |
 | `errors` | ErrorID and the exceptions |
 | `link`, `evidence` | the link to the module; whether it has accepted a command |
 | `command` | one command and its outcome |

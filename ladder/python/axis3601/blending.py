@@ -41,7 +41,7 @@ class BlendProgramming(Command):
         self.handshake_over = False
 
     def fill(self, header: BlendHeader, segments: Sequence[BlendSegment]) -> None:
-        """Store the blocks to send; a ValueError if the header has another number of segments."""
+        """Store the blocks to send; raise a ValueError if the header has a different number of segments."""
         if header.segments != len(segments):
             raise ValueError(f"the header is of {header.segments} segments, and there are {len(segments)}")
         self.take(header.to_image())

@@ -16,7 +16,7 @@ from .link import LinkedWait
 
 
 class Handshake(Protocol):
-    """The words of the current command in a `Drive`."""
+    """The handshake with the module, as a command sees its `Drive`."""
 
     out: array[int]  # the eight words that are sent
     lsw: int  # status word 1
@@ -62,7 +62,7 @@ class Command(LinkedWait[None]):
         self.outcome = Outcome.BUSY  # whether it waits, runs, is done, aborted or failed
         self.ended = False  # whether its outcome is final
         self.error_id = ErrorId(0)  # the ErrorID of the function block; 0 without an error
-        self.detail = ""  # more about the error
+        self.detail = ""  # details of the error
         self._is_active = False
 
     @property
@@ -82,7 +82,7 @@ class Command(LinkedWait[None]):
 
     @property
     def aborted(self) -> bool:
-        """Whether another command has taken the axis."""
+        """Whether another command has taken over the axis."""
         return self.outcome is Outcome.ABORTED
 
     @property
@@ -100,7 +100,7 @@ class Command(LinkedWait[None]):
 
     @override
     def result(self) -> None:
-        """Return None when it is done; an AxisError if it failed, CommandAborted if another took the axis."""
+        """Return None if it is done; raise an AxisError if it failed, CommandAborted if another took over."""
         if self.outcome is Outcome.ERROR:
             raise AxisError(f"{self!r}: {reasons(self.error_id, self.detail)}", self.error_id)
         if self.outcome is Outcome.ABORTED:
@@ -118,7 +118,7 @@ class Command(LinkedWait[None]):
         self.words = array("h", image.words)
 
     def attend(self, drive: Handshake, now_ns: int) -> None:
-        """Act in a scan of its execution."""
+        """Act in a scan in which it is executed."""
 
     def activate(self, now_ns: int) -> None:
         """Note that its words are sent in this scan."""

@@ -6,8 +6,8 @@
     SENT          the command                             when the module moves, or has had time to answer
     UNDER_WAY     the command; 0 in word 0 where the      at its end, or with a newer command
                   module continues by itself
-    YIELDING      what brings it to rest                  at rest
-    RESETTING     RESET_ERRORS                            when COMMAND_ERROR is gone
+    YIELDING      what stops the axis                     at rest
+    RESETTING     RESET_ERRORS                            when COMMAND_ERROR is off
     ZEROS         zeros, so that the next command is      when they have crossed the backplane
                   a transition from 0 to 1
 
@@ -15,7 +15,7 @@ A step has settled after the round trip and two scans with a good link: words ha
 the backplane both ways. The steps are those of the add-on instruction Amci3601 in
 `ladder/blocks/axis3601.rung`.
 
-`judge` reads the inputs at the beginning of a scan, `send` writes the words at its end.
+`judge` reads the inputs at the start of a scan, `send` writes the words at its end.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Drive:
     """Sends commands to a module and judges its answers.
 
     Attributes:
-        kind: of the latest command sent.
+        kind: kind of the latest command sent.
         out: the eight words that are sent.
-        running: the command of the words; None at rest.
+        running: the command whose words are sent; None at rest.
         pending: the next command.
         newest: the newest command of all.
         error_stop: whether a command has failed since the last reset.
@@ -96,7 +96,7 @@ class Drive:
         trip_ns: time for words to cross the backplane both ways.
         owner: the name of the axis, for messages.
         parameters_first: send the command bit a round trip after the parameters.
-        late: judge the inputs after the logic, as rungs do, for comparisons with them.
+        late: judge the inputs after the logic, as rungs do; for comparisons with rungs.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class Drive:
         """Attach to the images of a slot and its link, and reset.
 
         Args:
-            translation: of a networked drive.
+            translation: translation of a networked drive's words.
         """
         self._clock, self.link = clock, link
         self._translation, self._slot_words = translation, inputs.words
@@ -194,7 +194,7 @@ class Drive:
         return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
 
     def ask(self, command: Command) -> None:
-        """Request a command; the previous one is aborted."""
+        """Request a command; this aborts the previous one."""
         if self.newest is not None:
             self.newest.end(Outcome.ABORTED)
         self.newest = self.pending = command
@@ -232,7 +232,7 @@ class Drive:
         )
 
     def send(self, now_ns: int) -> None:
-        """Write the words, after the logic; a RuntimeError if another writer has changed them."""
+        """Write the words, after the logic; raise a RuntimeError if another writer has changed them."""
         if self._raw.tobytes() != self._sent:
             self._refuse_other_writer()
         if self._quiet:
@@ -281,7 +281,7 @@ class Drive:
         self._end_command(moving=moving, stuck=self._is_stuck(now_ns))
 
     def _end_command(self, *, moving: bool, stuck: bool) -> None:
-        """End the command of the words if it has failed, is done, or does not come to an end."""
+        """End the running command if it has failed, is done, or is stuck."""
         under_way = self.step == _UNDER_WAY
         if faults := self._command_faults():
             self._fail(faults)
@@ -292,7 +292,7 @@ class Drive:
             self._fail(faults_of(self.msw) | ErrorId.NOT_DONE)
 
     def _command_faults(self) -> int:
-        """Return the ErrorID of a command that has failed, 0 for one that has not."""
+        """Return the ErrorID if the running command has failed, else 0."""
         commanded = _SENT <= self.step <= HandshakeStep.YIELDING
         lost = commanded and self.kind is not CONFIGURE and _is_lost(self.msw)
         if not lost and self.step != _UNDER_WAY:
@@ -301,7 +301,7 @@ class Drive:
         return int(ErrorId.CONFIG_ERROR) if lost and not faults else faults
 
     def _unfit(self) -> int:
-        """Return the ErrorID of a networked drive that can't move; it has bits for this that a 3601 lacks."""
+        """Return the ErrorID of a networked drive that can't move, from bits that a 3601 does not have."""
         drive = self._translation
         if drive is None or self.msw < 0:
             return 0
@@ -337,7 +337,7 @@ class Drive:
         return self._evidence.proves(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
-        """Whether the axis has rested so long that the step can't end by itself."""
+        """Update and return whether the axis has rested so long that the step can't end by itself."""
         idle = (self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING) and not (
             self.moving or self.link.down
         )
@@ -351,7 +351,7 @@ class Drive:
         self._finish(Outcome.ERROR, error_id, self._what_happened(error_id))
 
     def _what_happened(self, error_id: int) -> str:
-        """Return the link, its instants, and the status of an axis at rest."""
+        """Describe the link with the times of its changes, and the status of an axis at rest."""
         found = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
             found.append(f"the status is {' '.join(self._status_names())}")
@@ -383,7 +383,7 @@ class Drive:
         """Stop the command under way, or change its speed."""
         if self.step == HandshakeStep.PARAMETERS:
             self.running = None
-            self._clear(HandshakeStep.ZEROS)  # nothing has been commanded
+            self._clear(HandshakeStep.ZEROS)  # no command bit was sent
         if self.step != _UNDER_WAY:
             return
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
@@ -405,7 +405,7 @@ class Drive:
         if self.step == HandshakeStep.YIELDING and not self.moving:
             self.running = None
             self._clear(HandshakeStep.ZEROS)
-            if command_error:  # a Hold that reached a move at its very end
+            if command_error:  # a Hold that arrived just as a move ended
                 self.out[0] = _RESET_ERRORS
                 self.step = HandshakeStep.RESETTING
         elif self.step == HandshakeStep.RESETTING and (self._stuck or not command_error):
@@ -427,7 +427,7 @@ class Drive:
         """Send the command bits after the parameters; word 1 first if both words have command bits."""
         if command.words[0] and self.out[1] != command.words[1]:
             self.out[1] = command.words[1]
-            self._since_ns = None  # they have to cross, too
+            self._since_ns = None  # word 1 has to cross the backplane first
         else:
             self._start(command, now_ns)
             self.step = _SENT
@@ -452,12 +452,12 @@ class Drive:
                 self.step = _SENT
 
     def _has_old_error(self, command: Command) -> bool:
-        """Whether Reset Errors comes before a motion: the next move clears an INPUT_ERROR of a 3601 only."""
+        """Whether a motion needs Reset Errors first: only a 3601's next move clears an INPUT_ERROR."""
         moves = self._translation is not None and command.kind.state is not State.STANDSTILL
         return moves and self.msw & _INPUT_ERROR != 0 and self._cleared is not command
 
     def _refused_by_now(self, kind: CommandKind) -> int:
-        """Return why a queued command is refused: the axis has failed meanwhile."""
+        """Return the ErrorID if the axis has failed since a command was queued, else 0."""
         if kind in NOTHING_TO_SEND or kind is CONFIGURE:
             return 0
         if (self.error_stop and kind is not RESET) or _is_lost(self.msw):
@@ -476,7 +476,7 @@ class Drive:
         self.step = step
 
     def _write(self, words: Sequence[int]) -> None:
-        """Write words without parameters; `parameters_first` keeps the old ones against partial updates."""
+        """Write words without parameters; `parameters_first` keeps the old ones, against partial updates."""
         if self.parameters_first:
             self.out[0] = words[0]
             self.out[1] &= _COMMAND_BITS

@@ -22,7 +22,7 @@ AxisConfiguration = Configuration | tuple[int, ...]
 
 
 def checked_configuration(given: object) -> AxisConfiguration:
-    """Return a configuration as an axis keeps it; ValueError for anything else."""
+    """Return a configuration as an axis stores it; raise a ValueError for anything else."""
     if isinstance(given, Configuration):
         return given
     if isinstance(given, Sequence) and len(given) == WORDS and all(map(_is_word, given)):
@@ -45,7 +45,7 @@ def wrong_configuration(given: AxisConfiguration, model: Model | None) -> str:
     """Return why a module can't have a configuration; "" if it can.
 
     Args:
-        model: of the drive, or None for a module with a 3601's words.
+        model: model of the drive, or None for a module with a 3601's words.
     """
     if model is None:
         return (
@@ -58,7 +58,7 @@ def wrong_configuration(given: AxisConfiguration, model: Model | None) -> str:
 
 
 def lacking(model: Model, command: Command) -> str:
-    """Return what a model lacks for a command; "" if it has all."""
+    """Return what a model lacks for a command; "" if it lacks nothing."""
     kind, title = command.kind, model.title
     curved = bool(command.words[1] & _SHAPE)
     if kind is GEAR:

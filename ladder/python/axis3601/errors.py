@@ -18,8 +18,8 @@ class ErrorId(IntFlag):
     PARAMETER = 128  # refused: a parameter is out of range
     POSITION_INVALID = 256  # refused: an absolute move needs a valid position, see `home` and `set_position`
     LINK_LOST = 512  # the link to the module was lost during the command
-    NOT_DONE = 1024  # the axis is at rest, and the command has not begun or has ended otherwise
-    DRIVE_FAULT = 2048  # of a networked drive: a stall, a fault of its driver, or it is not enabled
+    NOT_DONE = 1024  # the axis is at rest, and the command has not begun or did not end as expected
+    DRIVE_FAULT = 2048  # a networked drive has stalled, its driver has a fault, or it is not enabled
     NOT_AVAILABLE = 4096  # refused: the module has no such command
 
 
@@ -62,4 +62,4 @@ class AxisError(Exception):
 
 
 class CommandAborted(Exception):  # noqa: N818 - what PLCopen calls it
-    """Another command has taken the axis."""
+    """Another command has taken over the axis."""

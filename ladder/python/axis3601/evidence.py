@@ -1,8 +1,8 @@
 """Whether the module has accepted a command, and whether the command can still end.
 
-Completion bits of the previous command prove nothing about one that did not arrive. A command was accepted if
-the axis moves, if such a bit is gone, or if the axis is at its target. A command that neither moves nor ends
-for two round trips has not begun, or has ended otherwise.
+A previous command's completion bits prove nothing about a command that did not arrive. It was accepted if
+the axis moves, if such a bit is off, or if the axis is at its target. A command that neither moves nor ends
+for two round trips has not begun, or did not end as expected.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
 from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000
-"""Maximum rest in homing: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
+"""Maximum time at rest while homing: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
 
 _INVALID = StatusMsw.POSITION_INVALID.value
 _STOPPED = StatusMsw.STOPPED.value
@@ -36,20 +36,20 @@ class Evidence:
 
     Args:
         inputs: input words of the module.
-        limit_ns: maximum rest of an axis under a command.
+        limit_ns: maximum time that an axis may rest during a command.
     """
 
     def __init__(self, inputs: memoryview, limit_ns: int) -> None:
         self._in, self._limit_ns = inputs, limit_ns
         self.taken = False  # whether the module has accepted the command
         self.was_valid = False  # whether the position was valid when the command was sent
-        self.broken = False  # whether the link was lost since then, without motion on a good link afterwards
+        self.broken = False  # whether the link was lost since then, with no motion on a good link afterwards
         self._from = (0, 0)
         self._phase = 0
         self._rests_since_ns: int | None = None
 
     def begin(self) -> None:
-        """Store the status in whose scan a command is sent."""
+        """Store the status of the scan in which a command is sent."""
         words = self._in
         self.taken = self.broken = False
         self.was_valid = not words[0] & _INVALID
@@ -57,7 +57,7 @@ class Evidence:
             self._from = (words[2], words[3])
 
     def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
-        """Add the status of a scan in which the command's words are in force."""
+        """Add the status of a scan in which the module has the command's words."""
         self.broken = self.broken or down
         if moving and not down:
             self.broken = False
@@ -79,7 +79,7 @@ class Evidence:
         return self._in[2] == out[2] and self._in[3] == out[3]
 
     def proves(self, kind: CommandKind, out: Sequence[int]) -> bool:
-        """Whether the status at rest can be the end of this command."""
+        """Whether the status at rest can mean that this command has ended."""
         invalid = self._in[0] & _INVALID != 0
         if kind is PRESET:
             return self.reached(out) and not invalid
@@ -88,7 +88,7 @@ class Evidence:
         return self.taken or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Whether the axis has neither moved nor progressed (`phase`: output word 1) for too long."""
+        """Note how long the axis rests in one `phase` (output word 1); return whether that is too long."""
         waits = idle and self._in[0] & _MODULE_OK and phase == self._phase
         self._phase = phase
         if not waits or (kind is GEAR and self._in[1] & _FOLLOWING):

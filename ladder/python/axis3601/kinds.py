@@ -1,4 +1,4 @@
-"""The kinds of commands: allowed states, condition of the end, how it yields. One row each.
+"""The kinds of commands, a row for each: allowed states, end condition, how it yields to another.
 
 The rows and their behavior are those of the function blocks in `ladder/blocks/axis3601.rung`.
 """
@@ -19,8 +19,8 @@ class State(IntEnum):
     DISCRETE_MOTION = 2
     CONTINUOUS_MOTION = 3
     HOMING = 4
-    STOPPING = 5  # `stop` keeps the axis
-    ERROR_STOP = 6  # a command has failed: `reset`
+    STOPPING = 5  # `stop` holds the axis
+    ERROR_STOP = 6  # a command has failed; `reset` clears it
     SYNCHRONIZED_MOTION = 7
 
 
@@ -28,13 +28,13 @@ class Yielding(Enum):
     """How a command yields to a newer one, with the words to write."""
 
     WAIT = "wait"
-    """It ends soon: the newer one waits."""
+    """The newer command waits: this one ends soon."""
     HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
     STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
-    """Stop without a ramp, if it can't be held; the position becomes invalid."""
+    """Stop without a ramp, as it can't be held; the position becomes invalid."""
     NOTHING = (0, 0, 0, 0, 0, 0, 0, 0)
     RELEASE = "release"
-    """Its command bits go off; the deceleration stays."""
+    """Turn its command bits off; the deceleration stays."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +44,8 @@ class CommandKind:
     name: str  # the method of the axis
     block: str  # its function block
     allowed: tuple[State, ...]  # states in which it may be requested
-    state: State = State.STANDSTILL  # of the axis during it
-    done: int | None = 0  # status bits, one of which marks success at rest; 0: not needed, None: no end
+    state: State = State.STANDSTILL  # state of the axis during the command
+    done: int | None = 0  # status bits, one of which means success at rest; 0: not needed, None: endless
     way: Yielding = Yielding.WAIT
     alone: bool = False  # whether its command word is zeroed once it runs; the module continues by itself
     keeps_out: bool = True  # whether a `stop` that holds the axis refuses it

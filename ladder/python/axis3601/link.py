@@ -14,7 +14,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class _Faults:
-    """What a slot says of its link, in the words of a module."""
+    """The link of a slot, with the attribute `linked` as a module has it."""
 
     def __init__(self, slot: Any) -> None:
         self._slot = slot
@@ -28,11 +28,11 @@ class Link:
     """The link to a module, from its connection fault [`I.Fault` of a CompactLogix].
 
     Args:
-        number: of the slot.
-        slot: with the attribute `fault`; without it the module always answers.
+        number: number of the slot.
+        slot: the slot, whose attribute `fault` is read; without one the module always answers.
 
     Attributes:
-        module: its `linked` says whether it answers; the slot's own module, if it can say so without a call.
+        module: an object whose `linked` says whether the module answers; the slot's own module if possible.
     """
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
@@ -64,7 +64,7 @@ class Link:
 
 
 class LinkedWait(Wait[T_co], Generic[T_co]):
-    """A wait for a module; its text shows a lost link."""
+    """A wait for a module; its text says so if the link was lost."""
 
     __slots__ = ("_link",)
 
@@ -78,7 +78,7 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
     @property
     @override
     def moved(self) -> int:
-        """Number of losses and returns of the link: its text changes with each."""
+        """Number of losses and returns of the link, each of which changes the text."""
         return self._link.changes
 
     def __repr__(self) -> str:
@@ -87,5 +87,5 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
 
     @property
     def call(self) -> str:
-        """The call that made it, as text."""
+        """The call that created it, as text."""
         raise NotImplementedError(f"{type(self).__name__} has no call")

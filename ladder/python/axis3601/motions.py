@@ -35,12 +35,12 @@ class Velocity(Command):
 
     @property
     def in_velocity(self) -> bool:
-        """Whether the axis runs without a ramp, once the module has had time to begin one."""
+        """Whether the axis runs without a ramp, after enough time for the module to begin one."""
         return self.active and self._since_ns is not None and self._drive.runs_evenly(self._since_ns)
 
 
 class Registration(Command):
-    """A run at a speed, then a distance from the external input or `register`, to rest."""
+    """A run at a speed that comes to rest a distance after the external input or `register`."""
 
     __slots__ = ("_registered",)
 
@@ -61,7 +61,7 @@ class Registration(Command):
 
 
 class Gear(Command):
-    """The axis follows the encoder until another command; its await then raises `CommandAborted`."""
+    """Gearing to the encoder, until another command; its await then raises `CommandAborted`."""
 
     __slots__ = ("_drive",)
 
@@ -71,7 +71,7 @@ class Gear(Command):
 
     @property
     def in_gear(self) -> bool:
-        """Whether the axis follows."""
+        """Whether the axis follows the encoder."""
         return self.active and self._drive.lsw & _FOLLOWING != 0
 
 

@@ -52,12 +52,12 @@ from .probe import CaptureWait
 from .stop import Stop
 
 LEAST_ROUND_TRIP_MS = 10
-"""Default round trip: exchange at the ends of the scan."""
+"""Default round trip, ms: images are exchanged at the start and end of the scan."""
 
 _MOVING_OR_MODE = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value | WORD_MIN
 
 _CONFIGURES = CommandLsw.ENCODER_MOVE.value
-"""Word 1 while a networked drive is configured: a bit that the axis has no other use for."""
+"""Word 1 while a networked drive is configured: a bit that the axis does not use otherwise."""
 
 CONSTANT = Acceleration.CONSTANT
 
@@ -67,7 +67,7 @@ AnyCommand = TypeVar("AnyCommand", bound=Command)
 class Axis3601(Device):
     """An axis: the only writer of its module's output words.
 
-    Ranges of speeds and rates are those of a 3601; of another module of the family, those of its profile.
+    Ranges of speeds and rates are a 3601's; another module of the family has the ranges of its profile.
 
     Args:
         slot: number of the slot.
@@ -76,7 +76,7 @@ class Axis3601(Device):
         round_trip_ms: minimum wait for the module's answer, ms, 10 or more. The rack knows the delay of its
             backplane and adapters; the longer of the two counts.
         parameters_first: send the parameters of each command one round trip before its command bit, so that
-            an update in two parts can't be another command. Each command begins later by that.
+            an update in two parts can't be another command. Each command begins that much later.
 
     Raises:
         ValueError: the slot is not a whole number from 1, the round trip is not a whole number from 0, or the
@@ -128,7 +128,7 @@ class Axis3601(Device):
 
     @property
     def trip_ns(self) -> int:
-        """Time that it waits for an answer of the module, ns."""
+        """Time that it waits for the module's answer, ns."""
         return self._drive.trip_ns
 
     @property
@@ -143,7 +143,7 @@ class Axis3601(Device):
 
     @property
     def starting_speed(self) -> int:
-        """Starting speed of its configuration, steps/s; 1 of a networked drive that it is not attached to."""
+        """Starting speed of its configuration, steps/s; 1 for a networked drive before it is attached."""
         given = self.configuration
         if isinstance(given, Configuration):
             return given.starting_speed
@@ -152,7 +152,7 @@ class Axis3601(Device):
     # -- commands
 
     def configure(self) -> Command:
-        """Configure the module, to command mode; the position is then invalid [Configure3601]."""
+        """Configure the module and go to command mode; this makes the position invalid [Configure3601]."""
         return self._ask(Command(self.name, CONFIGURE, "configure()"), self._configuring)
 
     def home(
@@ -192,7 +192,7 @@ class Axis3601(Device):
         """Move to a position; done there [MC_MoveAbsolute].
 
         Args:
-            position: -8,388,608 to 8,388,607 steps; the current one has to be valid.
+            position: -8,388,608 to 8,388,607 steps; the current position has to be valid.
             speed: 1 to 1,000,000 steps/s.
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
@@ -243,7 +243,7 @@ class Axis3601(Device):
         register: int | None = None,
         shape: Acceleration = CONSTANT,
     ) -> Velocity | Registration:
-        """Run at a speed [MC_MoveVelocity], with `register` until that distance after the external input.
+        """Run at a speed [MC_MoveVelocity], or with `register` until that distance after the external input.
 
         Without `register` it ends with another command, such as `halt`. With it [MoveRegistration3601,
         firmware 3.1] it is done at rest.
@@ -330,7 +330,7 @@ class Axis3601(Device):
         return self._ask(command, lambda: RunBlend(direction).to_image())
 
     def halt(self) -> Command:
-        """Stop the axis with its ramp; another motion may take over meanwhile [MC_Halt]."""
+        """Stop the axis with its ramp; another motion may take over while it stops [MC_Halt]."""
         return self._ask(Command(self.name, HALT, "halt()"), Image)
 
     def stop(self) -> Stop:
@@ -341,7 +341,7 @@ class Axis3601(Device):
         return stop
 
     def reset(self) -> Command:
-        """Reset the errors of module and axis [MC_Reset]. An input that is still active is an error again."""
+        """Reset the errors of module and axis [MC_Reset]. An input that is still active is a new error."""
         return self._ask(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
 
     def set_position(self, position: int) -> Command:
@@ -380,7 +380,7 @@ class Axis3601(Device):
         self._words = slot.inputs.words
 
     def _translate(self, model: Model | None, words: ModuleWords, slot: Slot) -> None:
-        """Take limits and status of the module, and for a networked drive the translation of its words."""
+        """Set limits and status for the module, and the translation of a networked drive's words."""
         if model is None:
             profile = profile_of(words)
             self._translation, self._limits, self.status = None, profile.limits, profile.view(slot.inputs)
@@ -391,9 +391,10 @@ class Axis3601(Device):
         self.status = status_view(slot.inputs, model, translation.number)
 
     def _configuring(self) -> Image:
-        """Return the words that request the configuration; a networked drive's are in the translation.
+        """Return the words that request the configuration.
 
-        Word 1 then only shows that the handshake progresses once it is 0.
+        For a networked drive, the translation has the configuration. Word 1 only shows, by becoming 0, that
+        the handshake progresses.
         """
         given = self.configuration
         return (

@@ -16,7 +16,7 @@ _CAPTURE = StatusLsw.IN_CAPTURE.value
 
 
 class CaptureWait(LinkedWait[int]):
-    """A rising capture input; one shorter than a scan shows in the captured value only."""
+    """A rising capture input; a pulse shorter than a scan shows only in the captured value."""
 
     __slots__ = ("_axis", "_before", "_last", "_state", "_status", "_words")
 

@@ -1,4 +1,4 @@
-"""MC_Stop: stop the axis, and hold it for the length of a `with`."""
+"""MC_Stop: stop the axis, and hold it during a `with` block."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .kinds import STOP
 
 
 class Stop(Command):
-    """A stop; in a `with` it refuses all other commands until the end of the block.
+    """A stop; used in a `with`, it refuses all other commands until the end of the block.
 
     with self.axis.stop() as stop:
         await stop
@@ -25,7 +25,7 @@ class Stop(Command):
 
     @property
     def keeps(self) -> bool:
-        """Whether it holds the axis: it is running, or inside of its `with`."""
+        """Whether it holds the axis, as it does while it is running and inside its `with`."""
         return self.outcome is Outcome.BUSY or (self._held and self.outcome is not Outcome.ERROR)
 
     def __enter__(self) -> Self:

@@ -1,4 +1,4 @@
-"""The functions that a wait holds: they continue only if the edited program has the same."""
+"""The functions that a wait holds: they continue only if the edited program has the same functions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ConditionError(ValueError):
 
 
 def waits_in(wait: Wait[Any]) -> Iterator[Wait[Any]]:
-    """Yield a wait and those inside of it; not those of its branches."""
+    """Yield a wait and the waits inside it, but not the waits of its branches."""
     yield wait
     if isinstance(wait, Several):
         for each in wait.waits:
@@ -29,14 +29,14 @@ def waits_in(wait: Wait[Any]) -> Iterator[Wait[Any]]:
 
 
 def branches_in(wait: Wait[Any]) -> Iterator[Sequence]:
-    """Yield the branches of a wait that run."""
+    """Yield the running branches of a wait."""
     for each in waits_in(wait):
         if isinstance(each, BranchWait) and not each._sequence.over:
             yield each._sequence
 
 
 Texts = dict[CodeType, str]
-"""The syntax of functions that wait since an earlier edition, whose lines are others."""
+"""The syntax of waiting functions from an earlier edition, in which line numbers differ."""
 
 
 def check_wait(
@@ -45,9 +45,9 @@ def check_wait(
     """Raise a ConditionError if a wait can't continue in an edited program.
 
     Args:
-        editions: the present and the edited one.
+        editions: the current and the edited edition.
         changed: parts that the edit changes.
-        texts: known ones; those of its functions are added.
+        texts: known syntax; the syntax of the wait's functions is added.
     """
     parts = list(changed)
     for each in waits_in(wait):
@@ -65,7 +65,7 @@ def _held(wait: Wait[Any]) -> Iterator[Any]:
 
 
 def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts) -> None:
-    """Check one value of a wait: a function and what it is bound to."""
+    """Check one value that a wait holds, such as a function, and what it is bound to."""
     if any(value is each for each in changed):
         raise ConditionError(f"it waits for {value.name}, whose declaration has changed")
     if value is not None and any(value is getattr(each, "read", None) for each in changed):
@@ -111,7 +111,7 @@ def _text_of(function: FunctionType, edition: Edition) -> str | None:
 
 
 def _covers(node: ast.Lambda | ast.FunctionDef, places: set[Any]) -> bool:
-    """Return whether all positions of a code object lie in a node."""
+    """Return whether all positions of a code object are inside a node."""
     first, last = (node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0)
     return all(first <= place <= last for place in places if place != (node.lineno, 0))
 
@@ -126,7 +126,7 @@ def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
 
 
 def _around(function: FunctionType, edition: Edition) -> ast.AST | None:
-    """Return the function that a function is defined in, or itself."""
+    """Return the outer function of a function, or the function itself."""
     top = function.__code__.co_qualname.partition(".<locals>")[0]
     found = edition.function(function.__module__, top)
     return None if found is None else edition.tree(found)

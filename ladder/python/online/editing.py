@@ -1,17 +1,17 @@
-"""An edit of a class of logic between two scans: fields keep their values, sequences continue.
+"""An edit of a logic class between two scans: fields keep their values, sequences continue.
 
-The instance stays and takes the edited class; a wait, a command and a lambda that refer to it continue.
+The instance stays and gets the edited class, so waits, commands and lambdas that refer to it continue.
 What an edit does to each name:
 
 | name | |
 |---|---|
-| a field, which a method assigns | keeps its value; a new one, or one of another type, restarts |
-| a constant of class or module | has its new value from the next scan on |
+| a field, which a method assigns | keeps its value; a new or retyped field gets its initial value |
+| a constant of a class or module | has its new value in the next scan |
 | a part with the same declaration, a timer or counter with another preset | keeps its state |
 | a part with another declaration | restarts; a sequence that waits for it is refused |
 | a sequence that waits | continues at the matching `await`, or is refused; it may be restarted instead |
 | a new sequence | begins |
-| a sequence that is gone | is closed: its `finally` runs without further awaits |
+| a removed sequence | is closed: its `finally` runs without further awaits |
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from .placing import EditContext, NotPlacedError, SequenceMove, plan_moves
 
 @dataclass(frozen=True, slots=True)
 class LogicEdit:
-    """What an online edit of a class of logic has done."""
+    """The result of an online edit of a logic class."""
 
     now_ns: int  # virtual time of the previous scan
     kept: tuple[str, ...]  # fields and parts that continue
     new: tuple[str, ...]
-    changed: tuple[str, ...]  # fields and parts that restart, constants with another value
+    changed: tuple[str, ...]  # fields and parts that restart, constants with a new value
     dropped: tuple[str, ...]
     continued: tuple[str, ...]  # sequences, each with the line where it waits
     restarted: tuple[str, ...]
@@ -48,12 +48,12 @@ class LogicEdit:
 
     @property
     def keeps(self) -> str:
-        """What keeps its value, in words."""
+        """Text that says what keeps its value."""
         return f"{len(self.kept)} fields and parts keep their values"
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The names that the edit concerns, by what happens to them."""
+        """The names that the edit affects, grouped by what happens to them."""
         return (
             ("new", self.new),
             ("changed", self.changed),
@@ -84,15 +84,15 @@ class EditPlan:
 
 
 def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> LogicEdit:
-    """Continue an instance with the class of another one, from the next scan on.
+    """Continue an instance with the class of another instance from the next scan on.
 
     Args:
         logic: the instance; it has had a scan.
         fresh: an instance of the edited class, loaded from the edited file.
-        restart: names of sequences that end, and restart in the edited program.
+        restart: names of sequences to end, and to restart in the edited program.
 
     Raises:
-        EditRefusal: it can't continue for certain; nothing has changed.
+        EditRefusal: it is not certain that it can continue; nothing has changed.
         ValueError: a declared place is not in the rack.
     """
     plan = plan_edit(logic, fresh, restart)
@@ -101,7 +101,7 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
 
 
 def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> EditPlan:
-    """Plan an edit, see `edit_logic`; nothing changes."""
+    """Plan an edit, see `edit_logic`, without changing anything."""
     old, new = _editions(logic, fresh)
     parts = _parts(logic, fresh)
     moves, continued = _sequences(logic, fresh, _context(logic, parts, old, new), restart)
@@ -125,10 +125,10 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
 
 
 def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
-    """Return both editions of a program, the edited one attached to the rack.
+    """Return both editions of a program, and attach the edited one to the rack.
 
     Raises:
-        EditRefusal: they can't be compared.
+        EditRefusal: the editions can't be compared.
     """
     slots = logic._logic_slots
     if slots is None:
@@ -141,7 +141,7 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
 
 
 def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
-    """Return what the placing of sequences needs to know of an edit."""
+    """Return the context of an edit for placing its sequences."""
     before = {each.name: each for each in logic._logic_parts}
     anew = tuple(before[name] for name in parts.changed if name in before)
     gone = tuple(each for name, each in before.items() if name not in parts.parts)
@@ -167,7 +167,7 @@ def _sequences(
     """Plan how the sequences continue; return their moves and sentences.
 
     Raises:
-        EditRefusal: one or more can't.
+        EditRefusal: one or more sequences can't continue.
     """
     there = {each.name for each in fresh._logic_sequences}
     unknown = [each for each in restart if each not in there]
@@ -192,14 +192,14 @@ def _sequences(
 
 
 def _continued(sequence: Sequence, moves: list[SequenceMove]) -> str:
-    """Return where a sequence continues, in words."""
+    """Return text that says where a sequence continues."""
     frames = moves[0].frames
     line = frames[-1].after[1].node.lineno if frames else sequence.line
     return f"{sequence.name} at line {line}"
 
 
 def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
-    """Return the refusal of an edit, by the sequences that can't continue."""
+    """Return the refusal of an edit, with the sequences that can't continue."""
     names, text = ", ".join(errors), "\n".join(map(str, errors.values()))
     sites = (site for error in errors.values() for site in sites_of(error))
     refused = EditRefusal(f"{text}\nthe edit is possible if you restart {names}", *sites)
@@ -214,9 +214,9 @@ def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
 class PartPlan:
     """What an edit does to the parts of an instance."""
 
-    parts: dict[str, Part]  # those from now on
-    kept: tuple[str, ...]  # those that continue
-    changed: tuple[str, ...]  # those that restart, and new ones
+    parts: dict[str, Part]  # parts after the edit
+    kept: tuple[str, ...]  # parts that continue
+    changed: tuple[str, ...]  # parts that restart, and new parts
 
 
 def _parts(logic: Logic, fresh: Logic) -> PartPlan:
@@ -278,7 +278,7 @@ def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
 
 
 def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
-    """Give the instance the sequences of the edited class; those that are gone are closed."""
+    """Give the instance the sequences of the edited class; close removed sequences."""
     before = {each.name: each for each in plan.logic._logic_sequences}
     found = []
     for each in plan.fresh._logic_sequences:

@@ -1,4 +1,4 @@
-"""The source and the functions of a class of logic: one edition of a program."""
+"""The source and the functions of a logic class: one edition of a program."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .points import Function
 
 
 class Edition:
-    """What an edited program is compared with, and what continues it."""
+    """One version of a program, to compare with another version and to continue from."""
 
     def __init__(self, kind: type[Logic]) -> None:
         self.kind = kind
 
     @cached_property
     def modules(self) -> dict[str, dict[str, Any]]:
-        """The globals of the modules that its functions are from, by name."""
+        """The globals of its functions' modules, by module name."""
         found = {each.__module__: each.__globals__ for each in self._methods()}
         for names in list(found.values()):
             for each in names.values():
@@ -40,18 +40,18 @@ class Edition:
         return found if isinstance(found, FunctionType) and found.__qualname__ == name else None
 
     def tree(self, function: FunctionType) -> Function | None:
-        """Return the syntax tree of a function, None if its source is not there."""
+        """Return the syntax tree of a function, None if its source is missing."""
         code = function.__code__
         for node in ast.walk(self._tree(code.co_filename)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 first = min((each.lineno for each in node.decorator_list), default=node.lineno)
                 if (node.name, first) == (code.co_name, code.co_firstlineno):
-                    return node  # type: ignore[return-value]  # a plain one has no awaits
+                    return node  # type: ignore[return-value]  # a function that is not async has no awaits
         return None
 
     @cached_property
     def stored(self) -> frozenset[str]:
-        """The names of fields that its functions assign."""
+        """The names of the fields that its functions assign."""
         nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
         return frozenset(
             node.attr
@@ -61,14 +61,14 @@ class Edition:
 
     @cached_property
     def rebound(self) -> frozenset[str]:
-        """The names of modules that its functions assign."""
+        """The module globals that its functions assign, by name."""
         nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
         return frozenset(name for node in nodes if isinstance(node, ast.Global) for name in node.names)
 
     def changed_from(self, before: Edition) -> frozenset[str]:
         """Return the names, and attributes with a dot, whose meaning differs from an earlier edition.
 
-        They are constants of class and modules, and functions. A field is none of them: it keeps its value.
+        They are functions, and constants of the class and its modules, not fields, which keep their value.
         """
         ours, theirs = self._constants(), before._constants()
         found = {name for name in {*ours, *theirs} if not _same(ours.get(name), theirs.get(name))}
@@ -77,14 +77,14 @@ class Edition:
         return frozenset(found | functions | {f".{each}" for each in functions})
 
     def constants(self) -> dict[str, Any]:
-        """Return the values of its class body that no function assigns."""
+        """Return the values in its class body that no function assigns."""
         found: dict[str, Any] = {}
         for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
             found.update((name, value) for name, value in vars(kind).items() if _is_constant(name, value))
         return {name: value for name, value in found.items() if name not in self.stored}
 
     def constant(self, text: str) -> Any:
-        """Return the constant that `self.NAME` or `NAME` means, None if it is none."""
+        """Return the constant that `self.NAME` or `NAME` means; None if it is not a constant."""
         found = self._constants()
         return found.get(text.removeprefix("self")) if text.startswith("self.") else found.get(text)
 
@@ -141,5 +141,5 @@ def _same(one: Any, other: Any) -> bool:
         return False
     try:
         return bool(one == other)
-    except Exception:  # of a user's comparison
+    except Exception:  # raised by a user's __eq__
         return False

@@ -1,4 +1,4 @@
-"""What an edit of a class of logic does to its fields: most keep their values."""
+"""What an edit of a logic class does to its fields: most keep their values."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .placing import foreign
 
 
 class EditRefusal(SiteError):  # noqa: N818 - it is an answer
-    """An edit that can't continue for certain; nothing has changed.
+    """An edit that was refused because it might not continue correctly; nothing has changed.
 
     Attributes:
         sequences: the sequences that can't continue; restarting them makes the edit possible.
-        refusals: why, one for each; their sites are in the program that runs.
+        refusals: the reason for each; their sites are in the running program.
     """
 
     sequences: tuple[str, ...] = ()
@@ -33,13 +33,13 @@ class FieldPlan:
     """What an edit does to the fields of an instance."""
 
     values: dict[str, Any]  # fields that take a value, by name
-    kept: tuple[str, ...]  # those that keep theirs
+    kept: tuple[str, ...]  # fields that keep their values
     dropped: tuple[str, ...]
     restated: tuple[str, ...]  # `rounds 7, not 5`: kept, though the class gives another initial value
 
 
 def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> FieldPlan:
-    """Plan the fields of an edit; an EditRefusal if one is of a class that is no more."""
+    """Plan the fields of an edit; raise an EditRefusal if a field's class no longer exists."""
     own, theirs = own_fields(logic), own_fields(fresh)
     before, after = body_fields(logic, old) | own, body_fields(fresh, new) | theirs
     alive = new.stored | {*dir(type(fresh)), *theirs}
@@ -55,7 +55,7 @@ def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> Field
 
 
 def own_fields(logic: Logic) -> dict[str, Any]:
-    """Return the fields that an instance has by itself, with their values."""
+    """Return the fields that are stored in an instance itself, with their values."""
     return {
         name: value
         for name, value in vars(logic).items()
@@ -64,7 +64,7 @@ def own_fields(logic: Logic) -> dict[str, Any]:
 
 
 def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
-    """Return the initial values of a class body that methods assign."""
+    """Return the initial values, from a class body, of the fields that methods assign."""
     found = {}
     for name in dir(type(logic)):
         value = getattr(type(logic), name)
@@ -75,14 +75,14 @@ def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
 
 
 def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:
-    """Whether the edit gives a field another type than its initial value had."""
+    """Whether an edit gives a field a different type from that of its initial value."""
     first = getattr(old.kind, name, None)
     one, other = before[name] if first is None else first, after[name]
     return isinstance(one, Field) and isinstance(other, Field) and type(one) is not type(other)
 
 
 def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edition) -> Iterator[str]:
-    """Yield the fields that keep their value though the class body now gives another one."""
+    """Yield the fields that keep their value although the class body now gives another."""
     for name in kept:
         one, other = getattr(old.kind, name, None), getattr(new.kind, name, None)
         fields = isinstance(one, Field) and isinstance(other, Field)
@@ -91,7 +91,7 @@ def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edi
 
 
 def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
-    """Return a field's value for the edited program; an EditRefusal if it is of a class that is no more."""
+    """Return a field's value for the edited program; raise an EditRefusal if its class no longer exists."""
     kind = type(value)
     if isinstance(value, Enum) and kind.__module__ in old.modules:
         edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)

@@ -1,7 +1,7 @@
-"""Fields of a class of logic, set and forced from outside, as tags are.
+"""Fields of a logic class, which can be set and forced from outside like tags.
 
-A forced field reads as its value everywhere, and what the program assigns to it has no effect. Released, it
-keeps that value until the program assigns another one.
+A forced field has its forced value everywhere, and assignments of the program have no effect. Once released,
+it keeps that value until the program assigns another.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from ..sequences.signals import Signal
 
 
 class ForcedField:
-    """The attribute of a class whose field is forced in an instance; others have their own values."""
+    """A class attribute for a field that is forced in one instance; other instances have their own values."""
 
     def __init__(self, name: str, kind: type[Logic]) -> None:
         self._name = name
-        self._own = vars(kind).get(name, self)  # the initial value, if this class has it
+        self._own = vars(kind).get(name, self)  # the initial value, if this class defines it
         self._initial = getattr(kind, name, None)
 
     def __get__(self, logic: Logic | None, owner: type) -> Any:
@@ -31,7 +31,7 @@ class ForcedField:
             vars(logic)[self._name] = value
 
     def remove(self, kind: type[Logic]) -> None:
-        """Restore the attribute of the class."""
+        """Restore the original attribute of the class."""
         if self._own is self:
             delattr(kind, self._name)
         else:
@@ -51,7 +51,7 @@ class Fields:
         logic: returns the program, which an edit may replace.
 
     Attributes:
-        on_outside: called when a field was set, forced or released.
+        on_outside: called after a field is set, forced or released from outside.
     """
 
     def __init__(self, logic: Callable[[], Logic]) -> None:
@@ -88,7 +88,7 @@ class Fields:
         self.on_outside()
 
     def force(self, name: str, value: object) -> None:
-        """Hold a field at a value; ValueError for an unknown field or another type."""
+        """Force a field to a value; raise a ValueError for an unknown field or a wrong type."""
         logic, field = self._logic(), self._field(name)
         vars(logic)[field] = held = self._fitting(field, value)
         logic._logic_forced = {**forced_fields(logic), field: held}
@@ -103,7 +103,7 @@ class Fields:
         return str(signals[0].at) if signals and signals[0].at is not None else None
 
     def unforce(self, name: str | None = None) -> None:
-        """Release a field, or all; ValueError for one that is not forced."""
+        """Release a field, or all fields; raise a ValueError if it is not forced."""
         logic = self._logic()
         forced = forced_fields(logic)
         names = [self._field(name)] if name is not None else list(forced)
@@ -123,7 +123,7 @@ class Fields:
         return field
 
     def _fitting(self, field: str, value: object) -> Field:
-        """Return a value in the type of a field."""
+        """Return a value converted to the type of a field."""
         kind = type(fields_of(self._logic())[field])
         if kind is bool and value in (0, 1):
             return bool(value)
@@ -135,7 +135,7 @@ class Fields:
 
 
 def hold_forces(logic: Logic) -> None:
-    """Hold the forced fields of an instance, in its present class."""
+    """Keep the forced fields of an instance forced in its current class."""
     kind = type(logic)
     for name in forced_fields(logic):
         if not isinstance(vars(kind).get(name), ForcedField):

@@ -1,7 +1,7 @@
-"""What a rebuilt frame takes over from the frame before it.
+"""What a rebuilt frame takes over from the old frame.
 
-    Again       an await that has begun: it yields the present wait, then continues
-    Rest        an iterator of a `for` within a turn: this turn, then the remaining ones
+    Again       an await that has begun: it yields the current wait, then continues
+    Rest        an iterator of a `for` during a pass: this pass, then the remaining ones
     OpenBlock   a `with` block that is open: it is left, not entered
     Entering    an `async with` whose entry waits
 
@@ -52,7 +52,7 @@ def _sender(inner: Any) -> Callable[[], object]:
 
 
 class Rest:
-    """The iterator of a loop within a turn; its first item stands for this turn."""
+    """The iterator of a loop during a pass; its first item stands for this pass."""
 
     def __init__(self, inner: Iterator[Any]) -> None:
         self.inner = inner
@@ -75,7 +75,7 @@ class OpenBlock:
         self.leave = leave
 
     def __enter__(self) -> None:
-        """Do nothing: it is open."""
+        """Do nothing: the block is already open."""
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -83,7 +83,7 @@ class OpenBlock:
         return self.leave(kind, error, trace)
 
     async def __aenter__(self) -> None:
-        """Do nothing: it is open."""
+        """Do nothing: the block is already open."""
 
     def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -120,9 +120,9 @@ def entry_of(awaited: Any) -> Any:
 
 
 def keep_for_ever(work: object) -> None:
-    """Keep a replaced coroutine, suspended, to the end of the process.
+    """Keep a replaced coroutine suspended until the process ends.
 
-    Python would close it when no one refers to it, and run its `finally` blocks; they belong to the frame
+    Without a reference to it, Python would close it and run its `finally` blocks, which belong to the frame
     that has replaced it.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(work))

@@ -1,7 +1,7 @@
-"""Whether the locals of a waiting frame are those that the edited function would have at the same await.
+"""Checks that a waiting frame's locals are what the edited function would have at the same await.
 
-A local that is read from there on has to be there, and to come from unchanged statements: the edited
-function would otherwise have another value in it.
+A local that may be read after the await must exist, and its value must come from unchanged statements:
+otherwise it would have another value in the edited function.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ class LocalsError(ValueError):
 
 
 def names_needed(body: list[ast.stmt], point: Point) -> Names:
-    """Return the names that may be read from a point on before they are assigned, and those of its await."""
+    """Return the names that may be read after a point before they are assigned, and names in its await."""
     needed = set(_Reads().of(body))
     own = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
     needed.update(each.id for each in ast.walk(own) if isinstance(each, ast.Name))
@@ -62,7 +62,7 @@ class _Reads:
         return (bound | _stored(node)) - _deleted(node)
 
     def _inside(self, node: ast.AST, bound: Names) -> Names:
-        """Visit the blocks of a statement that may be left anywhere."""
+        """Visit the blocks of a statement, any of which may be left at any point."""
         for field in _BLOCKS:
             value = getattr(node, field, [])
             if field in ("handlers", "cases"):
@@ -129,7 +129,7 @@ def check_origins(
 
     Args:
         changed: names, and attributes with a dot, whose meaning the edit changes.
-        loops: heads of loops whose turns so far are the same.
+        loops: heads of loops whose passes so far are the same.
     """
     old, new = _origins(*before), _origins(*after)
     checked: set[str] = set()
@@ -157,7 +157,7 @@ def check_unchanged(what: str, read: Collection[str], changed: Collection[str]) 
 
 
 def _origins(function: Function, point: Point) -> dict[str, dict[str, Names]]:
-    """Return the statements that may have set each local at a point, with the names that these read."""
+    """Return, for each local at a point, the statements that may have set it, and the names they read."""
     found: dict[str, dict[str, Names]] = {}
     for each in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
         found.setdefault(each.arg, {})[f"def {function.name}({ast.unparse(function.args)})"] = frozenset()
@@ -186,7 +186,7 @@ def _setting(
 
 
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:
-    """Return the names that a statement sets and reads outside of its blocks."""
+    """Return the names that a statement sets and reads outside its blocks."""
     heads: list[Any] = [value for field, value in ast.iter_fields(node) if field not in _BLOCKS]
     nodes = [each for value in heads for each in _nodes(value)]
     return _stored(nodes), _loaded(nodes)

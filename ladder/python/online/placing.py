@@ -1,4 +1,4 @@
-"""The frames of a sequence in edited code: planned as a whole, then moved.
+"""Moves the frames of a sequence to edited code: first plans all of them, then moves them.
 
     cycle          awaits self.make_round()            rebuilt, awaits the rebuilt one below
       make_round   awaits within("5 s", ...)           rebuilt, awaits the same wait
@@ -37,19 +37,19 @@ T = TypeVar("T")
 
 
 class NotPlacedError(SiteError):
-    """A sequence that can't continue in the edited program; its sites are those of its await."""
+    """A sequence that can't continue in the edited program; its sites show its await."""
 
 
 @dataclass(frozen=True, slots=True)
 class EditContext:
-    """What the frames of one edit share."""
+    """Data of an edit that all its frames share."""
 
     old: Edition
     new: Edition
-    codes: frozenset[CodeType]  # of rebuilt or kept frames of the present edition
+    codes: frozenset[CodeType]  # codes of rebuilt or kept frames in the current edition
     changed: tuple[Part, ...]  # parts that the edit changes
     names: frozenset[str]  # names, and attributes with a dot, whose meaning the edit changes
-    texts: Texts  # of functions in waits
+    texts: Texts  # syntax of the functions in waits
 
     def check_wait(self, wait: Wait[Any]) -> None:
         """Raise a ConditionError if a wait can't continue."""
@@ -74,8 +74,8 @@ class SequenceMove:
     """The frames of a sequence or branch, outermost first."""
 
     sequence: Sequence
-    frames: tuple[FrameMove, ...]  # none if they stay as they are
-    kept: tuple[CodeType, ...] = ()  # the codes of those that stay
+    frames: tuple[FrameMove, ...]  # empty if they stay
+    kept: tuple[CodeType, ...] = ()  # the codes of frames that stay
 
     def move(self) -> list[CodeType]:
         """Rebuild its frames; return their codes."""
@@ -99,7 +99,7 @@ class SequenceMove:
 
 
 def _begin(work: Work, wait: Wait[Any] | None) -> None:
-    """Run a rebuilt frame up to its await; no code of the user's runs."""
+    """Run a rebuilt frame up to its await; this runs no user code."""
     before, stepping.now = stepping.now, True
     try:
         reached = work.send(None)
@@ -109,10 +109,10 @@ def _begin(work: Work, wait: Wait[Any] | None) -> None:
 
 
 def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
-    """Plan how a sequence that waits, and the branches in its wait, continue.
+    """Plan how a waiting sequence, and the branches in its wait, continue.
 
     Raises:
-        NotPlacedError: it can't continue for certain.
+        NotPlacedError: it is not certain that it can continue.
     """
     wait, work = sequence._wait, sequence._work
     assert wait is not None, "it waits"
@@ -137,7 +137,7 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
 
 
 def _user_frame(work: Any) -> WaitingFrame | None:
-    """Return the frame of a coroutine of the user's."""
+    """Return the frame of a user's coroutine; None for another one."""
     if getattr(work, "cr_frame", None) is None or work.cr_await is None:
         return None
     module = work.cr_frame.f_globals.get("__name__", "")
@@ -145,7 +145,7 @@ def _user_frame(work: Any) -> WaitingFrame | None:
 
 
 def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
-    """Return what a check returns; a NotPlacedError has its reason and the place of a frame."""
+    """Return the result of a check; if it fails, raise a NotPlacedError with the reason and the place."""
     try:
         return check()
     except UnknownStackError:
@@ -158,7 +158,7 @@ def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
 
 
 def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionType, FunctionType]:
-    """Return the function of a frame in the present and in the edited program."""
+    """Return the function of a frame in the current and in the edited program."""
     qualified = frame.code.co_qualname
     present = context.old.function(frame.module, qualified)
     edited = context.new.function(frame.module, qualified)
@@ -202,18 +202,18 @@ def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
 
 
 def _check_staying(frame: WaitingFrame, context: EditContext) -> None:
-    """Check that what a frame that stays refers to continues."""
+    """Check that everything that the locals of a staying frame refer to continues."""
     for name, value in frame.values.items():
         _check_local(name, value, context)
 
 
 def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[Any], list[str]]:
-    """Return what open blocks hold in the edited program, and the loops that go over another tuple.
+    """Return what open blocks hold in the edited program, and the heads of loops over an edited tuple.
 
-    Such a loop continues if the turns so far are the same.
+    Such a loop continues if its passes so far are the same.
 
     Raises:
-        LocalsError: they are not, or what it goes over can't be compared.
+        LocalsError: the passes differ, or what it iterates over can't be compared.
     """
     loops = [each for each in point.steps if isinstance(each.node, ast.For) and each.field == "body"]
     places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
@@ -234,7 +234,7 @@ _TUPLE_ITERATOR: type[Any] = type(iter(()))
 
 
 def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
-    """Return the iterator of an edited tuple at the place of another one; None if that is not certain."""
+    """Return an iterator over the edited tuple, at the same position; None if that is not certain."""
     before, after = (each.constant(text) for each in (context.old, context.new))
     if type(iterator) is not _TUPLE_ITERATOR or not isinstance(before, tuple) or not isinstance(after, tuple):
         return None
@@ -253,7 +253,7 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     points = points_of(before)
     here = _point_of(frame, points)
     target = counterpart(here, points, points_of(after))
-    resume(before, here)  # it must be one whose frame can be read
+    resume(before, here)  # raises if its frame can't be read
     resumed = resume(after, target)
     held = frame.held(here.holds)
     _check_held(held, context)
@@ -313,11 +313,11 @@ def _check_held(held: list[Any], context: EditContext) -> None:
 
 
 _CODE = (GeneratorType, FunctionType, MethodType, Coroutine)
-"""Types of objects that run the user's code."""
+"""Types of objects that may run user code."""
 
 
 def _is_library(owner: Any, depth: int = 3) -> bool:
-    """Return whether an iterator or manager runs no code of the program."""
+    """Return whether an iterator or context manager runs no code of the program."""
     module = type(owner).__module__
     if module.startswith(OURS):
         return True
@@ -330,7 +330,7 @@ def _is_library(owner: Any, depth: int = 3) -> bool:
 
 
 def foreign(value: Any, old: Edition, depth: int = 4) -> str:
-    """Return what a value holds of classes that the program defines, "" if nothing."""
+    """Describe the first object in a value whose class the program defines; "" if there is none."""
     kind = type(value)
     if kind.__module__ in old.modules and not isinstance(value, Enum):
         return f"a {kind.__name__} of the program before"

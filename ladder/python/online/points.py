@@ -4,7 +4,7 @@
         for station in self.stations:        ("for station in self.stations",)
             await dwell("2 s")               the first await of this text at this path
 
-The test of a `while` is not part of the path, since it is asked again; what has led into a branch is.
+The test of a `while` is not part of the path, since it is evaluated again; the condition of a branch is.
 """
 
 from __future__ import annotations
@@ -49,12 +49,12 @@ class Point:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """Its path without the texts of its statements, and its text."""
+        """Its path without the text of its statements, and its own text."""
         return (*(f"{each.field} {type(each.node).__name__}" for each in self.steps), self.text)
 
     @property
     def holds(self) -> list[Hold]:
-        """What the open blocks around it have on the stack, outermost first."""
+        """The kinds of object that open blocks around it keep on the stack, outermost first."""
         found: list[Hold] = []
         for each in self.steps:
             if isinstance(each.node, ast.For) and each.field == "body":
@@ -68,7 +68,7 @@ class Point:
         return found
 
     def is_at(self, place: Range) -> bool:
-        """Return whether a position of Python's is that of this point."""
+        """Return whether a position from Python is the position of this point."""
         if isinstance(self.node, ast.AsyncWith):
             return place in (_range(self.node), _range(self.node.items[0].context_expr))
         return place == _range(self.node)
@@ -114,7 +114,7 @@ def _awaits(value: object) -> Iterator[ast.Await]:
 
 
 def _head(node: ast.stmt) -> str:
-    """Return the text that has led into a statement."""
+    """Return the text of the condition or head that leads into a statement."""
     match node:
         case ast.If():
             return f"if {ast.unparse(node.test)}"
@@ -148,17 +148,17 @@ class NoCounterpartError(ValueError):
 
 
 def end_of(point: Point) -> tuple[int, int]:
-    """Return the end of what may have run before a point: it, or the outermost loop around it."""
+    """Return the end of the code that may have run before a point: of its outermost loop, or itself."""
     loops = [each.node for each in point.steps if isinstance(each.node, ast.For | ast.While)]
     node: Any = loops[0] if loops else point.node
     return (node.end_lineno, node.end_col_offset) if loops else (node.lineno, node.col_offset + 1)
 
 
 def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
-    """Return the point of an edited function that matches one of the function before.
+    """Return the point of an edited function that matches a point of the original function.
 
     Raises:
-        NoCounterpartError: there is none, or several could be meant.
+        NoCounterpartError: there is no match, or several points could match.
     """
     same_before = [each for each in before if each.key == point.key]
     same_after = [each for each in after if each.key == point.key]
@@ -182,7 +182,7 @@ def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
 
 
 def _like(point: Point, points: list[Point]) -> int:
-    """Return the number of points of this text that may have been reached before it."""
+    """Return the number of points with the same text that may have been reached before a point."""
     end = end_of(point)
     reached = (each.node for each in points if each.text == point.text)
     return sum((node.lineno, node.col_offset) < end for node in reached)

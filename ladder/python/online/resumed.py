@@ -1,4 +1,4 @@
-"""A function that begins at one of its awaits.
+"""Rebuilds a function to begin at one of its awaits.
 
     async def cycle(self):                 async def cycle(self, station, .wait, .1, .once1):
         while True:                            while .once1 or True:
@@ -10,8 +10,8 @@
                                                    else:
                                                        lamp = True; for station in STOPS: ...
 
-Statements before the await run in later turns only. Positions are those of the source, so lines of waits,
-faults and breakpoints are right. Names that begin with a dot can't be a user's.
+Statements before the await run only in later passes. Positions are taken from the source, so lines of waits,
+faults and breakpoints are right. User code can't contain names that begin with a dot.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .suspended import Hold
 Node = TypeVar("Node", bound=ast.AST)
 
 WAIT = ".wait"
-"""The parameter that has the awaitable of the point."""
+"""The parameter for the awaitable of the point."""
 
 _VALUE_OF = (ast.Expr, ast.Assign, ast.AnnAssign, ast.Return)
 
@@ -44,18 +44,18 @@ class CannotBeginError(ValueError):
 
 @dataclass(slots=True)
 class ResumptionBody:
-    """A function from one of its awaits on: its tree and its further parameters."""
+    """The body of a function from one of its awaits on, and its additional parameters."""
 
     body: list[ast.stmt] = field(default_factory=list)
-    blocks: list[str] = field(default_factory=list)  # parameters of what open blocks hold, outermost first
-    once: list[str] = field(default_factory=list)  # parameters that tell the first turn of a loop
+    blocks: list[str] = field(default_factory=list)  # parameters for what open blocks hold, outermost first
+    once: list[str] = field(default_factory=list)  # parameters that mark the first pass of a loop
 
 
 def resume(function: Function, point: Point) -> ResumptionBody:
-    """Return a function that begins at a point.
+    """Return the body of a function that begins at a point.
 
     Raises:
-        CannotBeginError: the await is where no function can begin.
+        CannotBeginError: no function can begin at this await.
     """
     made = ResumptionBody()
     made.body = _Writer(made, point).block(function.body, 0)
@@ -70,7 +70,7 @@ class _Writer:
         self._entry = isinstance(point.node, ast.AsyncWith)
 
     def block(self, statements: Sequence[ast.stmt], depth: int) -> list[ast.stmt]:
-        """Return a block from the statement with the point on."""
+        """Return the rest of a block from the statement with the point on."""
         steps = self._point.steps
         target = steps[depth].node if depth < len(steps) else self._point.statement
         place = next(number for number, each in enumerate(statements) if each is target)
@@ -85,7 +85,7 @@ class _Writer:
             raise CannotBeginError(f"the await is in a `{type(node).__name__.lower()}`")
         return write(self, node, step, depth)
 
-    # --- statements with the await itself
+    # --- statements that contain the await
 
     def _simple(self, node: ast.stmt) -> ast.stmt:
         if not isinstance(node, _VALUE_OF) or node.value is None:
@@ -93,7 +93,7 @@ class _Writer:
         return _with(node, value=self._first(node.value))
 
     def _first(self, node: ast.expr) -> ast.expr:
-        """Replace the await in an expression, which has to be evaluated first."""
+        """Replace the await in an expression; it must be what the expression evaluates first."""
         if node is self._point.node:
             return _at(ast.Await(_at(ast.Name(WAIT, ast.Load()), node)), node)
         for kinds, name in _FIRST:
@@ -113,7 +113,7 @@ class _Writer:
         entered: ast.stmt = _with(node, items=[ast.withitem(held, node.items[0].optional_vars)])
         return entered
 
-    # --- statements around it
+    # --- statements around the await
 
     def _if(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "test":
@@ -153,7 +153,7 @@ class _Writer:
         return self._finally(node, self.block(node.orelse, depth + 1))
 
     def _handler(self, node: Any, step: BlockStep, depth: int) -> ast.stmt:
-        """Write a handler that is running: its exception is raised again, for this handler alone."""
+        """Write a running handler: its exception is raised again, to be caught by this handler only."""
         inner: Any = step.inner
         error = self._block(Hold.HANDLER, inner)
         body = self.block(inner.body, depth + 1)
@@ -186,7 +186,7 @@ class _Writer:
         return _at(ast.Name(name, ast.Load()), node)
 
     def _once(self, node: Any) -> Callable[[], ast.expr]:
-        """Return the maker of an expression that is true when it is evaluated first, then false."""
+        """Return a function that makes an expression: true when first evaluated, then false."""
         name = f".once{len(self._made.once)}"
         self._made.once.append(name)
 
@@ -208,7 +208,7 @@ _FIRST: Sequence[tuple[Any, str]] = (
     (ast.IfExp, "test"),
     (ast.Tuple | ast.List, "elts"),
 )
-"""The operand that Python evaluates first."""
+"""The operand that Python evaluates first, by kind of expression."""
 
 _WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, BlockStep, int], list[ast.stmt]]] = {
     ast.If: _Writer._if,
@@ -230,7 +230,7 @@ def _with(node: Node, **fields: Any) -> Node:
 
 
 def _at(node: Node, place: Any) -> Node:
-    """Give a node, and those within that have none, a position."""
+    """Give a position to a node, and to the nodes inside it that have none."""
     ast.copy_location(node, place)
     return ast.fix_missing_locations(node)
 
@@ -244,11 +244,11 @@ def compiled(
     """Compile a function that begins at a point.
 
     Args:
-        values: names of the locals that it takes over; they are parameters, by name.
+        values: names of the locals that it takes over, which become parameters of the same names.
         original: the edited function, for its globals, names and cells.
 
     Raises:
-        CannotBeginError: it uses variables of functions around it.
+        CannotBeginError: it uses variables of an outer function.
     """
     code = original.__code__
     if set(code.co_freevars) - {"__class__"}:
@@ -274,7 +274,7 @@ def compiled(
 
 
 def _own_nodes(function: ast.AST) -> list[ast.AST]:
-    """Return the nodes of a function without those of functions within."""
+    """Return the nodes of a function, without nodes of inner functions."""
     found: list[ast.AST] = []
     for child in ast.iter_child_nodes(function):
         found.append(child)
@@ -293,7 +293,7 @@ def _code_in(code: CodeType) -> CodeType:
 
 
 def _renamed(code: CodeType, old: str, new: str) -> CodeType:
-    """Give a code and those within the qualified names of the original."""
+    """Give a code object, and the codes inside it, the qualified names of the original."""
     constants = tuple(
         _renamed(each, old, new) if isinstance(each, CodeType) else each for each in code.co_consts
     )
@@ -301,7 +301,7 @@ def _renamed(code: CodeType, old: str, new: str) -> CodeType:
 
 
 class _Private(ast.NodeTransformer):
-    """Gives private names of a class the form that Python gives them."""
+    """Mangles the private names of a class, as Python does."""
 
     def __init__(self, owner: str) -> None:
         self._owner = owner.lstrip("_")
@@ -322,12 +322,12 @@ class _Private(ast.NodeTransformer):
 def arguments_of(
     resumed: ResumptionBody, holds: Sequence[Hold], held: Sequence[Any], awaited: Any, *, entry: bool
 ) -> dict[str, Any]:
-    """Return the further arguments of a resumed function.
+    """Return the additional arguments of a resumed function.
 
     Args:
         held: what the open blocks hold, outermost first.
         awaited: an awaitable that continues the wait.
-        entry: the wait is the entry of the last block.
+        entry: whether the wait is the entry of the last block.
     """
     wrap: Mapping[Hold, Callable[[Any], Any]] = {
         Hold.ITERATOR: Rest,

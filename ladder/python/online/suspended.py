@@ -1,4 +1,4 @@
-"""A waiting frame: where it waits, its locals, and what its open blocks hold.
+"""Reads a waiting frame: where it waits, its locals, and what its open blocks hold.
 
 CPython shows the value stack of a suspended coroutine to its garbage collector, in order: iterators of `for`
 loops, exits of `with` blocks, the exception before a handler, and on top the awaitable.
@@ -20,11 +20,11 @@ from .held import entry_of, unwrapped
 _EXITS = ("__exit__", "__aexit__")
 
 Range = tuple[int, int, int, int]
-"""First and last line, first and last column."""
+"""A position: first and last line, first and last column."""
 
 
 class Hold(Enum):
-    """What a `for`, `with` or `except` block that has begun keeps on the stack of its Python frame."""
+    """The kinds of object that open `for`, `with` and `except` blocks keep on the stack of a Python frame."""
 
     ITERATOR = "for"
     EXIT = "with"
@@ -42,7 +42,7 @@ class WaitingFrame:
     work: Any  # the coroutine
     code: CodeType
     module: str
-    at: Range  # of its await
+    at: Range  # position of its await
     values: dict[str, Any]  # its locals
     awaited: Any  # the coroutine or generator that it awaits
 
@@ -53,10 +53,10 @@ class WaitingFrame:
             holds: the blocks, outermost first.
 
         Raises:
-            UnknownStackError: the stack does not have them.
+            UnknownStackError: the stack does not match the blocks.
         """
         stack = gc.get_referents(self.work)
-        present = None  # the exception in a handler: the last referent once there was one
+        present = None  # the exception in a handler: the last referent, if there was one
         if stack and stack[-1] is not self.work.cr_await:
             present = stack.pop()
         if not stack or stack.pop() is not self.work.cr_await:
@@ -79,7 +79,7 @@ class WaitingFrame:
 
 
 def _bound(function: Any, owner: Any) -> Any:
-    """Return the exit of an object; the stack of Python 3.14 and later has its function below the object."""
+    """Return the bound exit of an object; since Python 3.14 the stack has the function below it."""
     is_exit = getattr(function, "__name__", "") in _EXITS and hasattr(function, "__get__")
     return function.__get__(owner) if is_exit else None
 
@@ -93,7 +93,7 @@ def _is(hold: Hold, item: Any) -> bool:
 
 
 def suspended(work: Any) -> WaitingFrame:
-    """Return the frame of a coroutine that waits."""
+    """Return the frame of a waiting coroutine."""
     frame = work.cr_frame
     place = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
     line, end_line, column, end_column = (each or 0 for each in place)

@@ -11,8 +11,8 @@
 | `declaring`, `mistakes`, `logic` | checks of declarations; statements without effect; the class |
 | `generated` | a scan of an instance as one function |
 
-There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
-wait holds.
+There is no event loop, no thread and no clock: the scan polls each wait, and resumes a sequence when its
+wait is over.
 """
 
 from .blocks import Counter, DownCounter, Fall, OffDelay, OnDelay, Pulse, Rise

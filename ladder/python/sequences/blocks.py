@@ -7,19 +7,19 @@
         def every_scan(self) -> None:
             self.lamp = self.warning(self.start)
 
-| object | IEC | true |
+| object | IEC | when it is true |
 |---|---|---|
 | `OnDelay("2 s")` | TON | once its input has been true for that time |
 | `OffDelay("2 s")` | TOF | while its input is true, and for that time after |
-| `Pulse("2 s")` | TP | for that time from a rise of its input |
+| `Pulse("2 s")` | TP | for that time after its input rises |
 | `Rise()` | R_TRIG | for one call, when its input rises |
 | `Fall()` | F_TRIG | for one call, when its input falls |
 | `Counter(5)` | CTU | once its input has risen 5 times |
 | `DownCounter(5)` | CTD | once its input has risen 5 times since it was loaded |
 
-Calling it returns the result, which stays until the next call: `if self.warning:`. Each first scan (power-up,
-program mode left) resets it. As IEC says, `Rise`, `Counter` and `DownCounter` take an input that is
-true at their first call for a rise; ONS, CTU and CTD of a ladder do not.
+Calling it returns the result, which stays until the next call: `if self.warning:`. A first scan (power-up or
+after program mode) resets it. As in IEC 61131-3, `Rise`, `Counter` and `DownCounter` treat an input that is
+true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing_extensions import override
 from .parts import Clock, Level, Part, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
-"""The range of a counter, that of a DINT."""
+"""The range of a counter: a DINT's."""
 
 
 class Block(Level):
@@ -62,17 +62,17 @@ class EdgeBlock(Block):
         self._before = False
 
     def _rises(self, on: object) -> bool:
-        """Store the input; return whether it has risen since the last call."""
+        """Store the input; return whether it has risen since the previous call."""
         before, self._before = self._before, bool(on)
         return self._before and not before
 
 
 class Timer(Block):
-    """A timer with a time such as "500 ms", or a ValueError."""
+    """A timer with a time such as "500 ms"; raises a ValueError for an invalid time."""
 
     def __init__(self, time: str) -> None:
         super().__init__()
-        self.preset_ns = parse_time(time)  # its time; a change takes effect with the next call
+        self.preset_ns = parse_time(time)  # its time, ns; a change takes effect at the next call
         self._clock: Clock | None = None
         self._since_ns: int | None = None
         self._elapsed_ns = 0
@@ -142,7 +142,7 @@ class OffDelay(Timer):
 
 
 class Pulse(Timer, EdgeBlock):
-    """True for a time from a rise of its input; further rises meanwhile are ignored [TP]."""
+    """True for a time after its input rises; other rises during that time are ignored [TP]."""
 
     def __call__(self, on: object) -> bool:
         """Evaluate this scan's input."""
@@ -175,12 +175,12 @@ class Fall(EdgeBlock):
 
 
 class AnyCounter(EdgeBlock):
-    """A counter; a ValueError for a preset out of range."""
+    """A counter; raises a ValueError for a preset out of range."""
 
     def __init__(self, preset: int) -> None:
         super().__init__()
         require("preset", preset, LEAST, MOST)
-        self.preset = preset  # number of rises, -2,147,483,648 to 2,147,483,647
+        self.preset = preset  # number of rises to count, -2,147,483,648 to 2,147,483,647
         self.value = 0  # the count [CV]
 
     @override
@@ -201,7 +201,7 @@ class AnyCounter(EdgeBlock):
 
 
 class Counter(AnyCounter):
-    """Counts the rises of its input; true from its preset on [CTU]."""
+    """Counts the rises of its input; true once the count reaches its preset [CTU]."""
 
     def __call__(self, on: object, *, reset: object = False) -> bool:
         """Evaluate this scan's input; `reset` clears the count and ignores a rise in the same scan."""
@@ -215,7 +215,7 @@ class Counter(AnyCounter):
 
 
 class DownCounter(AnyCounter):
-    """Counts the rises of its input down from its preset; true from 0 on [CTD]. It starts at 0: load it."""
+    """Counts down at each rise of its input; true at 0 and below [CTD]. It starts at 0, so load it first."""
 
     def __call__(self, on: object, *, load: object = False) -> bool:
         """Evaluate this scan's input; `load` sets the preset and ignores a rise in the same scan."""

@@ -1,11 +1,11 @@
 """Waits that contain other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
 
-    all_of(a, b)       all over; a tuple of their values. The first error ends it
-    first_of(a, b)     one over; the value is the argument that was. Order decides within a scan
+    all_of(a, b)       until all are over; a tuple of their values. The first error ends it
+    first_of(a, b)     until one is over; the value is that argument. Within a scan, the first counts
     within("5 s", a)   the value of a, or WaitTimeout
 
-A branch is a sequence inside of a wait, which steps it. A branch that loses gets `Abort`, and the
-wait holds once it has ended. A command that loses continues, as a PLCopen block whose Execute falls.
+A branch is a sequence inside a wait, which steps it. A branch that loses gets `Abort`, and the
+wait ends when the branch has ended. A command that loses continues, like a PLCopen block whose Execute falls.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ AnyWork = TypeVar("AnyWork", bound=Wait[Any] | Coroutine[Any, Any, Any])
 
 
 class WaitTimeout(Exception):  # noqa: N818 - the trade says timeout
-    """A wait did not hold in time."""
+    """A wait did not end in time."""
 
 
 class BranchWait(Wait[T], Generic[T]):
-    """A coroutine, not started yet, as a wait."""
+    """A coroutine as a wait, which starts it."""
 
     __slots__ = ("_error", "_sequence")
 
@@ -94,7 +94,7 @@ def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], what: str) -> Wait[Any]
 
 
 class Several(Wait[T], Generic[T]):
-    """Several waits as one. It is decided first, and holds once the losers have ended."""
+    """Several waits as one. First it is decided; it ends when the losers have ended."""
 
     __slots__ = ("_decided", "_error", "_left", "_moved", "waits")
 
@@ -130,11 +130,11 @@ class Several(Wait[T], Generic[T]):
         return self._decided and self.give_up(now_ns)
 
     def decide(self, now_ns: int) -> bool:
-        """Poll the remaining waits; return whether it is decided. The error of a failed wait is raised."""
+        """Poll the remaining waits; return whether the result is decided. A failed wait's error is raised."""
         raise NotImplementedError
 
     def over(self, wait: Wait[Any], now_ns: int) -> bool:
-        """Poll a wait, which no longer remains if it holds or fails. Its error is raised."""
+        """Poll a wait, and remove it if it ends or fails; return whether it ended. An error is raised."""
         try:
             holds = wait.poll(now_ns)
         except Exception:
@@ -184,7 +184,7 @@ class All(Several[tuple[Any, ...]]):
     def decide(self, now_ns: int) -> bool:
         for each in tuple(self._left):
             if self.over(each, now_ns):
-                each.result()  # an error of one ends the wait for all, at once
+                each.result()  # the error of one ends the wait for all at once
         return not self._left
 
     @override
@@ -259,13 +259,13 @@ def all_of(first: Work[T], second: Work[T2], third: Work[T3], /) -> Wait[tuple[T
 @overload
 def all_of(*work: Work[T]) -> Wait[tuple[T, ...]]: ...
 def all_of(*work: Any) -> Wait[Any]:
-    """Wait until all have ended; the value is a tuple of theirs, in order.
+    """Wait until all have ended; the value is a tuple of their values, in order.
 
     Args:
         work: waits, commands, and calls of async functions, which become branches.
 
     Raises:
-        Exception: at the await, the first error of one of them; the other branches are aborted.
+        Exception: at the await, the first error; the other branches are aborted.
     """
     return All(work)
 
@@ -285,13 +285,13 @@ def first_of(*work: AnyWork) -> Wait[AnyWork]:
 
 
 def within(time: str, work: Work[T]) -> Wait[T]:
-    """Wait for `work`, but not longer than `time`; the value is that of `work`.
+    """Wait for `work`, but not longer than `time`; the await returns the value of `work`.
 
     Args:
         time: a number and its unit, such as "5 s".
         work: a wait, a command, or the call of an async function, which becomes a branch.
 
     Raises:
-        WaitTimeout: at the await, if the time is over. A branch is aborted; a command continues.
+        WaitTimeout: at the await, if the time has run out. A branch is aborted; a command continues.
     """
     return Within(time, work)

@@ -1,13 +1,13 @@
 """A sequence: one coroutine and its wait.
 
     turn of a scan          the sequence
-    an order is there       gets Abort at its await, once its branches are gone
+    it has an order         gets Abort at its await, after its branches have ended
     its wait does not hold  stays
     its wait holds, fails   continues to its next wait, which begins in this scan
 
-`abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes scans, and
-`restart` begins again in the scan of its end. A sequence that continues after a second Abort
-swallows it, and faults the CPU.
+`abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes more scans, and
+`restart` begins again in the scan in which the sequence ends. A sequence that continues after a second Abort
+has swallowed it, and faults the CPU.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Sequence:
     ) -> None:
         self.name = name
         self.starts = starts  # whether it begins in the first scan, or waits for `restart`
-        self.since_ns = 0  # virtual time at which its current wait began, or of its end
+        self.since_ns = 0  # virtual time at which its current wait began, or at which it ended
         self.value: object = None  # the return value of its coroutine
         self._make = make
         self._work: Coroutine[Any, Any, object] | None = None
@@ -69,7 +69,7 @@ class Sequence:
 
     @property
     def resumed(self) -> int:
-        """Number of starts and resumptions of it or its branches."""
+        """How often it or its branches have been started or resumed."""
         wait = self._wait
         return self._resumed if wait is None else self._resumed + wait.moved
 
@@ -77,7 +77,7 @@ class Sequence:
     def frame(self) -> FrameType | None:
         """The innermost waiting frame of the user's code, None if it is not running.
 
-        While its code runs, the frame that runs: before 3.13 Python may crash in `cr_await` of one that runs.
+        While its code runs, it is the running frame: before 3.13, its `cr_await` may crash Python.
         """
         work: Any = self._work
         found = None
@@ -95,13 +95,13 @@ class Sequence:
 
     @property
     def file(self) -> str | None:
-        """The file of that line."""
+        """The file of `line`."""
         frame = self.frame
         return None if frame is None else frame.f_code.co_filename
 
     @property
     def waits_for(self) -> str:
-        """Its wait as text, made on demand; "" if it is not running."""
+        """Text of its wait, made on demand; "" if it is not running."""
         return "" if self._wait is None else repr(self._wait)
 
     def __str__(self) -> str:
@@ -137,14 +137,14 @@ class Sequence:
             self._begin_again_if_ordered(now_ns)
 
     def step_after_change(self, now_ns: int) -> None:
-        """Take this scan's turn, since something has changed that it depends on."""
+        """Take this scan's turn, after a change of something that it depends on."""
         resumed = self._resumed
         self.step(now_ns)
         if self._resumed == resumed:
             self._seen = self._words[self._word] & self._mask
 
     def close(self) -> None:
-        """End it outside of scans: `finally` runs without further awaits; its exception is raised."""
+        """End it outside scans: `finally` runs without further awaits; an exception in it is raised."""
         work, self._work = self._work, None
         wait, self._wait = self._wait, None
         self._ordered = self._again = self._giving_up = self._aborted = False
@@ -205,7 +205,7 @@ class Sequence:
         self._depend_on(wait)
 
     def _depend_on(self, wait: Wait[Any] | None) -> None:
-        """Note what its turns depend on from now on, see `watch`; an order makes the next one due."""
+        """Note what its next turns depend on, see `watch`; an order makes the next turn due."""
         watch = NOTHING if wait is None else wait.watched()
         self._due = watch is None or self._ordered
         if watch is not None:
@@ -226,7 +226,7 @@ class Sequence:
             if str(error) == "no running event loop":  # asyncio's words
                 text = f"{error}: {self.name} awaits what asyncio runs; {NO_LOOP}"
                 raise RuntimeError(text).with_traceback(error.__traceback__) from None
-            if isinstance(error.__cause__, StopIteration):  # Python's name for a StopIteration that escapes
+            if isinstance(error.__cause__, StopIteration):  # Python's form of a StopIteration that escapes
                 error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
             raise error
         finally:
@@ -248,7 +248,7 @@ def _close(work: Coroutine[Any, Any, object]) -> None:
         work.close()
     except RuntimeError:
         if getattr(work, "cr_frame", None) is None:
-            raise  # its own; one that swallows its end is abandoned
+            raise  # raised by its own code; a coroutine that swallows its end is abandoned
 
 
 def _at(frame: FrameType | None, error: Exception) -> Exception:

@@ -21,7 +21,7 @@ SHARED = (list, dict, set, bytearray)
 
 
 class SequenceMethod:
-    """A method that is a sequence; each instance of the class has a `Sequence` of its name."""
+    """A method that is a sequence; each instance of the class has a `Sequence` with its name."""
 
     def __init__(self, function: Method, starts: bool) -> None:
         _check_method(function)
@@ -34,7 +34,7 @@ class SequenceMethod:
     @overload
     def __get__(self, logic: object, owner: type) -> Sequence: ...
     def __get__(self, logic: Any, owner: type) -> Any:
-        return self  # an instance has a Sequence of that name, which Python finds first
+        return self  # an instance has a Sequence with that name, which Python finds first
 
 
 @overload
@@ -65,7 +65,7 @@ def where_is(function: Any) -> str:
 
 
 def check_class(cls: type) -> None:
-    """Refuse, with a TypeError, shared values and an invalid `every_scan` in a logic class."""
+    """Raise a TypeError for shared values, or an invalid `every_scan`, in a logic class."""
     for name, each in vars(cls).items():
         if isinstance(each, SHARED) and not name.startswith("__"):
             what = type(each).__name__

@@ -1,4 +1,4 @@
-"""A scan of a logic as one function, written for its devices and sequences when it is attached.
+"""Generates a scan of a logic instance as one function, for its devices and sequences.
 
 It calls only what has something to do: a device that is not idle, a sequence that is due or whose wait
 depends on something that has changed. `Logic.__call__` describes the same scan, slow and clear.
@@ -60,7 +60,7 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
 
 
 def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
-    """Yield the text of a device's actions before and after the logic."""
+    """Yield Python text that calls a device's actions before and after the logic."""
     idle = device.idle()
     known = {} if idle is None else {name: f"{own}_{name}" for name in idle.names}
     if idle is not None:

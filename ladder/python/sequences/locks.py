@@ -1,4 +1,4 @@
-"""A lock: one of several sequences has a resource at a time."""
+"""A lock: only one sequence at a time has a resource."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .waits import until
 
 
 class Lock(Part):
-    """One owner at a time, in order of requests.
+    """A lock with one owner at a time; sequences get it in the order of their requests.
 
     async with self.zone:
         await self.axis.move_to(4000, ...)

@@ -2,21 +2,21 @@
 
     input latch | axes judge the inputs | every_scan | sequences, in order | axes write | output latch
 
-Order is that of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
-is attached to the slots; on each first scan (power-up, or program mode left) its sequences are closed, its
+Order is order of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
+is attached to the slots; on each first scan (after power-up or program mode) its sequences are closed, its
 parts are reset, and sequences begin again. Its own fields keep their values.
 
 Observers can read, in any scan:
 
     for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
-        each.resumed                    # differs when it, or a branch of it, continued in this scan
-        each.name, each.line, each.file # where it waits; line is None once it is over
+        each.resumed                    # changes when it, or a branch of it, continues
+        each.name, each.line, each.file # where it waits; line is None when it is over
         each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made on demand
         str(each)                       # "cycle, line 14: axis.move_to(4000)"
-    fields_of(logic)                    # its fields that are numbers, flags or texts, by name
+    fields_of(logic)                    # its fields that are numbers, flags or text, by name
 
-Reading these changes nothing. `resumed` is cheap enough for every scan: write a row when it
-differs from what it was.
+Reading these changes nothing. `resumed` is cheap enough to read in every scan: write a row when it
+changes.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ Field = bool | int | float | str
 class Logic:
     """The logic of a rack. Subclass it; an instance is called once per scan.
 
-    The base class has no public name but `every_scan`, so all others are free.
+    The base class has no public name except `every_scan`, so a subclass can use all others.
     """
 
     _logic_sources: ClassVar[Mapping[str, str]]
@@ -56,7 +56,7 @@ class Logic:
     _logic_sequences: tuple[Sequence, ...]
     _logic_before: tuple[Turn, ...]
     _logic_after: tuple[Turn, ...]
-    _logic_codes: tuple[CodeType, ...]  # of frames that an online edit has placed
+    _logic_codes: tuple[CodeType, ...]  # codes of frames that an online edit has placed
     _logic_forced: dict[str, Field]  # forced fields
     _logic_scan: Callable[[LogicScan], None]
     _places: dict[str, Place]
@@ -68,7 +68,7 @@ class Logic:
         cls._logic_sources = sources_of(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
-        """Make an instance with its own parts and sequences, independent of its `__init__`."""
+        """Create an instance with its own parts and sequences, whatever its `__init__` does."""
         logic = super().__new__(cls)
         logic._logic_made = (args, options)
         logic._logic_clock = Clock()
@@ -87,7 +87,7 @@ class Logic:
         self._logic_scan(scan)
 
     def _logic_by_turns(self, scan: LogicScan) -> None:
-        """Do one scan, part by part; generated code does the next ones."""
+        """Do one scan, part by part; generated code does the following scans."""
         self._logic_scan_slowly(scan)
         if self._logic_slots is not None:
             self._logic_scan = generated_scan(self, Logic.every_scan)
@@ -125,7 +125,7 @@ class Logic:
             turn(scan.now_ns)
 
     def __attach_logic__(self, slots: Slots) -> None:
-        """Attach the parts to a rack's slots; a ValueError lists all unknown places and shared ones."""
+        """Attach the parts to a rack's slots; raise a ValueError that lists all unknown and shared places."""
         errors: list[ValueError] = _undeclared(self)
         for part in self._logic_parts:
             try:
@@ -144,14 +144,14 @@ class Logic:
         self._logic_take_turns()
 
     def _logic_take_turns(self) -> None:
-        """Take the actions of the devices, in order of definition."""
+        """Collect the actions of the devices, in order of definition."""
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)
         self._logic_scan = self._logic_by_turns  # an edit changes parts and sequences after this
 
     def __close_logic__(self) -> None:
-        """Close all sequences, at the CPU's end. An exception of a `finally` is raised afterwards."""
+        """Close all sequences when the CPU ends. An exception in a `finally` is raised afterwards."""
         with ExitStack() as stack:
             for each in reversed(self._logic_sequences):
                 stack.callback(each.close)
@@ -168,13 +168,13 @@ def _declare(logic: Logic) -> None:
             continue
         part = copy.copy(each)
         parts.append(part)
-        if not hasattr(type(each), "__get__"):  # outputs and words are found through their class
+        if not hasattr(type(each), "__get__"):  # outputs and words are descriptors of the class
             vars(logic)[name] = part
     logic._logic_parts, logic._logic_sequences = tuple(parts), tuple(sequences)
 
 
 def _undeclared(logic: Logic) -> list[ValueError]:
-    """Return an error per part that an instance creates itself."""
+    """Return an error for each part that an instance creates itself."""
     return [
         DeclarationError.at(
             each.declared, f"{name} is made by an instance: declare it in the body of {type(logic).__name__}"
@@ -185,7 +185,7 @@ def _undeclared(logic: Logic) -> list[ValueError]:
 
 
 def _shared(parts: tuple[Part, ...]) -> list[ValueError]:
-    """Return an error for each two parts that would write the same place."""
+    """Return an error for each pair of parts that would write the same place."""
     owners: list[tuple[Part, tuple[int, int, int]]] = []
     errors: list[ValueError] = []
     for part in parts:
@@ -221,7 +221,7 @@ def parts_of(logic: Logic) -> tuple[Part, ...]:
 
 
 def fields_of(logic: Logic) -> dict[str, Field]:
-    """Return the fields of an instance that are flags, numbers or texts, except names with an underscore."""
+    """Return an instance's fields that are flags, numbers or text, except names with an underscore."""
     bodies = [name for kind in reversed(type(logic).__mro__) for name in vars(kind)]
     names = dict.fromkeys([*bodies, *vars(logic)])
     values = {

@@ -1,4 +1,4 @@
-"""Checks of a class's source: statements without effect, and undeclared fields.
+"""Checks a class's source for statements without effect and undeclared fields.
 
     dwell("2 s")            a wait that is never awaited: it does nothing
     self.start.rises        likewise
@@ -136,7 +136,7 @@ def _fields(cls: type) -> frozenset[str] | None:
 
 
 def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: frozenset[str]) -> str:
-    """Return the mistake of a wait stored where nothing reads it, "" if there is none."""
+    """Return the mistake of storing a wait where nothing reads it, "" if there is none."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
@@ -168,9 +168,9 @@ def _targets(node: ast.AST) -> list[ast.expr]:
 
 
 def sources_of(cls: type) -> dict[str, str]:
-    """Return the text of each file that methods of a class, or functions of their modules, are from.
+    """Return the text of each file that defines methods of a class or functions of their modules.
 
-    An edit of a running program compares it with the edited text; the file has changed then.
+    An edit of a running program compares it with the edited text, since by then the file has changed.
     """
     functions = list(_functions(cls))
     for names in [each.__globals__ for each in functions]:
@@ -217,7 +217,7 @@ def _parsed(source: str) -> _File:
 
 
 def _first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Return the first line of a function, decorators included."""
+    """Return the first line of a function, including decorators."""
     return min((decorator.lineno for decorator in function.decorator_list), default=function.lineno)
 
 

@@ -64,17 +64,17 @@ class Clock:
 
 
 class DeclarationError(SiteError):
-    """Declared parts that the rack lacks, or that two parts own."""
+    """Declared parts whose places the rack lacks, or that share a place."""
 
-    errors: tuple[ValueError, ...] = ()  # one for each of them
+    errors: tuple[ValueError, ...] = ()  # one for each such part
 
 
 class Part:
     """A declared part of a logic class.
 
     Attributes:
-        declared: where.
-        loose: whether an `__init__` may make it, as it needs nothing of the rack.
+        declared: file and line of its declaration.
+        loose: whether an `__init__` may create it, since it needs nothing from the rack.
     """
 
     name = ""
@@ -82,7 +82,7 @@ class Part:
     _part_made: tuple[tuple[object, ...], dict[str, object]]
 
     def __new__(cls, *args: object, **options: object) -> Self:
-        """Make a part, and remember its declaration."""
+        """Create a part, and store where it is declared."""
         part = super().__new__(cls)
         part._part_made = (args, options)
         return part
@@ -94,7 +94,7 @@ class Part:
         self.name = name
 
     def attach(self, slots: Slots, clock: Clock) -> None:
-        """Attach to the slots; a ValueError for an unknown slot, word, bit or name."""
+        """Attach to the slots; raise a ValueError for an unknown slot, word, bit or name."""
 
     def reset_part(self) -> None:
         """Reset, in the first scan since power-up or program mode."""
@@ -104,7 +104,7 @@ class Part:
         return type(self) is type(edited) and self._part_made == edited._part_made
 
     def continue_as(self, edited: Part) -> None:
-        """Take the declaration of an edited program; its state stays."""
+        """Take over the declaration of an edited program; the state stays."""
         self.declared, self._part_made = edited.declared, edited._part_made
 
     def owns(self) -> tuple[int, int, int] | None:
@@ -122,7 +122,7 @@ class Level(Part):
 class Idle(NamedTuple):
     """Python expressions that are true when a device's action has no effect."""
 
-    before: str  # of the action before the logic; `{name}` stands for an object of `names`
+    before: str  # for the action before the logic; `{name}` stands for an object in `names`
     after: str
     names: Mapping[str, object]
 
@@ -135,7 +135,7 @@ class Device(Part):
         raise NotImplementedError
 
     def idle(self) -> Idle | None:
-        """Return when these actions have no effect; None = they are called in each scan."""
+        """Return the conditions under which these actions have no effect; None = call them in each scan."""
         return None
 
 
@@ -145,7 +145,7 @@ def words_of(slots: Slots) -> dict[int, ModuleWords]:
 
 
 def site_of_caller() -> Site:
-    """Return file and line of the innermost code outside of this package on the stack."""
+    """Return file and line of the innermost code on the stack outside this package."""
     frame = sys._getframe(1)
     while frame.f_code.co_filename.startswith(_OURS) and frame.f_back is not None:
         frame = frame.f_back

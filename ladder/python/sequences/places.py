@@ -9,7 +9,7 @@ from scanrack.io_images.addresses import Address, allowed, parse_address
 from scanrack.io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
-"""Word names of the module in each slot."""
+"""Word names of the module in each slot, by slot number."""
 
 KINDS = {"I": "input", "O": "output"}
 """Name of an image in messages."""
@@ -29,7 +29,7 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
         image: "I" or "O".
 
     Raises:
-        ValueError: it is unknown, in the other image, a word, or no terminal of a card.
+        ValueError: it is unknown, in the other image, a word, or not a terminal of a card.
     """
     at = _find(text, image, rack, _bits(image, rack))
     if at.bit is None:
@@ -42,7 +42,7 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
 
 
 def find_word(text: str, image: str, rack: Rack) -> Address:
-    """Find a word, see `find_bit`; a ValueError if it is unknown, in the other image, or a bit."""
+    """Find a word, see `find_bit`; raise a ValueError if it is unknown, in the other image, or a bit."""
     at = _find(text, image, rack, _words(image, rack))
     if at.bit is not None:
         raise ValueError(f"{text!r} is a bit: declare it as {KINDS[image].capitalize()}")

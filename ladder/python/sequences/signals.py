@@ -6,8 +6,8 @@
     level = InputWord("Local:3:I.Ch0Data")    a word, signed
     lamp: Output = Output("Local:2:O.Data.0")
 
-The value is that of the present scan's input latch. An input itself is true or false; `.rises`, `.falls`,
-`.on` and `.off` are waits. A status bit of a 3601 by meaning is false in configuration mode, in which the
+The value is from the current scan's input latch. An input itself is true or false; `.rises`, `.falls`,
+`.on` and `.off` are waits. A status bit of a 3601 by its meaning is false in configuration mode, in which the
 module mirrors other bits there.
 """
 
@@ -54,7 +54,7 @@ class Signal(Part):
         self.at: Address | None = None  # the place, once the logic is attached to a rack
 
     def find(self, slots: Slots) -> Address:
-        """Return its place in a rack; a ValueError if it is unknown, in the other image, or a word."""
+        """Return its place in a rack; raise a ValueError if it is unknown, in the other image, or a word."""
         try:
             return self.search(self.address, self.image, words_of(slots))
         except ValueError as error:
@@ -81,27 +81,27 @@ class Input(Signal, Level):
         return self.read()
 
     def __call__(self) -> bool:
-        """Return whether it is on; so an input is a condition: `steady(self.door, "1 s")`."""
+        """Return whether it is on, so that an input is a condition: `steady(self.door, "1 s")`."""
         return self.read()
 
     @property
     def rises(self) -> Wait[None]:
-        """The next change to on, after the scan of the await."""
+        """A wait for the next change to on, after the scan of the await."""
         return Edge(self.read, True, f"{self.name} rises", self._place)
 
     @property
     def falls(self) -> Wait[None]:
-        """The next change to off, after the scan of the await."""
+        """A wait for the next change to off, after the scan of the await."""
         return Edge(self.read, False, f"{self.name} falls", self._place)
 
     @property
     def on(self) -> Wait[None]:
-        """On, from the next scan on."""
+        """A wait until it is on, from the next scan on."""
         return until.of_input(self.read, f"{self.name} on", self._place)
 
     @property
     def off(self) -> Wait[None]:
-        """Off, from the next scan on."""
+        """A wait until it is off, from the next scan on."""
         return until.of_input(lambda: not self.read(), f"{self.name} off", self._place)
 
     def __repr__(self) -> str:
@@ -109,9 +109,9 @@ class Input(Signal, Level):
 
 
 def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callable[[], bool], Place | None]:
-    """Return the reader of a bit, and all that it reads if that is one word, of 16 bits or of 32.
+    """Return the reader of a bit, and the place that it reads if that is one word of 16 or 32 bits.
 
-    In configuration mode a guarded bit reads false, except live bits.
+    In configuration mode a guarded bit reads false, unless it is a live bit.
     """
     words, mask = image.words, mask_of(bit)
     if not guarded or (word == 0 and mask & LIVE_BITS):
@@ -196,7 +196,7 @@ class Output(Signal):
         try:
             words, word, mask = logic._places[self.name]
         except KeyError:
-            words, word, mask = _place(self, logic)  # which refuses
+            words, word, mask = _place(self, logic)  # raises a ValueError before the first scan
         if on is False:
             if words[word] & mask:
                 words[word] ^= mask

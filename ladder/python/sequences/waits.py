@@ -4,7 +4,7 @@
     sequence    await w    -           continues
     the wait    begin      poll: no    poll: yes, result
 
-A wait takes one scan at least, even one that holds already. Times are virtual and in integer ns.
+A wait takes at least one scan, even if its condition is already true. Times are virtual and in integer ns.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ Place = tuple[memoryview, int, int]
 """Words of an image, index of the word, mask of the bits."""
 
 Condition = Callable[[], object]
-"""A function called in every scan, for its truth."""
+"""A function that is called in every scan; its result counts as true or false."""
 
 
 class SequenceTurn(threading.local):
     """Whether a sequence takes its turn, per thread.
 
-    Python may close a coroutine at any time, the innermost first. Nothing would resume an await in its
-    `finally` then, so that await ends at once.
+    Python may close coroutines at any time, the innermost first. Nothing would then resume an await in a
+    `finally`, so such an await ends at once.
 
     Attributes:
         now: whether a sequence takes its turn.
@@ -46,18 +46,18 @@ class SequenceTurn(threading.local):
     dropped = 0
 
     def drop(self) -> None:
-        """End an await outside of a turn with GeneratorExit; a loop that catches it waits after all."""
+        """End an await outside a turn with GeneratorExit; a loop that always catches it waits in the end."""
         self.dropped += 1
         if self.dropped <= DROPS:
             raise GeneratorExit
 
 
 stepping = SequenceTurn()
-"""Of the current thread."""
+"""The turn of the current thread."""
 
 
 DROPS = 100
-"""Awaits ended per close; a coroutine with more of them swallows its end."""
+"""Maximum awaits ended per close; a coroutine with more of them has swallowed its end."""
 
 
 class Wait(Generic[T_co]):
@@ -68,22 +68,22 @@ class Wait(Generic[T_co]):
     def __init_subclass__(cls, **options: Any) -> None:
         super().__init_subclass__(**options)
         if "poll" in vars(cls) and "watched" not in vars(cls):
-            cls.watched = Wait.watched  # type: ignore[method-assign]  # that of its base is not about this poll
+            cls.watched = Wait.watched  # type: ignore[method-assign]  # the base's `watched` does not match this `poll`
 
     def watched(self) -> Watch | None:
-        """Return what it depends on, once it has begun; None = it is polled in each scan."""
+        """Return what it depends on, once it has begun; None = poll it in each scan."""
         return None
 
     @property
     def moved(self) -> int:
-        """Number of resumptions of branches inside of it."""
+        """Number of resumptions of the branches inside it."""
         return 0
 
     def begin(self, now_ns: int) -> None:
         """Begin to wait, in the scan of the await."""
 
     def poll(self, now_ns: int) -> bool:
-        """Return whether it holds, once per later scan; its exception is raised at the await."""
+        """Return whether it is over, once per later scan; an exception is raised at the await."""
         raise NotImplementedError(f"{type(self).__name__} has no poll")
 
     def result(self) -> T_co:
@@ -91,7 +91,7 @@ class Wait(Generic[T_co]):
         return None  # type: ignore[return-value]  # a wait without a value is a Wait[None]
 
     def give_up(self, now_ns: int) -> bool:
-        """Stop waiting; return whether it has ended. A branch may need further scans for its `finally`."""
+        """Stop waiting; return whether it has ended. A branch may need more scans for its `finally`."""
         return True
 
     def gone(self, now_ns: int) -> bool:
@@ -121,10 +121,10 @@ def check_condition(condition: object, what: str) -> None:
 
 
 def holds(condition: Condition) -> bool:
-    """Evaluate a condition; a TypeError for a coroutine, which would count as true."""
+    """Evaluate a condition; raise a TypeError for a coroutine, which would count as true."""
     answer = condition()
     if inspect.iscoroutine(answer):
-        answer.close()  # lest Python warns that no one awaits it
+        answer.close()  # so that Python does not warn that it was never awaited
         raise TypeError(_never_answers(answer.__name__))
     return bool(answer)
 
@@ -134,7 +134,7 @@ def _never_answers(name: str) -> str:
 
 
 def text_of(condition: Condition) -> str:
-    """Return the name of a condition: of its function or its input; of a lambda the text of its expression.
+    """Return the name of a condition's function or input, or the text of a lambda's expression.
 
     >>> text_of(str.isdigit), text_of(eval("lambda: True"))  # whose text is in no file
     ('isdigit', 'a condition')
@@ -152,7 +152,7 @@ LONGEST = 80
 
 @lru_cache(maxsize=1024)
 def _expression(code: CodeType) -> str:
-    """Return the text of a lambda's expression in its file; "" if the file has another one there now."""
+    """Return the text of a lambda's expression in its file; "" if the file has other text there now."""
     text = _written_at(code)
     if not text or len(text) > LONGEST:
         return ""
@@ -165,7 +165,7 @@ def _expression(code: CodeType) -> str:
 
 
 def _written_at(code: CodeType) -> str:
-    """Return what a file has at the places of some code, in one line; "" if nothing is known."""
+    """Return the text in a file at the positions of some code, in one line; "" if it is unknown."""
     spans = [each for each in code.co_positions() if None not in each and each[2] != each[3]]
     if not spans:
         return ""
@@ -184,7 +184,7 @@ def _plain(code: CodeType) -> set[str]:
 
 
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
-    """A condition, a function without arguments, that is true, from the next scan on; `text` names it."""
+    """Waits until a condition, a function without arguments, is true in a later scan; `text` names it."""
 
     __slots__ = ("_place", "condition", "text")
 
@@ -196,7 +196,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
     @classmethod
     def of_input(cls, condition: Condition, text: str, place: Place | None) -> until:
-        """Make the wait for the level of an input; `place` is all that the condition reads."""
+        """Create a wait for the level of an input; `place` is everything that the condition reads."""
         wait = cls(condition, text)
         wait._place = place
         return wait
@@ -214,7 +214,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
 
 class dwell(Wait[None]):  # noqa: N801
-    """A time from the scan of the await, such as "2 s", up to the first scan at or after its end."""
+    """Waits for a time such as "2 s" from the scan of the await, until the first scan at or after its end."""
 
     __slots__ = ("_over_ns", "length_ns", "time")
 
@@ -240,7 +240,7 @@ class dwell(Wait[None]):  # noqa: N801
 
 
 class steady(Wait[None]):  # noqa: N801
-    """A condition that is true for a time such as "1 s" without interruption."""
+    """Waits until a condition has been true for a time such as "1 s" without interruption."""
 
     __slots__ = ("_since_ns", "condition", "length_ns", "text", "time")
 
@@ -270,13 +270,13 @@ class steady(Wait[None]):  # noqa: N801
 
 
 class Edge(Wait[None]):
-    """A change of a signal to the level `to` after the scan of the await."""
+    """Waits for a change of a signal to the level `to`, after the scan of the await."""
 
     __slots__ = ("_before", "_place", "_read", "_to", "text")
 
     def __init__(self, read: Callable[[], bool], to: bool, text: str, place: Place | None = None) -> None:
         self._read, self._to, self.text = read, to, text
-        self._place = place  # all that `read` reads
+        self._place = place  # everything that `read` reads
         self._before = to
 
     @override

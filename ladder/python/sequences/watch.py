@@ -1,10 +1,10 @@
-"""What a wait depends on, so that scans in which nothing of it changes need not ask the wait.
+"""What a wait depends on: it need not be polled in scans in which none of this changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time
     a command               its flag
 
-While all of these stay, polling the wait has no effect. Any other wait is polled in each scan.
+While all of these stay the same, polling the wait has no effect. Any other wait is polled in each scan.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 NEVER_NS = 1 << 63
-"""After all times."""
+"""A time later than all others, ns."""
 
 
 class Flag(Protocol):
-    """Something that ends once."""
+    """An object that ends once."""
 
     ended: bool
 
 
 class _NeverEnds:
     def __init__(self) -> None:
-        self.ended = False  # its own: an attribute of the class would take longer to read
+        self.ended = False  # an instance attribute: reading a class attribute would take longer
 
 
 class Watch(NamedTuple):
@@ -33,10 +33,10 @@ class Watch(NamedTuple):
 
     words: Sequence[int] = array("h", [0])  # an image
     word: int = 0  # index of its word
-    mask: int = 0  # the bits of it
-    until_ns: int = NEVER_NS  # it may hold from this time on
+    mask: int = 0  # the bits in the word
+    until_ns: int = NEVER_NS  # it may be over from this time on, ns
     flag: Flag = _NeverEnds()
-    at_once: bool = False  # it may hold in the first scan although nothing changes
+    at_once: bool = False  # it may be over in the first scan although nothing changes
 
 
 NOTHING = Watch()

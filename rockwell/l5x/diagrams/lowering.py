@@ -210,10 +210,10 @@ class _Lowering:
         operator = _ANY.get(canonical(node.type))
         if operator:
             pins = (each for each in _PIN.findall(formula) if each.upper() in wired)
-            formula = operator.join(f"{{{each}}}" for each in pins) or formula
-        missing = next((each for each in _PIN.findall(formula) if each.upper() not in wired), None)
-        if missing is not None:
-            raise node.refused(f"nothing is wired to its input {missing}")
+            formula = operator.join(map("{{{}}}".format, pins)) or formula
+        for each in _PIN.findall(formula):
+            if each.upper() not in wired:
+                raise node.refused(f"nothing is wired to its input {each}")
         text = _PIN.sub(lambda found: self._values.text(wired[found[1].upper()]), formula)
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 

@@ -10,7 +10,7 @@ from itertools import chain
 from scanrack.ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 
 from ..xml.records import ElementRecord, number_of
-from .sheets import RUN, Diagram, Node, Pin
+from .sheets import RUN, Diagram, Node, Pin, pin_of, wires_of
 from .wire_values import Values, form_of
 
 _KINDS = {"IRef": "input", "ORef": "output", "ICon": "connector", "OCon": "connector"}
@@ -21,11 +21,11 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
     nodes: defaultdict[int, list[Node]] = defaultdict(list)
     for (sheet, _), node in diagram.nodes.items():
         nodes[sheet].append(node)
-    behind: dict[Node, Pin] = {}
+    connected: dict[Node, Pin] = {}
     for each in chain.from_iterable(diagram.inputs.values()):
         if each.through is not None:
-            behind.setdefault(each.through, each.source)
-    shown = _DiagramParts(diagram, values, places, behind)
+            connected.setdefault(each.through, each.source)
+    shown = _DiagramParts(diagram, values, places, connected)
     return tuple(
         _Sheet(record, number, nodes[number], shown).sheet() for number, record in diagram.sheets.items()
     )
@@ -38,7 +38,7 @@ class _DiagramParts:
     diagram: Diagram
     values: Values
     places: Mapping[Node, Sequence[int]]
-    behind: Mapping[Node, Pin]  # the value of each input connector
+    connected: Mapping[Node, Pin]  # the value of each input connector
 
 
 class _Sheet:
@@ -51,7 +51,7 @@ class _Sheet:
 
     def sheet(self) -> DrawnSheet:
         comment = next((each.text.strip() for each in self._record.children if each.tag == "Description"), "")
-        wires = [wire for each in self._record.children if (wire := self._wire(each)) is not None]
+        wires = list(map(self._wire, wires_of(self._record)))
         outputs: defaultdict[int, set[str]] = defaultdict(set)
         for each in wires:
             outputs[each.source].add(each.output)
@@ -59,14 +59,11 @@ class _Sheet:
         texts = [_text(each) for each in self._record.children if each.tag == "TextBox"]
         return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
 
-    def _wire(self, record: ElementRecord) -> DrawnWire | None:
-        if record.tag not in ("Wire", "FeedbackWire"):
-            return None
+    def _wire(self, record: ElementRecord) -> DrawnWire:
         get = record.attributes.get
         keys = [(self._number, number_of(get(name, "")) or 0) for name in ("FromID", "ToID")]
         source, target = (self._diagram.nodes[key] for key in keys)
-        output = get("FromParam", "") if source.tag in RUN else ""
-        pin = get("ToParam", "") if target.tag in RUN else ""
+        output, pin = pin_of(record, "FromParam", source), pin_of(record, "ToParam", target)
         value = self._value(source, output)
         feedback = record.tag == "FeedbackWire"
         return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
@@ -75,7 +72,7 @@ class _Sheet:
         """Return the address of a value on this sheet; that of a connector is the one that leads to it."""
         if node.tag != "ICon":
             return self._values.text(Pin(node, pin))
-        source = self._shown.behind.get(node)
+        source = self._shown.connected.get(node)
         return "" if source is None else self._values.text(source)
 
     def _element(self, node: Node, wired: set[str]) -> DrawnElement:

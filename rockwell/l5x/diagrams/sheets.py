@@ -139,9 +139,8 @@ class Diagram:
                 raise DiagramError(f"there are two sheets {number}", Site(line=sheet.line))
             for each in sheet.children:
                 self._node(number, each)
-            for each in sheet.children:
-                if each.tag in _WIRES:
-                    self._wire(number, each)
+            for each in wires_of(sheet):
+                self._wire(number, each)
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
         if record.tag in (*_WIRES, *_REMARKS):
@@ -159,16 +158,15 @@ class Diagram:
                 raise node.refused("there are two output connectors of this name")
 
     def _wire(self, sheet: int, record: ElementRecord) -> None:
-        get = record.attributes.get
-        source, target = (self._end(sheet, get(name, "")) for name in ("FromID", "ToID"))
+        source, target = (self._end(sheet, record.attributes.get(name, "")) for name in ("FromID", "ToID"))
         if source is None or target is None:
             text = f"sheet {sheet}: a wire leads to an element that does not exist"
             raise DiagramError(text, Site(line=record.line))
-        pin = get("ToParam", "") if target.tag in RUN else ""
+        pin = pin_of(record, "ToParam", target)
         taken = self._wires.setdefault(target.key, {})
         if pin.upper() in taken:
             raise target.refused(f"two wires lead to its input {pin}".rstrip())
-        name = get("FromParam", "") if source.tag in RUN else ""
+        name = pin_of(record, "FromParam", source)
         if (target.tag in RUN and not pin) or (source.tag in RUN and not name):
             raise target.refused("a wire to it names no pin")
         taken[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
@@ -180,14 +178,14 @@ class Diagram:
     def _input(self, key: Key, wire: _Wire) -> Input:
         """Return an input with its source past connectors."""
         first = self.nodes[wire.source]
-        at, pin, behind = self._past_connectors(wire.source, wire.output)
+        at, pin, delayed = self._past_connectors(wire.source, wire.output)
         if self.nodes[at].tag in ("ORef", "OCon"):
             raise self.nodes[at].refused("a wire leaves it, and it has no output")
-        feedback = wire.feedback or behind or at == key  # a block that is wired to itself needs no indicator
+        feedback = wire.feedback or delayed or at == key  # a block that is wired to itself needs no indicator
         return Input(wire.pin, Pin(self.nodes[at], pin), feedback, first if first.tag == "ICon" else None)
 
     def _past_connectors(self, at: Key, pin: str) -> tuple[Key, str, bool]:
-        """Return an element and its output behind input connectors, and whether a feedback wire is there."""
+        """Follow input connectors to an element and its output; the last value: past a feedback wire."""
         way: dict[Key, bool] = {}
         while self.nodes[at].tag == "ICon" and at not in self._sources:
             connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
@@ -246,6 +244,16 @@ class Diagram:
         names = ", ".join(each.place for each in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
+
+
+def wires_of(sheet: ElementRecord) -> Iterator[ElementRecord]:
+    """Yield the wires of a sheet."""
+    return (each for each in sheet.children if each.tag in _WIRES)
+
+
+def pin_of(wire: ElementRecord, name: str, node: Node) -> str:
+    """Return the pin at an end of a wire, "" for a reference or connector."""
+    return wire.attributes.get(name, "") if node.tag in RUN else ""
 
 
 def _readers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:

@@ -30,12 +30,7 @@ def first_difference(kind: DataType, dims: tuple[int, ...], whole: Any, other: A
     if other is None:
         return None
     if dims:
-        for place, each in enumerate(other):
-            inner = None if whole is None else whole[place]
-            found = first_difference(kind, dims[1:], inner, each)
-            if found is not None:
-                return (f"[{place}]", *found)
-        return None
+        return _in_array(kind, dims[1:], whole, other)
     if isinstance(kind, Structure) and isinstance(other, Mapping):
         return _in_structure(kind, whole or {}, other)
     mine = _zero(kind) if whole is None else whole
@@ -46,6 +41,15 @@ def _is_same(kind: DataType, mine: Any, other: Any) -> bool:
     if mine == other or (mine != mine and other != other):  # NaN
         return True
     return isinstance(kind, Elementary) and kind.is_double and math.isclose(mine, other, rel_tol=_PRECISION)
+
+
+def _in_array(kind: DataType, dims: tuple[int, ...], whole: Any, other: Any) -> Path | None:
+    for place, each in enumerate(other):
+        inner = None if whole is None else whole[place]
+        found = first_difference(kind, dims, inner, each)
+        if found is not None:
+            return (f"[{place}]", *found)
+    return None
 
 
 def _in_structure(kind: Structure, whole: Mapping[str, Any], other: Mapping[str, Any]) -> Path | None:

@@ -41,21 +41,19 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
     Raises:
         ValueTextError: force data that can't be read.
     """
-    elements = [each.element for each in forced]
-    data = [each for each in elements if each.tag != "ForceData"]
+    images = [each.element for each in forced if each.element.tag == "ForceData"]
+    data = (each.element for each in forced if each.element.tag != "ForceData")
     shown = [force for each in data for inner in each.iterchildren("*") for force in _shown(inner, "")]
-    if shown or len(data) == len(elements):
+    if shown or not images:
         yield from shown
-        return
-    yield from _of_image(
-        _bytes(next(each for each in elements if each.tag == "ForceData")), kind, dims, types
-    )
+    else:
+        yield from _of_image(_bytes(images[0]), kind, dims, types)
 
 
 def _of_image(image: bytes, kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
     count, rest = divmod(len(image), 3)
     mask, values = image[count : 2 * count], image[2 * count :]
-    if not any(image) or not (rest or any(mask)):
+    if not any(image if rest else mask):
         return
     if rest or not fits(mask, kind, dims, types.layouts):
         raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")

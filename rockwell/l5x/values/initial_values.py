@@ -92,14 +92,16 @@ class _Forms:
         raw = self._raw() if layouts.is_known(kind) else None
         if raw and fits(raw, kind, dims, layouts) and (len(self._data) == 1 or layouts.is_certain(kind)):
             yield "bytes", RawReader(raw, layouts, keep=self._how.keep).read(kind, dims)
-        if "L5K" not in self._data or not _OTHERS.isdisjoint(self._data):
-            return
+        if "L5K" in self._data and _OTHERS.isdisjoint(self._data):
+            yield from self._l5k()
+
+    def _l5k(self) -> Iterator[tuple[str, Any]]:
         try:
             text = "".join(self._data["L5K"].element.itertext())
-            value = from_l5k(text, kind, dims, self._how)
+            value = from_l5k(text, self._kind, self._dims, self._how)
             yield "L5K", self._filled(value) if self._how.unread else value
         except OtherVersionError as error:
-            if "Decorated" not in self._data or self._types.has_locals(kind):
+            if "Decorated" not in self._data or self._types.has_locals(self._kind):
                 self._say(str(error))
 
     def _filled(self, value: Any) -> Any:

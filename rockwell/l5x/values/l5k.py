@@ -6,6 +6,7 @@ It has the values of all members in memory order, see `layouts`.
 from __future__ import annotations
 
 import re
+from itertools import chain, repeat
 from typing import Any
 
 from scanrack.ladder.model.types import DINT, DataType, Elementary, Structure, count_of
@@ -145,12 +146,12 @@ def filled(value: Any, other: Any) -> Any:
     if value is UNREAD:
         return other
     if isinstance(value, dict):
-        given = other if isinstance(other, dict) else {}
-        found = {name: filled(each, given.get(name)) for name, each in value.items()}
+        members = other if isinstance(other, dict) else {}
+        found = {name: filled(each, members.get(name)) for name, each in value.items()}
         return {name: each for name, each in found.items() if each is not None}
     if isinstance(value, list):
-        rest = other if isinstance(other, list) else []
-        return [filled(each, rest[at] if at < len(rest) else None) for at, each in enumerate(value)]
+        given = chain(other if isinstance(other, list) else (), repeat(None))
+        return [filled(each, inner) for each, inner in zip(value, given, strict=False)]
     return value
 
 

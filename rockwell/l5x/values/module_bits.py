@@ -13,7 +13,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 from scanrack.ladder.model.types import BOOL, Elementary, Member
 
@@ -81,13 +80,11 @@ def _bits_of(host: Member, run: Sequence[Member], values: Mapping[str, str]) -> 
 
 def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
     """Return the bit of each name, without those that are not known."""
-    if len(names) == bits:
-        return {name: bit for bit, name in enumerate(names)}
-    if len(names) > 1 and _are_series(names):
+    if len(names) == bits or (len(names) > 1 and _are_series(names)):
         return {name: bit for bit, name in enumerate(names)}
     ends = {name: int(end[1]) for name in names if (end := _AT_END.search(name))}
     places = list(ends.values())
-    rising = all(one < after for one, after in pairwise(places))
+    rising = places == sorted(set(places))
     return ends if rising and places and len(places) <= places[-1] < bits else {}
 
 

@@ -42,15 +42,19 @@ def unsaid(_text: str) -> None:
     """Ignore a remark."""
 
 
+def _single_of(text: str, kind: Elementary, say: Callable[[str], None]) -> float:
+    value = _real_of(text)
+    if math.isfinite(value) and math.isinf(real(value)):
+        say(f"{text} does not fit {kind.name}: it starts as infinite")
+    return real(value)
+
+
 def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
     """Return a value from text in any radix, truncated to the type's bits, or raise a ValueTextError."""
     if kind.is_double:
         return _real_of(text)
     if kind.is_real:
-        value = _real_of(text)
-        if math.isfinite(value) and math.isinf(real(value)):
-            say(f"{text} does not fit {kind.name}: it starts as infinite")
-        return real(value)
+        return _single_of(text, kind, say)
     bits = False
     try:
         number = int(text)

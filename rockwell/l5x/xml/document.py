@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -225,23 +226,18 @@ class _L5xReader:
         )
 
     def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
-        rungs = [
-            self._rung(each, place) for place, each in enumerate(children(element, "RLLContent", "Rung"))
-        ]
+        rungs = tuple(map(self._rung, children(element, "RLLContent", "Rung"), count()))
         contents = list(element.iterchildren("STContent"))
         types, chosen = _chosen(contents, tested=tested)
         content = contents[chosen] if contents else None
         charts = list(element.iterchildren("SFCContent", "FBDContent"))
         chart = charts[_chosen(charts, tested=tested)[1]] if charts else None
-        lines = _text_lines(chart.iter("Line") if chart is not None else children(content, "Line"))
-        if content is not None and chart is None and not lines:  # by other programs than Studio 5000
-            lines = [(content.text or "", int(content.sourceline))]
-        found = next((_KINDS[each.tag] for each in element if each.tag in _KINDS), "RLL")
+        lines = _text_lines(chart.iter("Line")) if chart is not None else _statement_lines(content)
         return RoutineRecord(
             element.get("Name", ""),
-            element.get("Type") or found,
+            element.get("Type") or next((_KINDS[each.tag] for each in element if each.tag in _KINDS), "RLL"),
             text_of(element.find("Description")),
-            tuple(rungs),
+            rungs,
             tuple(lines),
             element.sourceline,
             tested,
@@ -338,6 +334,14 @@ def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:
 
 def _text_lines(elements: Iterable[Any]) -> list[tuple[str, int]]:
     return [("".join(each.itertext()), int(each.sourceline)) for each in elements]
+
+
+def _statement_lines(content: Any) -> list[tuple[str, int]]:
+    """Return the lines of structured text; other programs than Studio 5000 write it without `Line`."""
+    lines = _text_lines(children(content, "Line"))
+    if content is not None and not lines:
+        lines = [(content.text or "", int(content.sourceline))]
+    return lines
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:

@@ -198,7 +198,7 @@ class Pcl601Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """Note a written register: it may choose the target of the next Go."""
+        """Handle the write of a register: it may select the target of the next Go."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
@@ -272,7 +272,7 @@ class Pcl601Controller:
         return self.move_to(self.values[Register.ABS_TARGET])
 
     def move(self, steps: int) -> bool:
-        """Index a number of steps in the direction of the direction register; 0 is no motion."""
+        """Index a number of steps in the direction that the direction register selects; 0 does not move."""
         direction = 1 if self.values[Register.DIRECTION] else -1
         if not ROWS[Register.STEPS].allows(steps):
             return self.refuse(Error.RANGE)
@@ -286,7 +286,7 @@ class Pcl601Controller:
         return self.index(distance)
 
     def index(self, distance: int) -> bool:
-        """Index over a distance with sign, to a position within the register's range."""
+        """Index over a signed distance, to a position within the register's range."""
         if self.busy:
             return self.refuse(Error.BUSY)
         if distance and abs(distance) > self.axis.room(1 if distance > 0 else -1):
@@ -303,7 +303,7 @@ class Pcl601Controller:
         return self.index(self._last_distance)
 
     def _seek(self, begin: Callable[[], None]) -> bool:
-        """Begin an endless motion if the speeds are legal, and the position can count it."""
+        """Begin an endless motion if the speeds are legal and the position register has room for it."""
         if self.axis.room(1 if self.values[Register.DIRECTION] else -1) == 0:
             return self.refuse(Error.RANGE)
         if not self.axis.speeds.fit():

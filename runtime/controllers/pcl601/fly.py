@@ -24,7 +24,7 @@ class OutputOnFly:
     """Output 1 during index moves."""
 
     def __init__(self) -> None:
-        self.next_position: int | None = None  # of the next pulse, None if no more are due
+        self.next_position: int | None = None  # position of the next pulse, None if no more are due
         self.positions: deque[int] = deque(maxlen=REMEMBERED)  # position register at each pulse so far
         self.until_ns: int | None = None  # end of the present pulse, None between pulses
         self._spacing = 0

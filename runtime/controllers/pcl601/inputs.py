@@ -20,7 +20,7 @@ class Inputs:
     """The inputs as Modbus and ASCII report them.
 
     Args:
-        motor: its position operates contacts.
+        motor: the motor whose position operates contacts.
         wiring: SW2 and the thumbwheel.
         values: the registers that enable and scale.
         report: sets an error bit.

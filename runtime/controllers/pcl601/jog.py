@@ -12,7 +12,7 @@ class JogInputs:
     """Jog +, Jog - and Fast Jog.
 
     Args:
-        motor: its position operates contacts.
+        motor: the motor whose position operates contacts.
     """
 
     def __init__(self, pins: Pcl601Pins, motor: Motor) -> None:

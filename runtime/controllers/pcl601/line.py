@@ -73,7 +73,7 @@ class Pcl601:
 
     @property
     def _present_format(self) -> LineFormat:
-        is_ascii = self.controller.protocol is Protocol.ASCII  # an enumeration's key costs a call
+        is_ascii = self.controller.protocol is Protocol.ASCII  # hashing an enumeration key costs a call
         return pcl601_ascii.LINE_FORMAT if is_ascii else pcl601_frames.LINE_FORMAT
 
     @property
@@ -108,7 +108,7 @@ class Pcl601:
             self._answer(now_ns, one)
 
     def advance(self, now_ns: int) -> bytes:
-        """Advance to `now_ns`; return the bytes that go onto the line from then on."""
+        """Advance to `now_ns`; return the bytes to send at that instant."""
         self._format = self._present_format
         while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
             self.controller.advance(due_ns)

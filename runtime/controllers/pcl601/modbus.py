@@ -143,7 +143,7 @@ class Modbus:
             self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
 
     def _position_fits(self, first: int, values: Sequence[int]) -> bool:
-        """Whether a position of which both words are written is in range; its write is its use."""
+        """Whether a position is in range if both of its words are written: the write puts it into effect."""
         at = PLACES.index((Register.POSITION, 0)) - first
         if not 0 <= at < len(values) - 1:
             return True

@@ -1,4 +1,4 @@
-"""The motor behind the clock output, and the encoder on its shaft.
+"""The motor driven by the clock output, and the encoder on its shaft.
 
 Encoder models:
 

@@ -35,11 +35,11 @@ class Pcl601Memory(BaseModel):
         return lines
 
     def addressed(self, address: int) -> Self:
-        """Return it with another address."""
+        """Return this memory with another address."""
         return self.model_copy(update={"address": address})
 
     def restore(self, unit: Pcl601) -> None:
-        """Power a fresh unit up with this memory; a program that it has already is the newer one."""
+        """Power up a fresh unit with this memory; a program that it already has is newer and stays."""
         controller = unit.controller
         controller.values[Register.ADDRESS] = self.address
         newer = program_of(unit)
@@ -51,7 +51,7 @@ class Pcl601Memory(BaseModel):
 
 
 class Pcl601MemoryReader:
-    """Reads the present memory of a unit; the text of a program is made once."""
+    """Reads the present memory of a unit; the text of each program is generated once."""
 
     def __init__(self, unit: Pcl601) -> None:
         self._unit = unit

@@ -45,7 +45,7 @@ class SimulatedPcl601Axis:
         retries_failed: Callable[[], None],
     ) -> None:
         self.kind: AxisActivity | None = None  # the present activity, None when idle
-        self.direction = 1  # of the present or last motion, +1 or -1
+        self.direction = 1  # direction of the present or last motion, +1 or -1
         self.fly = OutputOnFly()
         self.jog = JogInputs(pins, motor)
         self.speeds = Pcl601Speeds(values)

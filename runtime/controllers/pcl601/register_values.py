@@ -1,4 +1,4 @@
-"""The values behind the registers."""
+"""The stored values of the registers."""
 
 from __future__ import annotations
 

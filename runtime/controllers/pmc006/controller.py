@@ -33,7 +33,7 @@ class Pmc006Controller:
     """A controller at power-up, at t = 0.
 
     Args:
-        address: in the EEPROM, 1 to 120, or 255 as from the factory.
+        address: address in the EEPROM, 1 to 120, or 255, the factory setting.
         program: in the EEPROM; it does not start by itself.
 
     Raises:
@@ -88,7 +88,7 @@ class Pmc006Controller:
     def execute(self, code: int, data: int) -> int:
         """Carry out an instruction now; return the data of the answer.
 
-        It never raises: the answer to a refused instruction is error 6, to an unknown one error 7.
+        It never raises: it answers a refused instruction with error 6, and an unknown one with error 7.
 
         Args:
             data: 32 bits, signed.
@@ -108,7 +108,7 @@ class Pmc006Controller:
         return self.memory[row.shows or row.name]
 
     def set_pin(self, pin: Pin, level: bool | Contact) -> None:
-        """Hold an input high (True) or low from now on, or connect it to a switch."""
+        """Hold an input high (True) or low, or connect it to a switch."""
         self.pins.hold(pin, level)
         self.pins.sense(self.axis.physical)
 

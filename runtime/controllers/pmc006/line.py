@@ -3,7 +3,7 @@
 The controller carries out a valid frame to its own address when its last byte is
 complete, and answers with one frame [4.1]; it ignores everything else. At the
 receive time-out after its latest byte it drops an incomplete frame, so that a
-fragment cannot swallow the begin of the next frame.
+fragment cannot swallow the start of the next frame.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class Memory:
         return self._values[name]
 
     def __setitem__(self, name: str, value: int) -> None:
-        """Set a parameter; store one of the EEPROM at once."""
+        """Set a parameter; write it to the EEPROM at once if it is one that is always kept there."""
         self._values[name] = value
         if BY_NAME[name].keeping is ParameterStorage.EEPROM:
             self._eeprom[name] = value
@@ -34,7 +34,7 @@ class Memory:
         return dict(self._eeprom)
 
     def restore(self, kept: Mapping[str, int]) -> None:
-        """Put parameters into the EEPROM, in force from the next power-up on.
+        """Write parameters to the EEPROM; they take effect at the next power-up.
 
         Raises:
             ValueError: a parameter that is not in the EEPROM, or a value that it can't have.

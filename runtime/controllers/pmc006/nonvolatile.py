@@ -15,7 +15,7 @@ class Pmc006Memory(BaseModel):
     """The EEPROM of a controller.
 
     Attributes:
-        parameters: by name, as `scanrack device pmc006 read` has them.
+        parameters: parameters by name, as in `scanrack device pmc006 read`.
         program: lines of the user program, `OP option data`.
     """
 
@@ -49,11 +49,11 @@ class Pmc006Memory(BaseModel):
         return self.parameters["device_address"]
 
     def addressed(self, address: int) -> Self:
-        """Return it with another address."""
+        """Return this memory with another address."""
         return self.model_copy(update={"parameters": self.parameters | {"device_address": address}})
 
     def restore(self, controller: Pmc006Controller) -> None:
-        """Power a fresh controller up with this memory; a program that it has already is the newer one."""
+        """Power up a fresh controller with this memory; a program that it already has is newer and stays."""
         memory = controller.memory
         memory.restore(self.parameters)
         memory.lines = memory.lines or assemble("\n".join(self.program)).lines

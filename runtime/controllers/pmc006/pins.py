@@ -9,7 +9,7 @@ from ...machine.contacts import Contact, nearest_edge
 
 
 class Pin(IntFlag):
-    """The input pins, as a mask of those that are high. EXT1, EXT2 and FSET have the bits of `Level`."""
+    """The input pins, as a mask of the pins that are high. EXT1, EXT2 and FSET have the bits of `Level`."""
 
     EXT2 = 1 << 0
     EXT1 = 1 << 2
@@ -24,7 +24,7 @@ class Pmc006Pins:
 
     Attributes:
         levels: mask of the pins that are high, as of the last `sense`.
-        on_change: called after a change with the mask of the changed pins, and of those high now.
+        on_change: called after a change with the masks of the changed pins and of the high pins.
     """
 
     def __init__(self) -> None:

@@ -103,7 +103,7 @@ class SimulatedPmc006Axis:
 
     @property
     def direction(self) -> int:
-        """+1 or -1, as instruction d says."""
+        """+1 or -1, as set by instruction d."""
         return 1 if self._memory["direction"] else -1
 
     @property

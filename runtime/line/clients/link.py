@@ -21,7 +21,7 @@ ANSWER_S = 0.2
 """Longest wait for an answer; on the line itself an answer takes 6 to 28 ms."""
 
 ANSWER_RANGE_S = (0.01, 60.0)
-"""Range of an answer time that the user sets."""
+"""Allowed range of the answer time that the user sets."""
 
 SILENCE_S = 0.004
 """Silence before a request, which reveals a doubled answer: four characters at 9,600 baud."""
@@ -53,7 +53,7 @@ class NoAnswerError(LinkError):
 
 
 class BadResponseError(LinkError):
-    """The answer is damaged, or answers another question."""
+    """The answer is damaged, or belongs to another request."""
 
 
 class RefusedError(LinkError):
@@ -69,7 +69,7 @@ class StoppedError(LinkError):
 
 
 def until_answered(ask: Callable[[], Answer]) -> Answer:
-    """Ask, up to `TRIES` times while the answer is missing or damaged; return the answer.
+    """Call `ask`, up to `TRIES` times while the answer is missing or damaged; return the answer.
 
     Raises:
         LinkError: the last attempt failed, or the controller refused.
@@ -90,7 +90,7 @@ class Link(Protocol):
         """Return `count` bytes as soon as they have arrived, or fewer when the time is up."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Send and receive in a format from now on; a link with its own format ignores it."""
+        """Change the format for sending and receiving; a link with its own format ignores it."""
 
     def pause(self, seconds: float) -> None:
         """Wait."""

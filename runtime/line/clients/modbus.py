@@ -1,4 +1,4 @@
-"""A Modbus master that accepts only possible answers to its request.
+"""A Modbus master that accepts only answers that match its request.
 
     RTU    unit, PDU, CRC                                      serial line, or its bytes over TCP
     TCP    transaction, 0, length, unit, PDU                   Modbus TCP, in `modbus_tcp`
@@ -39,15 +39,15 @@ MEANINGS = {
     10: "gateway path unavailable",
     11: "gateway target device failed to respond",
 }
-"""Exceptions [Modbus V1.1b3, chapter 7]."""
+"""Names of exceptions by code [Modbus V1.1b3, chapter 7]."""
 
 
 class ModbusExceptionError(RefusedError):
     """The device answered with an exception.
 
     Attributes:
-        function: of the request.
-        code: of the exception.
+        function: function code of the request.
+        code: exception code.
     """
 
     def __init__(self, function: int, code: int, meaning: str | None = None) -> None:
@@ -57,7 +57,7 @@ class ModbusExceptionError(RefusedError):
 
 
 class AnswerDecoder(GuardedDecoder):
-    """Decodes answers; BadResponseError for bytes that are none."""
+    """Decodes answers; BadResponseError for anything else."""
 
     def __init__(self) -> None:
         super().__init__(is_server=False)
@@ -72,7 +72,7 @@ class AnswerDecoder(GuardedDecoder):
 
 
 def check(request: ModbusPDU, answer: ModbusPDU) -> ModbusPDU:
-    """Return an answer that is the request's: transaction, unit, function, count, address and value.
+    """Return an answer if it matches the request in transaction, unit, function, count, address and value.
 
     Raises:
         BadResponseError: it does not match the request.
@@ -91,7 +91,7 @@ class ModbusLine(Protocol):
     """Carries a request to a unit and its answer back."""
 
     def ask(self, unit: int, request: ModbusPDU) -> ModbusPDU:
-        """Ask once; return the answer.
+        """Send the request once; return the answer.
 
         Raises:
             LinkError: no answer, one that does not match, or an exception.

@@ -33,8 +33,8 @@ logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # failures are 
 class ModbusTcpLine(ModbusLine):
     """A connection to a Modbus TCP device; one request at a time.
 
-    It connects at the first request, and again at the next one after a failure: what a broken exchange left
-    in the connection is not read as an answer.
+    It connects at the first request, and again at the first one after a failure: the remains of a failed
+    exchange are never read as an answer.
 
     Args:
         answer_s: how long an answer may take, 0.01 to 60 s.
@@ -51,7 +51,7 @@ class ModbusTcpLine(ModbusLine):
 
     @override
     def ask(self, unit: int, request: ModbusPDU) -> ModbusPDU:
-        """Ask once; return the answer.
+        """Send the request once; return the answer.
 
         >>> from pymodbus.pdu import ReadHoldingRegistersRequest
         >>> line = ModbusTcpLine("192.168.0.50")
@@ -60,7 +60,7 @@ class ModbusTcpLine(ModbusLine):
 
         Args:
             unit: 0 to 255.
-            request: of `pymodbus.pdu`.
+            request: a request from `pymodbus.pdu`.
 
         Raises:
             ModbusExceptionError: the device refused it; the connection stays.
@@ -102,8 +102,8 @@ class ModbusTcpLine(ModbusLine):
 class ModbusTcpLink(Link):
     """A connection to a Modbus TCP device as a link, for a master that makes frames of its own.
 
-    The client asks what the frames ask, one after the other; `receive` returns the frames of the answers that
-    match.
+    The client sends the requests of the frames one after the other; `receive` returns the frames of the
+    matching answers.
 
     Raises:
         LinkError: it can't be connected.
@@ -120,7 +120,7 @@ class ModbusTcpLink(Link):
 
     @override
     def send(self, data: bytes) -> None:
-        """Ask, and wait for the answer."""
+        """Send the request, and wait for the answer."""
         frames, _ = split_frames(data)
         for frame in frames:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
@@ -134,7 +134,7 @@ class ModbusTcpLink(Link):
 
     @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return the frame of an answer as soon as there is one, whatever its length; b"" after `seconds`."""
+        """Return the frame of an answer as soon as there is one, of any length; b"" after `seconds`."""
         try:
             return self._heard.get(timeout=seconds)
         except Empty:

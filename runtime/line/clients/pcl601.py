@@ -50,8 +50,7 @@ class Pcl601Client(MotionClient[Registers]):
     """A PCL601 at the other end of a line.
 
     Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
-    motions
-    see `MotionClient`.
+    motions see `MotionClient`.
 
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
@@ -80,7 +79,7 @@ class Pcl601Client(MotionClient[Registers]):
         """Set a register by its name in `SETTABLE`, and read it back.
 
         Raises:
-            ValueError: it can't be set, or not to that value.
+            ValueError: the register can't be set, or the value is not allowed.
         """
         row = settable(SETTABLE, name, value)
         if row.register is Register.ADDRESS:
@@ -103,32 +102,32 @@ class Pcl601Client(MotionClient[Registers]):
 
     @property
     def busy(self) -> bool:
-        """Whether the motor moves, read."""
+        """Whether the motor moves; reads it from the controller."""
         return bool(self.read("busy"))
 
     @property
     def errors(self) -> Error:
-        """The error code register, read."""
+        """The error code register; reads it from the controller."""
         return Error(self.read("error_code"))
 
     @property
     def firmware(self) -> str:
-        """The firmware version as text, read."""
+        """The firmware version as text; reads it from the controller."""
         return firmware_text(self.read("firmware"))
 
     @property
     def hard_limit(self) -> bool:
-        """Whether a hard limit is active, read; the controller does not say which."""
+        """Whether a hard limit is active; reads it from the controller, which does not say which one."""
         return bool(self.inputs >> HARD_LIMIT_BIT & 1)
 
     @property
     def inputs(self) -> int:
-        """The input bits of function 02, read; bit 0 is input 1, 1 is active."""
+        """The input bits; reads them by function 02. Bit 0 is input 1, 1 is active."""
         return number_of(self._asked(pdus.read_inputs()).bits)
 
     @property
     def outputs(self) -> int:
-        """The outputs, read; bit 0 is output 1, 1 is on."""
+        """The outputs; reads them from the controller. Bit 0 is output 1, 1 is on."""
         return number_of(self._asked(pdus.read_outputs()).bits)
 
     def set_output(self, number: int, on: bool) -> None:
@@ -188,7 +187,7 @@ class Pcl601Client(MotionClient[Registers]):
         succeeded if a motion was seen and has ended without an error and without an active hard limit.
 
         Raises:
-            ValueError: no such type.
+            ValueError: the type does not exist.
             StoppedError: it ended on a hard limit, or with an error.
         """
         if kind not in (0, 1):
@@ -228,7 +227,7 @@ class Pcl601Client(MotionClient[Registers]):
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
     def _asked(self, request: ModbusPDU) -> ModbusPDU:
-        """Ask, up to `TRIES` times; return the answer."""
+        """Send a request, up to `TRIES` times; return the answer."""
         return until_answered(lambda: self._once(request))
 
     def _once(self, request: ModbusPDU) -> ModbusPDU:

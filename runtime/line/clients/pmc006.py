@@ -106,8 +106,7 @@ class Pmc006Client(MotionClient[ControllerView]):
     """A PMC006x3s at the other end of a line.
 
     Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
-    motions
-    see `MotionClient`.
+    motions see `MotionClient`.
 
     Args:
         link: the line, 9,600 baud, 8N1.
@@ -151,7 +150,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         It is lost at power-off unless `save` keeps it.
 
         Raises:
-            ValueError: it can't be set, or not to that value.
+            ValueError: the parameter can't be set, or the value is not allowed.
         """
         row = settable(SETTABLE, name, value)
         if name == ADDRESS:
@@ -177,7 +176,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         self._check(row, self._asked(row.code, data), None)
 
     def clear(self) -> None:
-        """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for those that stay."""
+        """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for stops that stay."""
         self.do("clear_ext1_flag")
         self.do("clear_ext2_flag")
         if left := self.status1 & (Status1.EXT1 | Status1.EXT2):
@@ -189,17 +188,17 @@ class Pmc006Client(MotionClient[ControllerView]):
 
     @property
     def status1(self) -> Status1:
-        """Status register 1, read."""
+        """Status register 1; reads it from the controller."""
         return Status1(self.read("status1") & 0xFF)
 
     @property
     def status2(self) -> Status2:
-        """Status register 2, read."""
+        """Status register 2; reads it from the controller."""
         return Status2(self.read("status2") & 0xFF)
 
     @property
     def firmware(self) -> str:
-        """The firmware version as text, read."""
+        """The firmware version as text; reads it from the controller."""
         return firmware_text(self.read("firmware"))
 
     # -- motion ------------------------------------------------------------------------------
@@ -232,14 +231,14 @@ class Pmc006Client(MotionClient[ControllerView]):
             progress: called with the position.
 
         Raises:
-            ValueError: no such stroke.
+            ValueError: the stroke is out of range.
             StoppedError: the switch was not found, or is stuck.
         """
         row = BY_NAME["zero_back"]
         if not row.allows(stroke):
             raise ValueError(f"stroke {stroke}: must be {row.allowed}")
         search = _Search(self._on_switch)
-        self._start(row, stroke, moves=False)  # short ones are over before a read; the switch shows the end
+        self._start(row, stroke, moves=False)  # a short motion ends before a read; the switch shows the end
 
         def looked(position: int) -> None:
             search.look(position)
@@ -295,7 +294,7 @@ class Pmc006Client(MotionClient[ControllerView]):
             raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")
 
     def _asked(self, code: int, data: int) -> int:
-        """Ask, up to `TRIES` times; return the data of the answer."""
+        """Send an instruction, up to `TRIES` times; return the data of the answer."""
         return until_answered(lambda: self._once(code, data))
 
     def _once(self, code: int, data: int, new_address: int | None = None) -> int:

@@ -53,7 +53,7 @@ def probe(opened: Opened, addresses: Iterable[int] | None, on_request: Asked) ->
 
     Args:
         opened: opens the line in a format; it is closed before it is opened in another one.
-        addresses: to ask; None = all possible ones.
+        addresses: the addresses to probe; None = all possible addresses.
         on_request: called before every request.
 
     Raises:

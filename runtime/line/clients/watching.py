@@ -41,7 +41,7 @@ class MonitoringLostError(LinkError):
             "the motor was stopped" if stopped else "a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
         )
         super().__init__(f"{why}; {outcome}", received)
-        self.stopped = stopped  # whether the motor was seen at rest since
+        self.stopped = stopped  # whether the motor was read at rest afterwards
         self.why = why  # the cause, in words
 
 
@@ -56,7 +56,7 @@ def try_to_stop(stop: Callable[[], None]) -> bool:
 
 @contextmanager
 def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
-    """Stop the motor if the line fails inside the block; MonitoringLostError if the line has failed."""
+    """Stop the motor and raise MonitoringLostError if the line fails inside the block."""
     try:
         yield
     except (MonitoringLostError, StoppedError):
@@ -85,7 +85,7 @@ class MotionClient(ABC, Generic[SeenType]):
     """
 
     harmless: ClassVar[int] = 0  # error bits that a successful motion may leave
-    final: ClassVar[int] = 0  # error bits with which no motion may end, though they were there before
+    final: ClassVar[int] = 0  # error bits that fail a motion even if they were set before it
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -113,7 +113,7 @@ class MotionClient(ABC, Generic[SeenType]):
 
     @abstractmethod
     def halt(self) -> None:
-        """Request a stop at once, until it is answered."""
+        """Request an immediate stop, repeatedly until it is answered."""
 
     @abstractmethod
     def pause(self, seconds: float) -> None:
@@ -123,7 +123,7 @@ class MotionClient(ABC, Generic[SeenType]):
 
     @property
     def position(self) -> int:
-        """The position register, read; steps."""
+        """The position register, steps; reads it from the controller."""
         return self.read("position")
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
@@ -147,7 +147,7 @@ class MotionClient(ABC, Generic[SeenType]):
         return lambda seen: None
 
     def stop(self) -> None:
-        """Stop at once, without a ramp, and check that the motor stands.
+        """Stop at once, without a ramp, and check that the motor is at rest.
 
         Raises:
             RefusedError: the stop was answered, and the motor still moves.
@@ -201,7 +201,7 @@ class MotionClient(ABC, Generic[SeenType]):
         """Send a start once and check that it has begun; return the state before.
 
         Args:
-            moves: it has begun only if a motion is seen.
+            moves: only a visible motion proves that it has begun.
 
         Raises:
             RefusedError: the controller refuses it, or moves already.
@@ -225,7 +225,7 @@ class MotionClient(ABC, Generic[SeenType]):
             failure = fault
         seen = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
         raised, self._errors_before = seen.errors & ~before.errors, seen.errors
-        if seen.moving or seen.position != before.position:  # also if the request was doubled on the line
+        if seen.moving or seen.position != before.position:  # even if the request was doubled on the line
             return None
         if failure is not None and not isinstance(failure, RefusedError):
             return UnconfirmedMotionError(f"{name} was not answered, and nothing moves; it is not repeated")

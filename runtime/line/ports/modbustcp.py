@@ -5,7 +5,7 @@
 Requests may follow each other without waiting: each is answered, in order. Bytes that are
 not Modbus TCP end their connection.
 
-pymodbus's own framer takes a byte of the request after a request 11h. Its server answers the first of
+After a request 11h pymodbus's own framer takes a byte of the next one. Its server answers only the first of
 several requests in one packet, refuses a function that it lacks with 80h in place of the function, and serves
 functions that no device here has (tests/unit/line/test_pymodbus.py).
 """
@@ -33,7 +33,7 @@ class ModbusTcpPort:
 
     Args:
         port: the port, 0 = any that is free.
-        places: connections at once; further ones are closed. None = many, see `places`.
+        places: maximum simultaneous connections; further ones are closed. None = many, see `places`.
         selector: waits for this port and for others; by default one of its own.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Places of a listening port: it has so many clients, and a silent one gives way to the next."""
+"""The limit on clients of a listening port: when it is reached, a silent client is dropped for a new one."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Mapping
 CLIENTS_MOST = 64
 
 SILENT_NS = 10_000_000_000
-"""Least silence of a client that gives way when all places are taken."""
+"""Minimum silence after which a client may be dropped when all places are taken."""
 
 
 def make_place(heard_ns: Mapping[socket.socket, int], now_ns: int) -> tuple[socket.socket | None, bool]:
-    """Return the client that gives way, if one has to, and whether another one has a place.
+    """Return the client to drop, if any, and whether there is a place for a new client.
 
     Args:
-        heard_ns: wall time at which each client was heard last.
+        heard_ns: wall time at which each client last sent something.
     """
     if len(heard_ns) < CLIENTS_MOST:
         return None, True

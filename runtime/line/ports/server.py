@@ -131,7 +131,7 @@ class GatewayServer(Server):
 
     Args:
         gateway: the master of the line.
-        listener: receives every request when it comes and every reply when it goes; None = no listener.
+        listener: receives every request on arrival and every reply when it is sent; None = no listener.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class GatewayServer(Server):
         wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
         requests = [(each, frame) for each, frames in self._port.requests(wait_s) for frame in frames]
         now_ns = self._clock.now_ns()
-        replies = self._gateway.advance(now_ns)  # up to the new requests
+        replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
             self._tell(now_ns, frame, heard=True)

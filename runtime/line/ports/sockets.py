@@ -18,12 +18,12 @@ class Listener:
     """A listening TCP socket with its connections.
 
     Attributes:
-        name: host:port, as chosen by the system for 0.
-        connections: the clients, each with the wall time at which it was heard last; see `places`.
+        name: host:port, with the system's choice for port 0.
+        connections: the clients, each with the wall time at which it last sent something; see `places`.
 
     Args:
         port: the port, 0 = any that is free.
-        places: connections at once; further ones are closed. None = many, see `places`.
+        places: maximum simultaneous connections; further ones are closed. None = many, see `places`.
         selector: waits for this listener and for others; by default one of its own.
 
     Raises:
@@ -56,7 +56,7 @@ class Listener:
             yield from self.take(key.fileobj)
 
     def take(self, ready: object) -> Iterator[tuple[socket.socket, bytes]]:
-        """Do what `wait` does for a socket that the selector has found ready."""
+        """Handle a socket that the selector has found ready, as `wait` does."""
         if ready is self._socket:
             gone = self._accept()
             if gone is not None:
@@ -92,7 +92,7 @@ class Listener:
         self._socket.close()
 
     def _accept(self) -> socket.socket | None:
-        """Accept a client if there is a place; return the one that has given way."""
+        """Accept a client if there is a place; return the client that is dropped for it, if any."""
         try:
             connection, _ = self._socket.accept()
         except OSError:  # closed before it was accepted

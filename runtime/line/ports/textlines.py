@@ -1,4 +1,4 @@
-"""Lines of text over TCP, each answered by a line, for those who begin with what admits them."""
+"""Lines of text over TCP, each answered by a line; a client must be admitted by one of its first lines."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from .sockets import Listener
 LONGEST_LINE = 4096
 
 MOST_CLIENTS, MOST_STRANGERS = 8, 8
-"""Clients that were admitted, and those that were not yet."""
+"""Maximum number of admitted clients, and of clients that are not admitted yet."""
 
 
 class EndOfTalkError(ValueError):
-    """An answer, the message, after which the connection ends."""
+    """Ends the connection after one more answer, the message of this error."""
 
 
 class TextLinePort:
     """Answers lines of UTF-8 text; a longer line than `LONGEST_LINE` bytes ends its connection.
 
-    A client is a stranger until one of its lines is answered. Of too many strangers the one that came first
-    gives way, of too many clients the one that was silent longest: none keeps the next one out.
+    A client is a stranger until one of its lines is answered. If there are too many strangers, the earliest
+    is dropped; if there are too many clients, the one that was silent longest. A new client always finds a
+    place.
 
     Args:
         port: the port, 0 = any that is free.
@@ -40,7 +41,7 @@ class TextLinePort:
         """Answer the lines that have arrived.
 
         Args:
-            answer: gets a line, and whether its client was admitted; an `EndOfTalkError` ends the connection.
+            answer: gets a line and whether its client was admitted; an `EndOfTalkError` ends the connection.
         """
         for connection, data in self._listener.wait(0):
             if data:

@@ -1,4 +1,4 @@
-"""Adapters: another controller under the 3601's command layer, behind the same eight words.
+"""Adapters: other controllers under the 3601's command layer, with the same eight words.
 
     PLC image <-> CommandLayer (the 3601's rules) <-> Axis over a link <-> the controller's line
 

@@ -4,7 +4,7 @@ The first row that applies decides. A configuration is refused with
 CONFIG_ERROR; a value outside the controller's range with INVALID_PROFILE and
 COMMAND_ERROR; a missing function with COMMAND_ERROR; a search for
 home with HOME_INVALID and COMMAND_ERROR. A motion that reaches the same end by other
-ramps is carried out, and an event reports the first one.
+ramps is carried out, and an event reports the first such motion.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ class ConfigurationRow(Generic[AdapterOptions]):
 class CommandRow(Generic[AdapterOptions]):
     """The reason to refuse a command."""
 
-    features: Feature | frozenset[Feature]  # what the command asks for, one or any of several
+    features: Feature | frozenset[Feature]  # requested by the command; any of them is enough
     name: str  # short name for events
     applies: Callable[[AxisRequest, AdapterOptions], bool]  # returns whether the row refuses
     bits: int  # error bits of input word 0
     reason: str  # a sentence for the user
 
     def is_of(self, feature: Feature) -> bool:
-        """Whether the row is of commands that ask for a feature."""
+        """Whether the row applies to commands that request a feature."""
         return feature is self.features if isinstance(self.features, Feature) else feature in self.features
 
 
@@ -95,7 +95,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
 
     @override
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
-        """Return why a command is refused; otherwise note substitutions and return None."""
+        """Return why a command is refused; otherwise record substitutions and return None."""
         for row in self._command_rows:
             if row.is_of(request.feature) and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
@@ -160,7 +160,7 @@ def no_follower(controller: str) -> CommandRow[Any]:
 
 
 def no_blend(controller: str) -> CommandRow[Any]:
-    """Refuse blend moves, unless they are made of segments."""
+    """Refuse blend moves, unless an option runs them segment by segment."""
     reason = f"the {controller} can't change speed in motion; option blend = segmented stops in between"
     return CommandRow(Feature.BLEND, "blend move", unless(blend="segmented"), BLOCK, reason)
 

@@ -1,4 +1,4 @@
-"""The driver of a controller: it finds, configures and moves it, and finds it again after a loss.
+"""The driver of a controller: finds, configures and moves it, and reconnects after a loss.
 
     ABSENT --answers--> PRESENT --configured--> READY
        ^                   ^                      |
@@ -60,11 +60,11 @@ class Driver(Exchanges[Drive]):
         return True
 
     def errand(self) -> Talk | None:
-        """Return other work for the controller, or None."""
+        """Return an additional exchange for the controller, or None."""
         return None
 
     def hurry(self) -> None:
-        """Take notice of new requests of the adapter, also in a pause."""
+        """React to new requests of the adapter, even during a pause."""
 
     def forget(self) -> None:
         """Forget which parameters the controller holds."""
@@ -124,7 +124,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _turn(self) -> Talk:
-        """Do the most urgent task."""
+        """Carry out the most urgent task."""
         if self.cut:
             yield from self.halt()
             yield PUBLISH
@@ -154,7 +154,7 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _look_around(self) -> Talk:
-        """Poll while idle; a motion then is a stray one."""
+        """Poll while idle; any motion then is unexpected."""
         before = self.position
         for read in self.cycle if not self.master.overdue else (self._look_in_doubt, self.read_inputs):
             yield from read()
@@ -168,14 +168,14 @@ class Driver(Exchanges[Drive]):
             yield from self.rebase(BIAS)
 
     def _look_in_doubt(self) -> Talk:
-        """Read while answers may be late: one read with a motion may be old, one more is proof."""
+        """Read while answers may be late: one read with a motion may be outdated, another one confirms it."""
         for _ in range(self.master.overdue + 1):
             if (yield from self.rest(self.has_work)) or self.has_work():
                 self.busy = False
                 return
 
     def has_work(self) -> bool:
-        """Whether there is more to do than to look."""
+        """Whether there is work other than polling."""
         return self.cut or self.setup or bool(self.tasks) or self.errand() is not None
 
     # -- motions ------------------------------------------------------------------------------
@@ -199,7 +199,7 @@ class Driver(Exchanges[Drive]):
             self.findings.complain(StatusMsw.COMMAND_ERROR.value, text)
 
     def model(self, task: Task[Drive]) -> None:
-        """Note the motion that the controller is assumed to make now."""
+        """Store the motion that the controller is assumed to make now."""
         raise NotImplementedError
 
     def accompany(self, task: Task[Drive]) -> Talk:
@@ -231,7 +231,7 @@ class Driver(Exchanges[Drive]):
         return (yield from self.rest())
 
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop softly; an index stands still afterwards."""
+        """Stop softly; an index move is then at rest."""
         raise NotImplementedError
 
     def set_mark(self, task: Task[Drive]) -> Talk:

@@ -22,15 +22,15 @@ NS_PER_S = 1_000_000_000
 
 
 class ControllerState(Enum):
-    """State of the controller as the adapter knows it."""
+    """State of the controller from the adapter's view."""
 
     ABSENT = "no good exchange"
     PRESENT = "it answers, and is not configured"
     READY = "configured"
 
 
-class LinkLostError(Exception):  # names the state that follows
-    """Three exchanges in a row have failed, or all of half a second."""
+class LinkLostError(Exception):  # named after the state that follows
+    """Three exchanges in a row, or all exchanges of half a second, have failed."""
 
 
 class PowerLostError(Exception):
@@ -42,19 +42,19 @@ Talk = Generator[Step, Reply | None, None]
 
 
 class Exchanges(Generic[Drive]):
-    """A controller as the link knows it."""
+    """A controller at the end of a link."""
 
     def __init__(self, line_timing: LineTiming) -> None:
         self.master = Master(line_timing)
         self.state = ControllerState.ABSENT
-        self.position = 0  # of the controller's counter, as last read
+        self.position = 0  # the controller's counter, as last read
         self.busy = False
         self.task: Task[Drive] | None = None
         self.tasks: list[Task[Drive]] = []
         self.cut = False  # a hard stop is requested or in progress
         self.setup = False  # a configuration is requested or in progress
         self.rebased = 0  # steps by which the counter was set without motion
-        self.findings = Findings()  # those that the adapter has not processed yet
+        self.findings = Findings()  # findings that the adapter has not processed yet
         self.unfit = False  # the controller reports its own failure: MODULE_OK is clear meanwhile
         self.captures: bool | None = None  # level of the capture input at which it captures, or None
         self._was_ready = False
@@ -127,7 +127,7 @@ class Exchanges(Generic[Drive]):
         self.note_position(position)
 
     def rest(self, enough: Callable[[], bool] = lambda: False) -> Generator[Step, Reply | None, bool]:
-        """Poll until more polls in a row agree than answers may be late; return whether the axis rests.
+        """Poll until more successive polls agree than answers may be late; return whether the axis rests.
 
         A poll reads a status and then the position, which is final if the status is idle. Only a position on
         which all polls agree is stored. The first poll that shows a motion ends the sequence, and so does a
@@ -177,7 +177,7 @@ class Exchanges(Generic[Drive]):
             self.position = goal
 
     def halt(self) -> Talk:
-        """Stop at once, and read the position at rest; every motion is over then."""
+        """Stop at once, and read the position at rest; this ends every motion."""
         yield from self.stop_and_read_status()
         self.task = None
         self.tasks.clear()
@@ -187,5 +187,5 @@ class Exchanges(Generic[Drive]):
         """Stop at once, wait for standstill, and read the status and the final position."""
         yield from self.stop()
         while not (yield from self.rest()):
-            if self.master.overdue:  # the answer to the stop may be older
+            if self.master.overdue:  # the answer to the stop may be outdated
                 yield from self.stop()

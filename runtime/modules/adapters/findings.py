@@ -28,8 +28,8 @@ class Finding:
     """One finding."""
 
     kind: FindingKind
-    bits: int = 0  # of a complaint: its bits of input word 0
-    text: str = ""  # of a complaint: the reason
+    bits: int = 0  # for a complaint: its bits of input word 0
+    text: str = ""  # for a complaint: the reason
 
 
 class Findings:

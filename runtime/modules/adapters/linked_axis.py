@@ -2,7 +2,7 @@
 
     image position = offset + counter - steps by which the counter was set without motion
 
-A preset moves the offset only. Positions are the latest ones read; direction and
+A preset moves the offset only. Positions are those of the latest read; direction and
 ramp follow a command from its acceptance, by the profile that the controller
 is known to run.
 """
@@ -33,7 +33,7 @@ class LinkedAxis(Generic[Drive]):
     def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
         self._driver = driver
         self.capabilities: Capabilities = capabilities
-        self.substitutions = capabilities.news  # those that have not been reported yet
+        self.substitutions = capabilities.news  # substitutions that have not been reported yet
         self.configuration: Configuration | None = None
         self.marker_seen = False
         self._offset = 0
@@ -97,14 +97,14 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def position(self) -> int:
-        """Step count as last read; 0 without a configuration."""
+        """Last step count read; 0 without a configuration."""
         if self.configuration is None:
             return 0
         return self._offset + self._driver.position - self._driver.rebased
 
     @property
     def encoder(self) -> int:
-        """The position as a substitute for diagnostic feedback; else 0."""
+        """With diagnostic feedback, the position as a substitute; otherwise 0."""
         configuration = self.configuration
         if configuration is None or not configuration.diagnostic_feedback:
             return 0

@@ -63,7 +63,7 @@ COMMANDS_OF_LSW = (
 MOST_WAITING = 1000
 """Images that may wait for the end of a stop or a configuration."""
 ENDLESS = 1 << 62
-"""More replies than there will ever be."""
+"""More replies than can ever arrive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,12 +71,12 @@ class AdapterKind(Generic[Drive]):
     """The parts of an adapter that differ by controller.
 
     Attributes:
-        driver: returns a driver, of options and an address, that has not sent anything.
-        axis: returns the controller behind such a driver as an axis, not configured.
+        driver: makes a driver from options and an address; it has not sent anything yet.
+        axis: makes an unconfigured axis from such a driver.
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
-        configuration_rows: which configurations it refuses.
-        command_rows: which commands it refuses.
-        network: opens a port that is no serial line, by its name; None where the line's own bytes are sent.
+        configuration_rows: reasons to refuse configurations.
+        command_rows: reasons to refuse commands.
+        network: opens a port that is not a serial line, by its name; None if the line's own bytes are sent.
     """
 
     options: type[Any]
@@ -94,7 +94,7 @@ class AdapterKind(Generic[Drive]):
         """Return an adapter whose controller and line are simulated.
 
         Args:
-            machine: of the simulated controller; by default a machine without switches.
+            machine: machine of the simulated controller; by default without switches.
             options: by name.
 
         Raises:
@@ -109,10 +109,10 @@ class Adapter(Generic[Drive]):
     """A controller that acts as a 3601; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        machine: of the simulated controller.
-        controller: at the far end of the line.
+        machine: machine of the simulated controller.
+        controller: the controller at the far end of the line.
         events: in order of time; the caller empties it.
-        axis: the controller as the command layer sees it.
+        axis: the controller as an axis of the command layer.
         layer: the 3601's rules.
     """
 
@@ -153,7 +153,7 @@ class Adapter(Generic[Drive]):
         self._acted_on: bytes | None = None
         self._tick_due_ns = NEVER
         self._waiting: deque[Words] = deque()  # words that have not been obeyed yet, in their order
-        self._missed = False  # a command among them has to be refused
+        self._missed = False  # a command among them must be refused
         self._was_settled = True
 
     # -- the contract -------------------------------------------------------------------------
@@ -183,7 +183,7 @@ class Adapter(Generic[Drive]):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, from the last `update` on."""
+        """Set whether the PLC is in run mode, effective at the last `update`."""
         if running != self._plc_running:
             self._plc_running = running
             self._tick_due_ns = _tick_at_or_after(self._now_ns)
@@ -207,7 +207,7 @@ class Adapter(Generic[Drive]):
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
+        """Operate an input of the machine at the last `update`, see `Machine.operate`."""
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
@@ -270,9 +270,9 @@ class Adapter(Generic[Drive]):
     # -- output words -------------------------------------------------------------------------
 
     def _next_words(self, given: Words) -> Words:
-        """Return the words to obey now: those given, or earlier ones that have waited.
+        """Return the words to obey now: the given words, or earlier words that have waited.
 
-        The tick at which a wait ends obeys no new words: a motion has to end before the next one begins.
+        The tick at which a wait ends obeys no new words: a motion must end before the next one begins.
         """
         waiting, obeyed = self._waiting, self.layer.state.command.words
         ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
@@ -292,7 +292,7 @@ class Adapter(Generic[Drive]):
         self._waiting.clear()
 
     def _refuse_missed(self, now_ns: int) -> None:
-        """Refuse commands that could not wait for their turn, once an error bit can show it."""
+        """Refuse dropped commands as soon as an error bit can be shown."""
         if self._missed and self.axis.settled and not self.layer.state.in_configuration_mode:
             self._missed = False
             self._refuse(now_ns, "missed", "a command waited for a stop or a configuration for too long")
@@ -307,7 +307,7 @@ class Adapter(Generic[Drive]):
             self.layer.overlook(words)
 
     def _pass_over(self, now_ns: int, given: Words) -> None:
-        """Ignore words without the controller: a motion ends, and bits make no edges later."""
+        """Ignore words while the controller is missing: end a motion, and let bits make no edges later."""
         self.layer.abandon(now_ns)
         self._waiting.clear()
         self._missed = False
@@ -316,7 +316,7 @@ class Adapter(Generic[Drive]):
             self._overlook(given)
 
     def _overlook(self, given: Words) -> None:
-        """Note commands that came without the link: they make no edges. A configuration is obeyed later."""
+        """Record commands that came without the link: they make no edges. A configuration is obeyed later."""
         if given[0] >= 0:
             self.layer.overlook(given)
 
@@ -353,7 +353,7 @@ class Adapter(Generic[Drive]):
         self._image.clear()
 
     def _stray(self, now_ns: int) -> None:
-        """Show that the axis has moved without a command: what was said of its rest is no longer true."""
+        """Show that the axis has moved without a command, and clear the bits that show it at rest."""
         self.layer.state.latches.clear(COMPLETION)
         self.layer.state.held = None
         text = "the axis has moved without being told to"
@@ -414,11 +414,11 @@ class SimulatedAdapter(Adapter[Drive]):
     controller: SimulatedController
 
     def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Begin or end a disturbance between adapter and controller, from the last `update` on.
+        """Begin or end a disturbance between adapter and controller at the last `update`.
 
         Args:
             what: one of `incidents.ON_THE_LINE`.
-            lasts: it lasts until its end; otherwise one reply is lost or damaged.
+            lasts: whether it lasts until it is ended; otherwise it affects one reply.
         """
         line = self.controller.line
         replies = (ENDLESS if lasts else 1) if begins else 0

@@ -1,4 +1,4 @@
-"""The controller of an adapter, its line and its machine: the common part of the simulated ones."""
+"""The controller of an adapter, its line and its machine: the common part of all simulations."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LinkedController(Protocol):
         """Wire the controller as a configuration requires."""
 
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the controller's power; a reply on the line breaks off."""
+        """Cycle the controller's power; a reply on the line is lost."""
 
 
 class SimulatedController(LinkedController, Protocol):
@@ -118,7 +118,7 @@ class Plant(ABC):
             self.wire(now_ns)
 
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the controller's power; a reply on the line breaks off."""
+        """Cycle the controller's power; a reply on the line is lost."""
         self.device.power_cycle(now_ns)
         self.line.silence()
         self.sense(now_ns)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .module import AdapterKind
 
 ROUND_TRIP_MS = 400
-"""Longer than the longest command takes until it is answered, which is a configuration."""
+"""Longer than the answer to the slowest command, which is a configuration."""
 
 
 def adapter_record(
@@ -53,7 +53,7 @@ def adapter_record(
 
 
 def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
-    """Yield the lines of the table of an adapter's refusals, in Markdown."""
+    """Yield the lines of an adapter's table of refusals, in Markdown."""
     from ..amci3601 import Feature
     from .capabilities import CONFIG_ERROR
 

@@ -27,7 +27,7 @@ class Task(Generic[Drive]):
     direction: int
     drive: Drive  # speeds and ramps in the controller's terms
     ramps_up: bool  # whether it begins with a ramp that lasts
-    steps: int = 0  # of an index; of a slew the steps after its mark, 0 without a mark
+    steps: int = 0  # steps of an index, or of a slew after its mark; 0 without a mark
     shown: bool = True  # whether the command layer counts it as a motion
     stopping: bool = False  # a soft stop is requested or in progress
     marked: bool = False  # the mark of a slew is requested

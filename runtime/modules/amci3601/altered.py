@@ -1,6 +1,6 @@
-"""A 3601 that does something otherwise than the model: rivals of readings, and modules without a rule.
+"""A 3601 that deviates from the model: alternatives to readings, and modules without a rule.
 
-An `Alteration` is data; `Altered3601` is the simulated module with one. The simulated module itself asks for
+An `Alteration` is data; `Altered3601` is the simulated module with one. The simulated module itself uses
 none.
 """
 
@@ -36,21 +36,21 @@ _WORD = 0xFFFF
 
 @dataclass(frozen=True, slots=True)
 class Alteration:
-    """What a module does otherwise; all that is left out is as in the model.
+    """A deviation of a module; attributes that are left out are as in the model.
 
     Attributes:
-        sentence: what it does, as a sentence about the module.
+        sentence: the deviation, as a sentence about the module.
         options: options of the model, see `Amci3601Options`.
         silent: rules that set no bits when they fire.
         adds: further bits of word 0 that rules set when they fire.
         overlooked: rules whose faults are not noticed: the command is carried out.
         also: further reasons to refuse a command.
-        clears: from the bits of word 0 that the model clears at an occasion to those that are cleared.
+        clears: returns the bits of word 0 that are cleared, given the bits that the model would clear.
         hidden: status bits of both words that are not shown.
         during: the kind of motion in which, and after which, bits are hidden; "" for always.
-        hears: from the output words to those that count.
-        shows: from the input words to those that are shown.
-        layer: its own rules.
+        hears: returns the output words that take effect, given those received.
+        shows: returns the input words that are shown, given those of the model.
+        layer: the command layer with its own rules.
         scales: factors on the rates and speeds of its motions.
     """
 
@@ -73,7 +73,7 @@ class Alteration:
 
 
 class AlteredLatches(Latches):
-    """Latches that some rules leave alone."""
+    """Latches that some rules do not set."""
 
     def __init__(self, events: list[Event], profile: Profile, alteration: Alteration) -> None:
         super().__init__(events, profile)

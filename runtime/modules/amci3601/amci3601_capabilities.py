@@ -1,4 +1,4 @@
-"""Limits of an axis among the 3601's functions, known before a command is sent to it.
+"""The 3601's functions that an axis lacks, known before a command is sent to it.
 
 The command layer checks the manual's own rules first, then the axis. A function that the
 axis lacks is refused in the 3601's error bits; an event gives the reason.
@@ -37,7 +37,7 @@ class AxisRequest:
     feature: Feature
     command: CommandWords  # the output words
     configuration: Configuration
-    distance: int = 0  # of a move, steps, signed
+    distance: int = 0  # distance of a move, signed steps
     minimum_registration: int = 0  # the stored distance, steps
 
 

@@ -1,4 +1,4 @@
-"""The axis, as the command layer sees it.
+"""The interface between the command layer and an axis.
 
 The command layer knows the manual's rules (edges, ranges, which error, what is still
 allowed); an axis makes steps: the simulated step generator here, a controller behind a
@@ -91,7 +91,7 @@ class Axis(Protocol):
         """Return the steps that a controlled stop beginning now would still make."""
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once, or as soon as the axis can be reached: `moving` says until when."""
+        """End the step output at once, or as soon as the axis can be reached; `moving` lasts until then."""
 
     def watch_steps(self, steps: int) -> None:
         """Request a tick when the motion has made `steps` steps."""
@@ -104,7 +104,7 @@ class Axis(Protocol):
 
     @property
     def marker_seen(self) -> bool:
-        """Whether a marker pulse has come since `watch_marker`."""
+        """Whether a marker pulse has occurred since `watch_marker`."""
 
     def preset_position(self, value: int) -> None:
         """Set the present position to `value`."""

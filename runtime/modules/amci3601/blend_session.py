@@ -17,11 +17,11 @@ class BlendSession:
 
     acknowledged: bool = False
     good: bool = True  # no faulty block so far
-    blocks: int = 0  # number received, including the header
+    blocks: int = 0  # number of received blocks, including the header
     announced: int = 0  # segments announced by the header
     types: list[Shape] = field(default_factory=list)  # acceleration type of each segment, from the header
-    segments: list[BlendLeg] = field(default_factory=list)  # those received
-    final_deceleration: int = 1  # of the ramp at the end, steps/ms/s
+    segments: list[BlendLeg] = field(default_factory=list)  # received segments
+    final_deceleration: int = 1  # deceleration of the ramp at the end, steps/ms/s
     final_shape: Shape = Shape.CONSTANT
 
     @property

@@ -106,7 +106,7 @@ class CommandLayer(Host):
     # -- the tick -----------------------------------------------------------------------------
 
     def tick(self, now_ns: int, words: tuple[int, ...], levels: int) -> None:
-        """Do one tick of the module's own scan.
+        """Carry out one tick of the module's own scan.
 
         Args:
             now_ns: the instant; the axis has been advanced to it.
@@ -122,14 +122,14 @@ class CommandLayer(Host):
         self.settle(now_ns)
 
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return the instant from which on `counted` is required, see `Operation.counts_from_ns`."""
+        """Return the instant from which `counted` is required, see `Operation.counts_from_ns`."""
         operation = self.operation
         if operation is None or operation.over:
             return None
         return operation.counts_from_ns(now_ns, turns_ns)
 
     def counted(self, now_ns: int) -> None:
-        """Process the counts of a scan at its end; words and inputs are those of its begin."""
+        """Process the counts of a scan at its end, with the words and inputs of its start."""
         if self.operation is not None and not self.operation.over:
             self.operation.on_counts(now_ns, self.state.command)
         self.settle(now_ns)
@@ -154,7 +154,7 @@ class CommandLayer(Host):
         self.state.running = True
 
     def overlook(self, words: tuple[int, ...]) -> None:
-        """Note words without acting on them; their bits are no edges later."""
+        """Store words without acting on them, so that their bits make no edges later."""
         self.state.command = CommandWords(words)
 
     # -- output words -------------------------------------------------------------------------
@@ -191,7 +191,7 @@ class CommandLayer(Host):
             self.operation.on_words(now_ns, command)
 
     def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
-        """Refuse words with a bit of which the module's manual tells nothing; return whether there is one."""
+        """Refuse words with a bit that the module's manual does not describe; return whether there is one."""
         untold = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
         now, before = (each.msw | each.lsw << 16 for each in (command, previous))
         for name, bit in untold:
@@ -201,7 +201,7 @@ class CommandLayer(Host):
         return any(now & bit for _, bit in untold)
 
     def _stops(self, command: CommandWords, edges: int) -> bool:
-        """Whether this holds or stops a motion, which no bit of the LSW prevents (reading A-30).
+        """Whether the command holds or stops a motion, which no bit of the LSW prevents (reading A-30).
 
         In follower mode neither stops anything [chapter 6, Command Error 34].
         """
@@ -268,7 +268,7 @@ class CommandLayer(Host):
                 shown |= bits
 
     def _note_error(self, bits: int) -> None:
-        """Note an error; a command error ends a resumable hold [chapter 4, Resume Move]."""
+        """Handle an error: a command error ends a resumable hold [chapter 4, Resume Move]."""
         if bits & COMMAND_ERROR:
             self.state.error_since_start = True
             self._forfeit()
@@ -289,7 +289,7 @@ class CommandLayer(Host):
     @override
     def accept(self, operation: Operation) -> None:
         """Start `operation` as the running one; clear the bits that a new move clears."""
-        if self.operation is not None:  # a one-shot whose bit is released only now: its step is made
+        if self.operation is not None:  # a one-shot whose bit is released only now
             self.operation.on_end(operation.started_ns)
         self.state.latches.clear(CLEARED_BY_A_MOVE)
         self.state.begin_move()
@@ -344,6 +344,6 @@ class CommandLayer(Host):
             self.finish(now_ns, completion, how)
 
     def abandon(self, now_ns: int) -> None:
-        """End the running operation without a completion bit: nothing is known of the axis."""
+        """End the running operation without a completion bit, since the state of the axis is unknown."""
         if self.operation is not None:
             self.finish(now_ns, 0, "cut short")

@@ -23,7 +23,7 @@ def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: Comm
 
 
 def _axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
-    """Return whether no move runs; otherwise report an error and treat the command bits as released."""
+    """Return whether no move runs; if a move runs, report an error and treat the command bits as released."""
     if host.operation is not None:
         host.operation.on_release(now_ns)
         host.settle(now_ns)

@@ -77,7 +77,7 @@ class InputWatch:
             self.host.cut(now_ns)
 
     def _leaves_home(self) -> bool:
-        """Return whether the only active limit is the home switch, and the axis leaves it."""
+        """Return whether the only active limit is the home switch, and the axis moves away from it."""
         axis, state = self.host.axis, self.state
         return (
             axis.capabilities.home_is_ccw_limit

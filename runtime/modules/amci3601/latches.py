@@ -56,13 +56,13 @@ class BrokenRule(NamedTuple):
 
 
 def bits_of(row: str, profile: Profile) -> int:
-    """Return the bits that a broken rule sets: those of word 0, and further errors of word 1 from bit 16."""
+    """Return the bits that a broken rule sets: bits of word 0, and further errors of word 1 from bit 16."""
     rule = profile.rules[row]
     return (rule.if_broken or rule.sets) & (WORD_0 | profile.further_errors)
 
 
 class Latches:
-    """Status bits that stay until something clears them: those of input word 0, and further errors of word 1.
+    """Status bits that stay until they are cleared: bits of input word 0, and further errors of word 1.
 
     Word 0 is in bits 0 to 15, word 1 from bit 16.
     """
@@ -74,7 +74,7 @@ class Latches:
         self._events = events
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:
-        """Set the bits of a rule and of those that share its cause, and record its rows; return the bits.
+        """Set the bits of a rule and of the rules with the same cause, and record the rows; return the bits.
 
         This is how a rule sets bits; `note` records a rule that sets none, `show` bits that no rule sets.
         A recording has the id of a rule, and its `event` as text.
@@ -100,7 +100,7 @@ class Latches:
         self._events.append(Event(now_ns, "rule", rule_id, rule.event, fields))
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
-        """Set bits for a reason outside the manual's rules, and record it; return them."""
+        """Set bits for a reason outside the manual's rules, and record the reason; return the bits."""
         self.bits |= bits
         self._events.append(Event(now_ns, kind, name, text, {"bits": self._names(bits)}))
         return bits

@@ -1,7 +1,7 @@
 """The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
 
 The module's firmware reads its words and inputs every 250 µs. The model skips ticks
-at which nothing can change; two sorts of instants remain:
+at which nothing can change; two kinds of instants remain:
 
 * ticks: multiples of the module's scan at which the output words differ from the
   last processed ones, or an input's level has changed since the previous tick;
@@ -52,7 +52,7 @@ class Amci3601(SteppedModule):
     Attributes:
         trouble: the present fault without answers to the PLC, if any; see `inject`.
         linked: whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear.
-            A plain field, since logic asks in every scan.
+            A plain field, since logic reads it in every scan.
         events: in order of time; the caller empties it.
         before_change: called before any access to the module or its machine except `update`.
 
@@ -93,7 +93,7 @@ class Amci3601(SteppedModule):
         self._image = Image()
         self._counting = False
         self._segment: Segment | None = None
-        self._steps = -1  # of the motion, as last reported
+        self._steps = -1  # steps of the motion, as last reported
         self.trouble: ModuleFault | None = None
         self.linked = True
         self.indicators = UNPOWERED
@@ -125,7 +125,7 @@ class Amci3601(SteppedModule):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, from the last `update` on."""
+        """Set whether the PLC is in run mode, effective at the last `update`."""
         if running != self._plc_running:
             self.before_change()
             self._plc_running = running
@@ -141,10 +141,10 @@ class Amci3601(SteppedModule):
     def take_state(
         self, now_ns: int, outputs: Image, shown: Sequence[int], configuration: Configuration | None
     ) -> None:
-        """Take the state that an input image shows at rest in command mode, from `now_ns` on.
+        """Adopt at `now_ns` the state that an input image shows at rest in command mode.
 
-        What no image shows is as after power-up: there is no stored blend profile, and a minimum registration
-        distance is that of `MIN_REG_NONZERO`, 1 step or none.
+        State that no image shows is as after power-up: there is no stored blend profile, and the minimum
+        registration distance follows from `MIN_REG_NONZERO`, 1 step or none.
 
         Args:
             outputs: the words in force; their bits are no edges.
@@ -179,7 +179,7 @@ class Amci3601(SteppedModule):
         return self.layer.under_way
 
     def inject(self, trouble: ModuleFault | None) -> None:
-        """Inject a fault from the last `update` on; None ends it.
+        """Inject a fault at the last `update`; None ends it.
 
         Raises:
             ValueError: None after a fatal error, which only `power_cycle` ends.
@@ -196,7 +196,7 @@ class Amci3601(SteppedModule):
         self.look_again()
 
     def _tell_before_change(self) -> None:
-        """Look again at the next tick, after a change from outside to the machine."""
+        """Announce a change from outside to the machine; then check the counts at the next tick."""
         self.before_change()
         if self._counts_due_ns == NEVER and self.layer.counts_from_ns(self._now_ns, self._now_ns) is not None:
             self._counts_due_ns = self._now_ns // self._tick_ns * self._tick_ns + self._tick_ns
@@ -209,7 +209,7 @@ class Amci3601(SteppedModule):
         self.layer.operation = None
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
+        """Operate an input of the machine at the last `update`, see `Machine.operate`."""
         self.before_change()
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
@@ -276,7 +276,7 @@ class Amci3601(SteppedModule):
             self.layer.enter_run_mode()
 
     def _pass_change(self, now_ns: int) -> None:
-        """End a ramp or a motion here; a tick follows a motion, since more is possible then."""
+        """End a ramp or a motion here; a tick follows the end of a motion, which permits other actions."""
         if self.axis.advance(now_ns):
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)

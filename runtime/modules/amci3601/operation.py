@@ -1,10 +1,10 @@
-"""The base of all operations: a motion's reaction to every interference; and the operations' host.
+"""The base of all operations: how a motion reacts to each event; and the operations' host.
 
-An operation is one motion from its acceptance to its end. Each kind answers the same few
-questions in its own file; together they are the manual's tables of the effects of Hold,
+An operation is one motion from its acceptance to its end. Each kind has its own file
+with the same few methods; together they are the manual's tables of the effects of Hold,
 external input and end limits on each move.
 
-Operations know the `Host` below and the state; the command layer is the host and knows
+Operations use only the `Host` below and the state; the command layer is the host and uses
 operations.
 """
 
@@ -50,7 +50,7 @@ def limit_in(host: Host, direction: int) -> bool:
 
 
 class Host(Protocol):
-    """The command layer, as operations see it."""
+    """The interface of the command layer to operations."""
 
     profile: Profile
     axis: Axis
@@ -61,7 +61,7 @@ class Host(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether a move is in progress that a new one has to wait for."""
+        """Whether a move is in progress that a new move must wait for."""
 
     @property
     def cuttable(self) -> bool:
@@ -74,7 +74,7 @@ class Host(Protocol):
         """Set the bits of all rules that one command breaks (reading A-110)."""
 
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        """Return the noticed faults of a command or configuration, with those of the profile's own rules."""
+        """Return the faults that the module notices, including those by the profile's own rules."""
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Report a refusal of the axis."""
@@ -115,17 +115,17 @@ class Operation:
         self.state = host.state
         self.started_ns = now_ns
         self.started_at = self.axis.position
-        self.shown_direction = 0  # direction of the motion bits while the axis runs no own motion
+        self.shown_direction = 0  # direction of the motion bits while the axis itself runs no motion
         self.shown_ramp = 0
 
     @property
     def busy(self) -> bool:
-        """Whether a new move has to wait for this one [chapter 6, Command Error 3]."""
+        """Whether a new move must wait for this one [chapter 6, Command Error 3]."""
         return True
 
     @property
     def over(self) -> bool:
-        """Whether the motion has come to its end."""
+        """Whether the motion has ended."""
         return not self.axis.moving
 
     def on_hold(self, now_ns: int) -> None:
@@ -158,10 +158,10 @@ class Operation:
         return None
 
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return the instant from which on every scan ends with `on_counts`; None = never.
+        """Return the instant from which every scan ends with `on_counts`; None = never.
 
         Args:
-            turns_ns: the instant from which on something else than the motor turns the encoder, None = never.
+            turns_ns: the instant from which something other than the motor turns the encoder, None = never.
         """
         return None
 

@@ -30,10 +30,10 @@ def make(
     """Make a simulated 3601 with a machine; ValueError for an unknown firmware or option.
 
     Args:
-        seed: of the machine's random numbers.
+        seed: seed of the machine's random numbers.
         options: options of the model by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
-        form: of its images, if it is not a 3601's.
+        form: form of its images, if it differs from a 3601's.
     """
     from .module import Amci3601
     from .restated import Restated3601
@@ -44,9 +44,9 @@ def make(
 
 
 def check_controller(firmware: str, controller: str) -> None:
-    """Raise ValueError for a version that does not run behind a controller.
+    """Raise ValueError for a version that does not work with a controller.
 
-    A 3601 needs firmware 2.2 behind a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
+    A 3601 needs firmware 2.2 with a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
     """
     if controller == "micrologix" and not Firmware.parse(firmware).micrologix:
         raise SettingError(
@@ -64,8 +64,8 @@ def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
     """Return the record of a module of the 3601's family, named as its messages are, in lower case.
 
     Args:
-        form: of its images, if it is not a 3601's: such a module is shown by the names of its words and
-            bits, since what reads numbers, and the blocks of an axis, take a 3601's places.
+        form: form of its images, if it differs from a 3601's. Such a module is shown by the names of its
+            words and bits, since the code for numbers and the blocks of an axis expect a 3601's places.
     """
     words = profile if form is None else form.words(profile)
     return ModuleRecord(

@@ -383,7 +383,7 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
     """Fire every broken rule, and return whether there is one.
 
     Args:
-        reasons: the rules to check; None = those of the single command bit.
+        reasons: the rules to check; None = the rules of the single command bit.
     """
     faults = faults_of(host, command, refusals_of(host, command) if reasons is None else reasons)
     host.fire_all(now_ns, faults)
@@ -391,12 +391,12 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
 
 
 def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[BrokenRule]:
-    """Return the rules that a command breaks, as far as the module notices it."""
+    """Return the rules that a command breaks, if the module notices them."""
     return host.noticed(command, [reason.fault for reason in reasons if reason.broken(host, command)])
 
 
 def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[BrokenRule]:
-    """Return the faults of several command bits: their number, and those of each new command (A-110)."""
+    """Return the faults of several command bits: their number, and the faults of each new command (A-110)."""
     faults = [BrokenRule("CMD-02")]
     for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
         single = command.single(bit)

@@ -38,7 +38,7 @@ def report(host: Host, words: memoryview[int]) -> None:
 
 
 def take_shown(host: Host, shown: Sequence[int], configuration: Configuration | None) -> None:
-    """Give a host just powered up the state of input words of command mode; the way back of `report`.
+    """Set a host just powered up to the state of input words in command mode; the inverse of `report`.
 
     Args:
         shown: unsigned words.

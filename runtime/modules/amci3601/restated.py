@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Restated3601(Amci3601):
-    """A 3601 behind images of another form; see `Amci3601` for the other arguments."""
+    """A 3601 with images of another form; see `Amci3601` for the other arguments."""
 
     def __init__(self, form: ImageForm, *arguments: Any, **options: Any) -> None:
         self._form, self._places = form, form.places

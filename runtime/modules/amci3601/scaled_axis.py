@@ -16,7 +16,7 @@ _AS_PROGRAMMED = Fraction(1)
 
 @dataclass(frozen=True, slots=True)
 class AxisScales:
-    """Factors on what command words program, each above 0.
+    """Factors on the programmed speeds and rates of command words, each above 0.
 
     The starting speed is as configured, and blend profiles are as stored.
     """
@@ -26,11 +26,11 @@ class AxisScales:
     speed: Fraction = _AS_PROGRAMMED
 
     def sps(self, speed_sps: int) -> int:
-        """Return the speed of the axis in steps/s, from 1, for a programmed one."""
+        """Return the axis's speed in steps/s, from 1, for a programmed speed."""
         return max(1, round(speed_sps * self.speed))
 
     def profile(self, given: Profile) -> Profile:
-        """Return the profile of the axis for a programmed one."""
+        """Return the axis's profile for a programmed profile."""
         return replace(
             given,
             speed_sps=self.sps(given.speed_sps),

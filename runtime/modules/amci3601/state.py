@@ -1,6 +1,6 @@
 """The memory of a 3601 from one tick to the next.
 
-Operations and commands change the state; this file knows none of them.
+Operations and commands change the state; this file depends on neither.
 """
 
 from __future__ import annotations

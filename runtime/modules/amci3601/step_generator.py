@@ -36,11 +36,11 @@ NEVER = FOREVER
 
 
 class AxisConfiguration(Protocol):
-    """What a step generator needs of a configuration."""
+    """The part of a configuration that a step generator needs."""
 
     @property
     def starting_speed(self) -> int:
-        """Steps/s."""
+        """Starting speed, steps/s."""
 
     @property
     def encoder_counted(self) -> bool:
@@ -69,7 +69,7 @@ class StepGenerator:
         self._diagnostic_wiring = diagnostic_wiring
         self._configuration: AxisConfiguration | None = None
         self._start_sps = 1
-        self._steps_made = 0  # of the present motion, as reported to the machine
+        self._steps_made = 0  # steps of the present motion, as reported to the machine
         self.now_ns = 0
         self._encoder_offset = 0
         self._encoder_held = 0
@@ -142,7 +142,7 @@ class StepGenerator:
             self.position = motion.origin + motion.direction * steps
 
     def _look_for_markers(self, now_ns: int) -> None:
-        """Detect marker pulses by hand; those of the shaft are detected as it turns."""
+        """Detect marker pulses from the bench; pulses of the shaft are detected as it turns."""
         if self._marker_watched and not self.marker_seen:
             pulse_ns = self.machine.next_marker_ns(self.now_ns)
             self.marker_seen = pulse_ns is not None and pulse_ns <= now_ns
@@ -391,13 +391,13 @@ class StepGenerator:
 
 
 class SteppedModule:
-    """What a module with a step generator foretells between its changes; see `ForeseeingModule`."""
+    """Predictions of a module with a step generator between its changes; see `ForeseeingModule`."""
 
     axis: StepGenerator
     _now_ns: int
     _due_ns: int  # before this instant only position and count change
     _counting: bool
-    _segment: Segment | None  # whose position the image shows
+    _segment: Segment | None  # the segment whose position the image shows
     _acted_on: bytes | None  # the output words that were obeyed
 
     def calm_until_ns(self, outputs: Image) -> int:

@@ -1,4 +1,4 @@
-"""What the PLC sees of a 3601 that does not answer as it should: the only place that says it, bit by bit.
+"""The input image of a 3601 that does not answer normally, defined bit by bit, and only here.
 
 [3601 manual, chapter 6, The Module OK Flag; readings A-88, A-117]
 """
@@ -29,9 +29,9 @@ class FaultImage(NamedTuple):
     """The input image during a fault.
 
     Attributes:
-        kept: of each input word the bits that stay as they were; all others are 0.
+        kept: mask of each input word's bits that stay as they were; all others are 0.
         linked: whether the PLC reaches the module, see `Slot.fault`.
-        lights: of the front panel; None = as without a link.
+        lights: lights of the front panel; None = as without a link.
     """
 
     kept: tuple[int, ...]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 WORD_MASK = (1 << WORD_BITS) - 1
 Contact = Callable[[int], bool]
-"""Whether a contact is operated, at a time in ns."""
+"""Returns whether a contact is operated at a time in ns."""
 
 
 class Change(NamedTuple):
@@ -40,8 +40,8 @@ class Change(NamedTuple):
 
     at_ns: int
     input: str
-    acted_on: bool  # of a contact: True = operated from then on, False = released
-    value: Decimal | None  # of an analog input: its value from then on
+    acted_on: bool  # for a contact: True = operated, False = released
+    value: Decimal | None  # for an analog input: its new value
 
 
 class GenericCard(Module):
@@ -112,7 +112,7 @@ class GenericCard(Module):
         return min([change_ns, *(horizon() for horizon in self._horizons)])
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return no word: nothing changes before `calm_until_ns`."""
+        """Return no words: nothing changes before `calm_until_ns`."""
         return {}
 
     @override
@@ -126,7 +126,7 @@ class GenericCard(Module):
         """Do nothing: contacts keep their state, and the next image is the same."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set a digital input from now on.
+        """Set a digital input; it keeps that level.
 
         Raises:
             ValueError: an unknown input, an analog one, or one that a cam operates.
@@ -140,7 +140,7 @@ class GenericCard(Module):
         self._put_level(name, energized)
 
     def end_timeline(self) -> bool:
-        """Drop the presses of the timeline that are still to come; return whether there are any."""
+        """Cancel the remaining presses of the timeline; return whether there were any."""
         self.before_change()
         there_are = self._next < len(self._changes)
         del self._changes[self._next :]
@@ -151,7 +151,7 @@ class GenericCard(Module):
         self._levels = self._levels | 1 << place if energized else self._levels & ~(1 << place)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
-        """Set an analog input from now on.
+        """Set an analog input; it keeps that value.
 
         Args:
             value: V or mA of a channel with a range, -30 to 30; else the raw number, -32,768 to 32,767.
@@ -254,7 +254,7 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
 
 
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
-    """Return the function that predicts until when a cam keeps its state; 0 where its module can't."""
+    """Return a function that predicts until when a cam keeps its state; 0 if its module can't predict."""
     stepper = modules[cam.slot]
     if not isinstance(stepper, BoltedAhead):
         return lambda: 0

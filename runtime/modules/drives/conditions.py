@@ -49,13 +49,13 @@ STATES: Mapping[str, Mapping[str, Act]] = {
     "stall": {"now": DriveUnit.stall},
     "power": {"cycle": DriveUnit.power_cycle},
 }
-"""What a name does in each of its states."""
+"""The action of a name in each of its states."""
 
 NUMBERS: Mapping[str, tuple[int, int, str, Callable[[DriveUnit, int], None]]] = {
     "temperature": (COLDEST_C, HOTTEST_C, "95", DriveUnit.set_temperature),
     "encoder": (-COUNTS_MOST, COUNTS_MOST, "-400", lambda drive, counts: _turn(drive, counts)),
 }
-"""Names with a number: its range, an example, and what it does."""
+"""Names with a number: its range, an example, and its action."""
 
 
 NEEDED: Mapping[str, StatusBit] = {
@@ -64,14 +64,14 @@ NEEDED: Mapping[str, StatusBit] = {
     "stall": StatusBit.STALL_DETECTED,
     "temperature": StatusBit.TEMPERATURE_90C,
 }
-"""The status bit without which a model lacks what a name stands for."""
+"""The status bit that a model needs to support a name."""
 
 
 class DriveConditions:
     """The conditions of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
 
     Args:
-        drive: before any of its inputs is set; those that its machine operates can't be.
+        drive: a drive with no input set so far; inputs that its machine operates can't be set.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
@@ -82,12 +82,12 @@ class DriveConditions:
         action(self._drive, *_parts(state), self._wired)
 
     def put(self, state: str) -> None:
-        """Put the drive into a state, from the instant of its last `update` on."""
+        """Put the drive into a state at the instant of its last `update`."""
         action(self._drive, *_parts(state), self._wired)()
 
 
 def states() -> Mapping[str, Sequence[str]]:
-    """Return the names of all models with their states; of a number an example."""
+    """Return the names of all models with their states, or with an example of their number."""
     numbers = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
     return {**{name: tuple(known) for name, known in STATES.items()}, **numbers}
 
@@ -100,13 +100,13 @@ def _parts(state: str) -> tuple[str, str]:
 
 
 def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
-    """Return a function that changes a condition of a drive from the instant of its last call on.
+    """Return a function that changes a condition of a drive at the instant of its last call.
 
     Args:
         wired: mask of the inputs that only the machine may change.
 
     Raises:
-        ValueError: an unknown name or state, an input that is wired to the machine, or what the model lacks.
+        ValueError: an unknown name or state, an input wired to the machine, or a function the model lacks.
     """
     model = drive.model
     if name in model.input_names:

@@ -1,4 +1,4 @@
-"""A simulated networked drive: time, inputs, its image of ten words in each direction.
+"""A simulated networked drive: its time, its inputs, and its images of ten words in each direction.
 
 It has no clock and no port. In a slot the scan loop calls `update`; a server or an adapter calls `advance`
 and `obey`. New words take effect the instant they arrive. Inputs are sampled every 250 us (reading
@@ -96,7 +96,7 @@ class DriveUnit(SteppedModule):
 
     @property
     def memory(self) -> DriveMemory:
-        """What the flash holds."""
+        """The content of the flash."""
         return self.layer.memory
 
     @property
@@ -130,7 +130,7 @@ class DriveUnit(SteppedModule):
         return self._image
 
     def _foresee(self, now_ns: int) -> None:
-        """Compute until when nothing but the position and the encoder can change."""
+        """Compute the instant before which only the position and the encoder can change."""
         beat_ns = NS_PER_MS * self.options.beat_ms
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
@@ -168,7 +168,7 @@ class DriveUnit(SteppedModule):
             self.look_again()
 
     def power_cycle(self) -> None:
-        """Remove and restore power at the last `now_ns`; the flash and the shaft keep what they have."""
+        """Remove and restore power at the last `now_ns`; the flash and the shaft keep their state."""
         self._touch()
         self.axis.cut(self._now_ns)
         self._power_up(self.memory)
@@ -217,7 +217,7 @@ class DriveUnit(SteppedModule):
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine from the last call on, see `Machine.operate`."""
+        """Operate an input of the machine at the last call, see `Machine.operate`."""
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
@@ -227,18 +227,18 @@ class DriveUnit(SteppedModule):
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
 
     def set_temperature(self, celsius: float) -> None:
-        """Set the temperature of the driver from now on."""
+        """Set the temperature of the driver now."""
         self._condition(StatusBit.TEMPERATURE_90C, on=celsius > HOT_C)
 
     def set_driver_fault(self, faulty: bool) -> None:
-        """Let the driver be too hot to work, or cool again, from now on."""
+        """Make the driver too hot to work, or cool again, now."""
         self._touch()
         self._hot = faulty
         self.layer.overheat(self._now_ns, faulty)
         self.look_again()
 
     def set_encoder_error(self, faulty: bool) -> None:
-        """Set the error of the multi-turn encoder from now on."""
+        """Set or clear the error of the multi-turn encoder now."""
         self._condition(StatusBit.ENCODER_ERROR, on=faulty)
 
     def set_cable(self, connected: bool) -> None:
@@ -263,7 +263,7 @@ class DriveUnit(SteppedModule):
             self._plan(self._now_ns)
 
     def _touch(self) -> None:
-        """Note a change from outside at the last call: nothing computed ahead holds."""
+        """Handle a change from outside at the last call: discard all predictions."""
         self.before_change()
         self.axis.advance(self._now_ns)
         self._due_ns = 0
@@ -298,7 +298,7 @@ class DriveUnit(SteppedModule):
         return sum(1 << at for at, bit in enumerate(self.terminals) if levels & bit)
 
     def _plan(self, at_ns: int) -> None:
-        """Compute the next tick after `at_ns`, and the next look at the lag of the shaft."""
+        """Compute the next tick after `at_ns`, and the next check of the shaft's lag."""
         instants = [self.axis.next_input_ns()]
         wake = self.layer.next_wake_ns(at_ns)
         if wake is not None:
@@ -318,7 +318,7 @@ class DriveUnit(SteppedModule):
         return max(1, configuration.steps_per_turn * self.options.stall_angle // 360)
 
     def _behind(self) -> int:
-        """Return by how many steps of this motion the shaft is behind."""
+        """Return the number of steps by which the shaft lags behind this motion."""
         return abs(self.axis.position - self.machine.shaft - self._lead)
 
     def _next_stall(self, at_ns: int) -> int:

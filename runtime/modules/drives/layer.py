@@ -92,7 +92,7 @@ RESETTABLE = (
     | StatusBit.CONNECTION_LOST
     | StatusBit.STALL_DETECTED
 )
-"""What Reset Errors clears [17 p. 82, p. 84]."""
+"""Bits that Reset Errors clears [17 p. 82, p. 84]."""
 
 
 @dataclass(slots=True)
@@ -108,9 +108,9 @@ class DriveLayer:
     """Rules, modes and memory of one axis of a model.
 
     Attributes:
-        held: the move that Resume continues.
-        memory: what the flash holds.
-        frozen: whether a write to flash has left the unit deaf until its power is cycled [SMD p. 72].
+        held: the held move, which Resume continues.
+        memory: the content of the flash.
+        frozen: whether the unit ignores all words since a write to flash, until a power cycle [SMD p. 72].
         enabled: whether the driver is enabled.
         faulty: whether the driver is too hot.
         segments: the stored assembled move.
@@ -187,7 +187,7 @@ class DriveLayer:
         """Return the ten input words, signed or unsigned.
 
         Args:
-            further: status bits of the unit, beside those of the axis.
+            further: status bits of the unit, in addition to those of the axis.
         """
         if self.in_configuration:
             return self._mirror
@@ -248,7 +248,7 @@ class DriveLayer:
     # -- the tick -----------------------------------------------------------------------------
 
     def tick(self, now_ns: int, words: tuple[int, ...], levels: int) -> None:
-        """Do one tick.
+        """Carry out one tick.
 
         Args:
             now_ns: the instant; the axis has been advanced to it.
@@ -265,7 +265,7 @@ class DriveLayer:
         self.settle(now_ns)
 
     def settle(self, now_ns: int) -> None:
-        """End a motion that has come to its end."""
+        """End a motion that has made its last step."""
         if self.operation is not None and self.operation.over:
             self.operation.on_end(now_ns)
 
@@ -348,7 +348,7 @@ class DriveLayer:
             HANDLERS[risen](self, now_ns, command)
 
     def _refused(self, now_ns: int, *broken: tuple[str, bool]) -> bool:
-        """Report the first broken rule of some; return whether there is one."""
+        """Report the first broken rule; return whether there is one."""
         for rule_id, is_broken in broken:
             if is_broken:
                 self.fire(now_ns, rule_id)
@@ -358,7 +358,7 @@ class DriveLayer:
     # -- configuration mode -------------------------------------------------------------------
 
     def _configure(self, now_ns: int, words: tuple[int, ...], *, entering: bool) -> None:
-        """Take the words of configuration mode; they count when the mode is left."""
+        """Store the words of configuration mode, which take effect when the mode is left."""
         if entering:
             self.in_configuration = True
             self._written = self.armed = self.held = self.session = None
@@ -621,7 +621,7 @@ class DriveLayer:
             self.session = AssembledSession()
 
     def _read_segment(self, now_ns: int, command: DriveCommand) -> None:
-        """Take a segment; a bad one ends the programming without a profile [reading R-30]."""
+        """Store a segment; a bad segment ends the programming without a profile [reading R-30]."""
         session = self.session
         if session is None:
             self.fire(now_ns, "CMD-16")
@@ -635,7 +635,7 @@ class DriveLayer:
             session.segments.append(command)
 
     def _end_session(self, now_ns: int) -> None:
-        """Store the profile; with Save to Flash in the flash, which leaves the unit deaf [SMD p. 72]."""
+        """Store the profile; Save to Flash also writes the flash, and freezes the unit [SMD p. 72]."""
         session, self.session = self.session, None
         assert session is not None
         self.segments = session.segments
@@ -713,7 +713,7 @@ class DriveLayer:
             self.cut(now_ns, "DRV-03")
 
     def regain_connection(self, now_ns: int) -> None:
-        """Obey the enable bit again; a command bit that is still on is no new command."""
+        """Obey the enable bit again; a command bit that is still on does not start a command."""
         self._enable(now_ns)
 
     def lose_connection(self, now_ns: int) -> None:
@@ -767,4 +767,4 @@ HANDLERS: dict[CommandBit, Callable[[DriveLayer, int, DriveCommand], None]] = {
     CommandBit.RUN_ASSEMBLED_MOVE: DriveLayer._run_assembled,
     CommandBit.PRESET_ENCODER: DriveLayer._preset_encoder,
 }
-"""The commands by their bits; Reset Errors and Immediate Stop come before all refusals."""
+"""The handlers of commands by bit; Reset Errors and Immediate Stop are handled before all refusals."""

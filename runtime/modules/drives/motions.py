@@ -1,7 +1,7 @@
 """The motions of a drive: moves, jogs, registration moves, the home search, assembled moves.
 
 A motion lasts from the acceptance of its command to its end. It reacts to words, inputs and Hold, and ends
-itself by `MotionHost.finish`.
+by calling `MotionHost.finish`.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class DriveHeldMove:
 
 
 class MotionHost(Protocol):
-    """What a motion uses of its drive, see `DriveLayer`."""
+    """The interface of the drive to its motions, see `DriveLayer`."""
 
     axis: StepGenerator
     options: DriveOptions
@@ -85,7 +85,7 @@ class DriveMotion:
 
     @property
     def over(self) -> bool:
-        """Whether the motion has come to its end."""
+        """Whether the motion has ended."""
         return not self.axis.moving
 
     @property
@@ -128,7 +128,7 @@ class Move(DriveMotion):
         self.holding = False
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; a move of no distance is complete at once [reading R-37]."""
+        """Start the axis; a move over no distance is complete at once [reading R-37]."""
         if self.target != self.axis.position:
             self.axis.move(now_ns, self.target - self.axis.position, self.profile)
 
@@ -144,7 +144,7 @@ class Move(DriveMotion):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE, or HOLD_STATE with the rest kept for Resume."""
+        """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
         if self.holding and self.axis.position != self.target:
             self.layer.finish(now_ns, StatusBit.HOLD_STATE, "held")
             self.layer.held = DriveHeldMove(self.target, self.name)
@@ -196,14 +196,14 @@ class Jog(DriveMotion):
 
     @override
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
-        """Ramp down when the bit is gone; else follow new values."""
+        """Ramp down when the bit is released, or else adopt new values."""
         if not command.bits & JOG_BIT[self.heading]:
             self.stop(now_ns)
         elif not self.stopping and (command.words[4:8], command.jerk) != self.values:
             self.change(now_ns, command)
 
     def change(self, now_ns: int, command: DriveCommand) -> None:
-        """Follow new values, or report invalid ones [reading R-16]."""
+        """Adopt new values, or report invalid ones [reading R-16]."""
         layer, self.values = self.layer, (command.words[4:8], command.jerk)
         if command.ranges_hold(layer.start_sps):
             self.stopping = False
@@ -232,7 +232,7 @@ class Jog(DriveMotion):
 
 
 class DriveRegistrationMove(Jog):
-    """A jog that ends a distance after its input, or after its bit is gone [SMD p. 67; reading R-17].
+    """A jog that ends a distance after its input, or after the release of its bit [SMD p. 67; reading R-17].
 
     Below the minimum distance neither ends it.
     """
@@ -254,7 +254,7 @@ class DriveRegistrationMove(Jog):
 
     @override
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
-        """Note the released bit; until the input, follow a lower speed at the same rates, as a 3601 does."""
+        """Record the released bit; before the input, adopt a lower speed at the same rates, like a 3601."""
         self.released = self.released or not command.bits & JOG_BIT[self.heading]
         if self.stopping or self.released or (command.words[4:8], command.jerk) == self.values:
             return
@@ -282,7 +282,7 @@ class HomeSearch(DriveMotion):
 
     def __init__(self, layer: MotionHost, now_ns: int, heading: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
-        # a search uses of its host what a drive has, too: axis, options, state, finish and abort_homing
+        # a search uses only what a drive has, too: axis, options, state, finish and abort_homing
         self._search = Homing(cast(Host, layer), now_ns, heading, profile)
         configuration = layer.state.configuration
         most_s = configuration.homing_timeout_s if configuration is not None else 0

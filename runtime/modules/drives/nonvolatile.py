@@ -1,4 +1,4 @@
-"""What the flash of a drive keeps [SMD p. 59, p. 72], and how often it was written."""
+"""The flash content of a drive [SMD p. 59, p. 72], and the number of writes."""
 
 from __future__ import annotations
 
@@ -29,5 +29,5 @@ class DriveMemory(BaseModel):
     writes: Annotated[int, Field(ge=0)] = 0
 
     def written(self, **changes: object) -> DriveMemory:
-        """Return it after one more write."""
+        """Return the memory after one more write."""
         return self.model_copy(update={"writes": self.writes + 1, **changes})

@@ -1,4 +1,4 @@
-"""The registry records of the networked drives: a slot whose module is the drive, of ten words each way."""
+"""The registry records of the networked drives, which are modules with ten words in each direction."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def make(
     """Make a simulated drive with a machine; ValueError for an unknown option or a wiring.
 
     Args:
-        seed: of the machine's random numbers.
+        seed: seed of the machine's random numbers.
         options: options of the model by name, see `SmdOptions`.
     """
     from .drive import DriveUnit
@@ -43,7 +43,7 @@ def _option_table(model: Model) -> type[DriveOptions]:
 
 
 def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
-    """Return the machine's inputs by name, in the order of the drive's terminals; two may have one input."""
+    """Return the machine's inputs by name, in the order of the terminals, which may share an input."""
     from .drive_options import options_of
 
     found: dict[str, str] = {}

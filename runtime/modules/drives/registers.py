@@ -3,9 +3,9 @@
     inputs     input registers from 0, also holding registers from 0; discrete inputs from 0
     outputs    holding registers from 1024; coils from 16,384: 16 for each register, bit 0 first
 
-Each axis has ten registers, the next one after the other. The registers of one request act together, at the
-instant of the request. Function 23 answers with the data from before its own write. A request is refused as a
-whole: 1 for another function, 2 for an address without a register, 3 for a count or value.
+Each axis has ten registers, followed by those of the next axis. The registers of one request act together,
+at the instant of the request. Function 23 answers with the data from before its own write. A request is
+refused as a whole: 1 for another function, 2 for an address without a register, 3 for a count or value.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ COILS = 16 * OUTPUTS
 """The coil of its bit 0."""
 
 REQUESTS_KEPT = 64
-"""Decoded requests that are kept: clients send the same ones again and again."""
+"""Maximum decoded requests that are cached: clients repeat the same requests."""
 
 
 class DriveRegisters:
@@ -156,7 +156,7 @@ def _bits(registers: Sequence[int]) -> list[bool]:
 
 
 def _part(values: Sequence[T], first: int, count: int) -> list[T]:
-    """Return values by their place; refuse places without any."""
+    """Return the values at some places; refuse places that have no value."""
     if first < 0 or first + count > len(values):
         raise ModbusRefusedError(ILLEGAL_ADDRESS)
     return list(values[first : first + count])

@@ -21,7 +21,7 @@ class StatusLatches:
 
 @dataclass(slots=True)
 class DriveState:
-    """What a home search of a 3601 reads and writes: inputs by their functions, and latched bits."""
+    """The state that a 3601's home search reads and writes: inputs by function, and latched bits."""
 
     latches: StatusLatches
     configuration: DriveConfiguration | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -66,15 +67,8 @@ def _check_command(
     form = ReportFormat.JSON if as_json else form
     rack = files[0]
     try:
-        if any(_is_stored(each) for each in files):
-            summaries = _stored(files)
-            report = CheckReport((), ())
-        else:
-            if len(files) > 1:
-                raise ValueError(
-                    f"{files[1]}: one rack or program at a time; several .pclt files may be given"
-                )
-            summaries, report = None, _checked(rack, drive)
+        summaries = _stored(files) if any(map(_is_stored, files)) else None
+        report = _checked(files, drive) if summaries is None else CheckReport((), ())
     except ValueError as error:
         if form is not ReportFormat.TEXT:
             _print(refused(error, rack), form, rack)
@@ -88,14 +82,16 @@ def _check_command(
         raise typer.Exit(NO)
 
 
-def _checked(rack: str, drive: str | None) -> CheckReport:
+def _checked(files: Sequence[str], drive: str | None) -> CheckReport:
     from scanrack.io_images.drives.models import MODELS
     from scanrack.jobs.check import check_rack, check_replacement, load_any
     from scanrack.jobs.prove.serving.judging import verdicts
 
+    if len(files) > 1:
+        raise ValueError(f"{files[1]}: one rack or program at a time; several .pclt files may be given")
     if drive is not None and drive not in MODELS:
         raise ValueError(f"--for {drive}: no such drive; choose from {', '.join(MODELS)}")
-    job, alone = load_any(rack)
+    job, alone = load_any(files[0])
     if drive is not None:
         return check_replacement(job, MODELS[drive], alone=alone)
     return check_rack(job, alone=alone, prover=verdicts)

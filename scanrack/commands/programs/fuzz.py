@@ -181,15 +181,7 @@ def _fuzz_command(
             tell_notes(learned)
         searched = options.rack if learned is None else str(learned.rack)
         job = load_job(searched)
-        files = tuple(options.invariants or ())
-        setup = Setup(
-            rack=searched,
-            invariants=files,
-            checks=_checks(options.check or [], list(files)),
-            scans=_scans(job, options.duration, learned),
-            kinds=_kinds(job, options.only or [], options.without or []),
-            seed=job.spec.fuzz.seed,
-        )
+        setup = _setup(searched, job, options, _scans(job, options.duration, learned))
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse unusable files before a search begins
         if options.scenario is not None:
@@ -212,6 +204,18 @@ def _fuzz_command(
         )
         status = session.run()
     raise typer.Exit(status)
+
+
+def _setup(searched: str, job: LoadedRack, options: FuzzOptions, scans: int) -> Setup:
+    files = tuple(options.invariants or ())
+    return Setup(
+        rack=searched,
+        invariants=files,
+        checks=_checks(options.check or [], list(files)),
+        scans=scans,
+        kinds=_kinds(job, options.only or [], options.without or []),
+        seed=job.spec.fuzz.seed,
+    )
 
 
 def _ns(duration: str | None) -> int | None:

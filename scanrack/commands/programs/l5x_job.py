@@ -48,17 +48,22 @@ def l5x(file: Path, options: L5xOptions) -> None:
         raise typer.Exit(_report_folder(file, options, begins))
     if (status := _other_answer(file, options, begins)) is not None:
         raise typer.Exit(status)
-    try:
-        scans = (not options.run and options.scans) or SCANS
-        imported = tried(file, Trial(scans, options.stand_in, begins.memory_mib))
-    except LadderError as error:
-        if options.as_json:
-            say_json({"file": str(file), "problem": str(error)})
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from None
+    imported = _tried(file, options, begins)
     first = _first_run(file, imported, options.scans, begins) if options.run else None
     _print_report(imported.report, first, as_json=options.as_json)
     is_clean = first is None or not (first.fault or first.problem)
     raise typer.Exit(DONE if imported.report.complete and is_clean else NO)
+
+
+def _tried(file: Path, options: L5xOptions, begins: ExportStart) -> L5xImport | SlcImport:
+    """Import an export and try its program; exit if it can't be used."""
+    try:
+        scans = (not options.run and options.scans) or SCANS
+        return tried(file, Trial(scans, options.stand_in, begins.memory_mib))
+    except LadderError as error:
+        if options.as_json:
+            say_json({"file": str(file), "problem": str(error)})
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from None
 
 
 def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> None:

@@ -163,12 +163,7 @@ def _conform_command(
         out, used = _checked_outputs(options)
         around = _with_result(used, out)
         recorded = _recorded_scenes(options, plan)
-        judge = Judge(recorded.firmware, recorded.timing)
-        for each in recorded.scenes:
-            verdict = judge.judge(each)
-            if not options.quiet and not options.as_json:
-                complain(f"{each.name}: {verdict.verdict}")
-        result = judge.conclude()
+        result = _judged(recorded, shown=not (options.quiet or options.as_json))
         whole = as_object(recorded, result)
         name = "" if out is None else out.name
         if out is not None:
@@ -180,6 +175,16 @@ def _conform_command(
         if options.as_json or not options.quiet:
             _say_result(whole, result, recorded, name, as_json=options.as_json)
         raise typer.Exit(NO if result.differs else DONE)
+
+
+def _judged(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
+    """Judge each scene, and print its verdict if it is shown."""
+    judge = Judge(recorded.firmware, recorded.timing)
+    for each in recorded.scenes:
+        verdict = judge.judge(each)
+        if shown:
+            complain(f"{each.name}: {verdict.verdict}")
+    return judge.conclude()
 
 
 def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, str]]:

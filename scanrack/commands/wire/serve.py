@@ -197,23 +197,24 @@ DRIVES_ONLY = ("axes", "ethernet_ip", "io_port")
 ALSO_DRIVES = ("speed", "machine", "memory", "pin", "control")
 
 
+def _has_option(controller: ServedDevice, name: str) -> bool:
+    if controller in MODELS:
+        return name in (*FOR_ALL, *DRIVES_ONLY, *ALSO_DRIVES)
+    if controller is ServedDevice.AMCI3601:
+        return name in (*FOR_ALL, *REMOTE_ONLY)
+    return name not in (*REMOTE_ONLY, *DRIVES_ONLY)
+
+
 def _check_options(context: typer.Context, controller: ServedDevice) -> None:
     """Refuse an option that this device does not have.
 
     Raises:
         ValueError: such an option was given.
     """
-    names = [each.name for each in context.command.params]
-    if controller in MODELS:
-        refused = [name for name in names if name not in (*FOR_ALL, *DRIVES_ONLY, *ALSO_DRIVES)]
-    elif controller is ServedDevice.AMCI3601:
-        refused = [name for name in names if name not in (*FOR_ALL, *REMOTE_ONLY)]
-    else:
-        refused = [*REMOTE_ONLY, *DRIVES_ONLY]
     for each in context.command.params:
         source = context.get_parameter_source(each.name or "")
         given = source is not None and source.name == "COMMANDLINE"
-        if given and each.name in refused:
+        if given and not _has_option(controller, each.name or ""):
             raise ValueError(f"{each.opts[0]}: {controller} does not have it")
 
 

@@ -1,16 +1,16 @@
-"""Checks of a program without running it: a table of facts, and rules about the machine and the program.
+"""Checks a program without running it: a table of facts, and rules about the machine and the program.
 
-facts.py           the table of facts; a collector of each language fills it
+facts.py           the table of facts, filled by a collector for each language
 rungs, python      the collectors
-logic.py           conditions: whether one can hold
+logic.py           conditions, and whether one can hold
 ranges.py          ranges of numbers
-choices.py         what a value may be, one option after the other
-groups.py          items by a key, and what can be reached from a start
+choices.py         the possible values of an expression, one by one
+groups.py          groups items by a key; finds what can be reached from a start
 subject.py         what rules read: facts, rack, places in the rack file
 rules              the rules, one row each
-suppressions.py    findings that a comment suppresses
+suppressions.py    comments that suppress findings
 alone.py           a ladder program without a rack
-check.py           a whole check
+check.py           a complete check
 """
 
 from __future__ import annotations

@@ -12,10 +12,10 @@ from ..load.program import load_program
 
 
 def load_any(file: str) -> tuple[LoadedRack, bool]:
-    """Load a rack with its program, or a ladder program alone; ValueError if it can't be used.
+    """Load a rack with its program, or only a ladder program; ValueError if the file can't be used.
 
     Returns:
-        the job, and whether it is without a rack. Slots and stubs of an export come from the export.
+        the job, and whether it has no rack. Slots and stubs of an export come from the export itself.
     """
     path = Path(file)
     if path.suffix not in (SUFFIX, STRUCTURED_SUFFIX):

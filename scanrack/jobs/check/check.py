@@ -40,7 +40,7 @@ class Finding:
 
     @property
     def row(self) -> Rule:
-        """The row of its rule."""
+        """The rule itself."""
         return BY_ID[self.rule]
 
     def __str__(self) -> str:
@@ -59,12 +59,12 @@ class CheckReport:
 
 @dataclass(frozen=True, slots=True)
 class ProofFinding:
-    """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
+    """The verdict of a proof: a finding of a rule is proved, or the rule's finding is refuted.
 
     Attributes:
-        rule: such as "unreachable".
-        holds: whether the finding is proved; if not, it is refuted.
-        text: of a finding that the rules have not found themselves.
+        rule: name of the rule, such as "unreachable".
+        holds: whether the finding is proved; otherwise it is refuted.
+        text: text of a finding that the rules did not find themselves.
     """
 
     rule: str
@@ -74,7 +74,7 @@ class ProofFinding:
 
 
 Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
-"""Yields verdicts about a rack's program, of which the facts are known."""
+"""Yields the verdicts of proofs about a rack's program and its facts."""
 
 
 def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
@@ -82,7 +82,7 @@ def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
 
 
 def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
-    """List what a program for a 3601 must change to run on a networked drive; LadderError as `check_rack`."""
+    """List what a 3601 program must change to run on a networked drive; LadderError as in `check_rack`."""
     facts = facts_of(job)
     found = (
         Finding(RULE, place, text, _site(facts, place))
@@ -95,9 +95,9 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_pro
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
-        alone: whether the program is checked without a rack: no rule about wiring applies.
-        prover: yields verdicts on the program's rungs and tags; findings that it proves say so, those that it
-            refutes are left out.
+        alone: whether the program is checked without a rack; rules about wiring then do not apply.
+        prover: yields verdicts on the program's rungs and tags. Proved findings are marked; refuted findings
+            are left out.
     """
     facts = facts_of(job)
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
@@ -112,10 +112,10 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_pro
 
 
 def refused(error: Exception, file: str) -> CheckReport:
-    """Return the report of a file that can't be loaded: its mistakes, with their places.
+    """Return the report of a file that can't be loaded: its mistakes with their places.
 
     Args:
-        file: what was to be checked, for a mistake without a place.
+        file: the file that was to be checked, used for a mistake without a place.
     """
     found = [each for each in sites_of(error) if each.file]
     sites = [each for each in found if each.line] or [Site(file=file, line=1)]
@@ -125,19 +125,19 @@ def refused(error: Exception, file: str) -> CheckReport:
 
 
 def _findings(subject: Subject) -> Iterator[Finding]:
-    """Yield the findings, one per rule, place and text, in the order of the rules."""
+    """Yield the findings, one per rule, place and text, in rule order."""
     facts = subject.facts
     for rule in RULES:
         seen: set[tuple[FileLine, str]] = set()
         for place, text in (*facts.remarks.get(rule.id, ()), *rule.check(subject)):
-            key = place, "" if rule.id == "out-of-range" else text  # of a range one is enough in a line
+            key = place, "" if rule.id == "out-of-range" else text  # one range finding per line is enough
             if key not in seen:
                 seen.add(key)
                 yield Finding(rule.id, place, text, _site(facts, place))
 
 
 def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
-    """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
+    """Yield the findings that are not refuted, then findings of proofs at places that have none."""
     by_place = {(each.rule, each.place): each for each in verdicts}
     for each in found:
         verdict = by_place.pop((each.rule, each.place), None)
@@ -152,7 +152,7 @@ def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) ->
 
 
 def _site(facts: Facts, place: FileLine) -> Site:
-    """Return routine and rung of a line, if it is one of a routine."""
+    """Return the routine and rung of a line, if it belongs to a routine."""
     return facts.sites.get(place) or Site(file=place.file, line=place.line)
 
 
@@ -163,7 +163,7 @@ def facts_of(job: LoadedRack) -> Facts:
     if job.program.suffix == ".py":
         try:
             return _python_facts(job)
-        except RecursionError:  # Python compiles a sum of some hundreds that its module `ast` can't print
+        except RecursionError:  # Python compiles sums of hundreds of terms that `ast` can't print
             return Facts(not_seen=[_TOO_DEEP])
     logic: object = job.logic
     return step_facts(job.program, logic) if isinstance(logic, Steps) else Facts()
@@ -177,8 +177,8 @@ def _python_facts(job: LoadedRack) -> Facts:
 
 
 def _globals_of(logic: object) -> Mapping[str, Any]:
-    """Return the names of the module of a function, a method, a partial function or an object to call."""
-    inner = getattr(logic, "func", logic)  # of functools.partial
+    """Return the global names of the module that defines a function, method, partial or callable object."""
+    inner = getattr(logic, "func", logic)  # for functools.partial
     call = inner if hasattr(inner, "__globals__") else vars(type(inner)).get("__call__")
     found: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
     return found

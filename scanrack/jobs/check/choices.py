@@ -1,4 +1,4 @@
-"""What a value may be, one option after the other: a constant, or each element of a table."""
+"""The possible values of an expression, one by one: a constant, or each element of a table."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 
 class Choices(NamedTuple):
-    """The options of an expression, or of a word.
+    """The possible values of an expression or of a word, called options.
 
     Attributes:
-        options: none if they are unknown.
-        source: where they come from, such as a table; values of one source get those of one place together.
-        names: what the source is for each option, for messages.
+        options: the options; empty if they are unknown.
+        source: where they come from, such as a table. Options of one source vary together.
+        names: a name for each option, for messages.
     """
 
     options: tuple[Any, ...] = ()
@@ -20,7 +20,7 @@ class Choices(NamedTuple):
     names: tuple[str, ...] = ()
 
     def at(self, place: int) -> Any:
-        """Return an option; of a single one, that."""
+        """Return an option by its place; a single option has every place."""
         return self.options[place if len(self.options) > 1 else 0]
 
 
@@ -28,7 +28,7 @@ UNKNOWN_CHOICES = Choices()
 
 
 def combined(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
-    """Return a function of options; unknown if a part is, if the function fails, or of several sources."""
+    """Apply a function to options; unknown if a part is unknown, if sources differ, or if the call fails."""
     several = [each for each in parts if len(each.options) > 1]
     if len({each.source for each in several}) > 1:
         return UNKNOWN_CHOICES

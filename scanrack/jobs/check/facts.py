@@ -1,4 +1,4 @@
-"""The table of facts about a program, which a collector of each language fills and the rules read.
+"""The table of facts about a program, filled by a collector for each language and read by the rules.
 
 | fact | rungs | structured text | Python |
 |---|---|---|---|
@@ -9,7 +9,7 @@
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
 | `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
-A mistake that shows in one place is a `Violation` at once: `facts.remark("recursion", place, text)`.
+A mistake that shows in one place becomes a `Violation` at once: `facts.remark("recursion", place, text)`.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class SentCommand:
 
     place: FileLine
     slot: int | None  # None if it is unknown
-    words: tuple[int, ...] = ()  # the eight output words; empty without effect on the rules
-    speed: int | None = None  # the speed in them, steps/s; None if it is unknown
+    words: tuple[int, ...] = ()  # the eight output words; empty if they do not matter to the rules
+    speed: int | None = None  # the speed in the words, steps/s; None if it is unknown
 
 
 class Role(Enum):
@@ -60,11 +60,11 @@ class Variable:
     """A tag, a field, or a terminal.
 
     Attributes:
-        name: as the user writes it.
-        place: its declaration.
+        name: the name in the user's spelling.
+        place: the line of its declaration.
         type: such as "BOOL", "DINT", "TIMER".
         set: whether its declaration gives it a value.
-        shown: whether people read or write it: it is recorded, or its name says so.
+        shown: whether people read or write it, because it is recorded or by its name.
     """
 
     name: str
@@ -76,10 +76,10 @@ class Variable:
 
 
 class Touch(Enum):
-    """What an instruction or a statement does with a variable."""
+    """How an instruction or statement uses a variable."""
 
     READ = auto()
-    COIL = auto()  # writes a bit whatever its condition is
+    COIL = auto()  # writes a bit whether its condition holds or not
     LATCH = auto()  # sets a bit if its condition holds
     UNLATCH = auto()  # clears a bit if its condition holds
     WRITE = auto()  # writes another value, or several words
@@ -92,16 +92,17 @@ class Access:
 
     Attributes:
         variable: its key in `Facts.variables`.
-        part: what of the variable: "" all of it, such as ".DN", "[3].5"; "[?]" is any element.
+        part: the part of the variable that is used: "" for all of it, or such as ".DN", "[3].5"; "[?]" is any
+            element.
         unit: the routine, or the function.
-        needs: bits that hold whenever it acts.
-        owner: the task of the program, or the sequence; "" for a single task, and for `every_scan`.
-        once: whether it acts at start-up only.
-        default: whether it is a statement that every scan executes, and that a later one may override.
-        steady: whether its condition, and what it assigns to a bit, holds from the second scan on.
-        parameter: whether it takes an argument of a routine.
-        zero: whether it writes 0: CLR, RES, MOV(0,...), an assignment of 0.
-        text: as written; "" if it is the variable itself.
+        needs: bits that are as given whenever the access happens.
+        owner: the task of the program, or the sequence; "" if there is a single task, or for `every_scan`.
+        once: whether it happens only at start-up.
+        default: whether every scan executes the statement and a later one may override it.
+        steady: whether its condition, and the value it assigns to a bit, stay true from the second scan on.
+        parameter: whether it receives an argument of a routine.
+        zero: whether it writes 0, such as CLR, RES, MOV(0,...), or an assignment of 0.
+        text: the variable as written in the code; "" if that is its name.
     """
 
     variable: str
@@ -120,7 +121,7 @@ class Access:
 
     @property
     def task(self) -> bool:
-        """Whether the owner is a task of a ladder program, not a sequence."""
+        """Whether a task of a ladder program owns the access, not a sequence."""
         return self.unit.startswith("\\")
 
     @property
@@ -136,26 +137,26 @@ class Access:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A command to an axis: the call of a block, or of a method.
+    """A command to an axis, given by calling a block or a method.
 
     Attributes:
-        kind: name of the method of `Axis3601`: "move_to", "run", "home".
-        axis: the axis, as the user calls it.
-        slot: its slot; None if it is unknown.
-        values: ranges of its arguments by their names in `Axis3601`.
-        choices: the values that an argument gets one after the other.
+        kind: name of the method of `Axis3601`, such as "move_to", "run" or "home".
+        axis: the axis, by the user's name.
+        slot: slot of the axis; None if it is unknown.
+        values: ranges of its arguments, by their names in `Axis3601`.
+        choices: for each argument, the values it takes, one by one.
         text: the call in words, such as "MC_Home(Home)" or "home".
-        order: place in the scan, or in its sequence.
-        unit: the routine, or the function.
-        owner: the task, or the sequence.
+        order: place in the scan or in its sequence.
+        unit: the routine or function.
+        owner: the task or sequence.
         sure: whether its sequence always reaches it.
-        locks: what the program holds there.
-        words: whether it is given as words.
+        locks: the locks that are held at the command.
+        words: whether it is given as output words.
         execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
-        starts: the condition of the bit that starts it, as a text; "" if it is not of bits and steps alone.
-        on: the condition of its Execute; UNKNOWN if it is not known.
-        implies: what holds whenever its Execute is on, with the conditions of coils.
-        segments: of a blend: length, speed and rate of each, as far as they are known.
+        starts: the condition of the bit that starts it, as text; "" if it is not only of bits and steps.
+        on: the condition of the block's Execute; UNKNOWN if it is unknown.
+        implies: what is true whenever Execute is on, including the conditions of coils.
+        segments: length, speed and rate of each blend segment, as far as known; None if there are none.
     """
 
     kind: str
@@ -184,19 +185,19 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class StepAction:
-    """What a program that goes from step to step does in some of them.
+    """An action of a program that has steps.
 
     Attributes:
-        machine: the number, or the text, that says the step.
-        steps: in which it may happen; None for all.
-        goes: the step that follows; None if it is not this action that continues.
-        ends: whether its condition says that a motion has ended, or that time has passed.
-        moves: whether its condition needs that an axis moves.
-        axis: the axis that it commands; "" if it commands none.
-        kind: the command, as in `Command`; "" for a write that gives none.
+        machine: the number or text that holds the step.
+        steps: steps in which it may happen; None for all.
+        goes: the next step; None if the action does not change the step.
+        ends: whether its condition shows that a motion has ended or that time has passed.
+        moves: whether its condition requires a moving axis.
+        axis: the axis that it commands; "" if there is none.
+        kind: the command, as in `Command`; "" for a write that gives no command.
         text: the command in words.
-        sets: bits of the command word that it sets; 0 for a block.
-        clears: bits of the command word that it clears.
+        sets: command word bits that it sets; 0 for a block.
+        clears: command word bits that it clears.
         when: the condition under which it happens.
     """
 
@@ -219,12 +220,12 @@ class StepAction:
 
 
 class StepUse(NamedTuple):
-    """What a program does in one step only.
+    """What a program does only in one step.
 
     Attributes:
-        tested: whether anything asks for this step.
-        works: whether something in it depends on other conditions than the step.
-        chosen: whether a CASE, or a text in Python, asks for it, not the comparison of a rung.
+        tested: whether anything tests for this step.
+        works: whether anything in the step depends on conditions other than the step.
+        chosen: whether a CASE, or a text in Python, tests for the step, rather than a comparison in a rung.
     """
 
     tested: bool = False
@@ -236,10 +237,10 @@ class OutputWrite(NamedTuple):
     """What switches an output on.
 
     Attributes:
-        name: as the user writes it; the bit's name for a command of a 3601.
-        key: the same in conditions.
-        free: the condition, without coils and local names; inputs of cards begin with `INPUT`.
-        commands: the 3601 of which it is a command; "" for another output.
+        name: the name in the user's spelling; for a command of a 3601, the name of its bit.
+        key: the name in conditions.
+        free: the condition, without coils and local names. Names of card inputs begin with `INPUT`.
+        commands: the 3601 that the bit commands; "" for any other output.
     """
 
     place: FileLine
@@ -250,26 +251,26 @@ class OutputWrite(NamedTuple):
 
 
 UsesBit = Callable[[int, str, str, int, int], bool]
-"""Whether a program uses a bit of a card: slot, image "I" or "O", name, word, bit."""
+"""Whether a program uses a bit of a card, by slot, image "I" or "O", name, word and bit."""
 
 
 @dataclass(slots=True)
 class Facts:
-    """Facts of a program.
+    """The facts of a program.
 
     Attributes:
         remarks: mistakes that show in one place, by rule.
-        variables: by key.
+        variables: the variables, by key.
         computed: slots whose output words the program computes.
-        escaped: axes that parts of the program get which are not followed.
+        escaped: axes that are passed to code which the reader does not follow.
         actions: what the program does in its steps.
-        first_steps: returns the steps in which a machine may begin.
+        first_steps: returns the steps in which a machine may start.
         step_use: returns what the program does in a step of a machine; None if that is unknown.
-        writes: to output words of 3601s.
+        writes: writes to the output words of 3601s.
         outputs: what switches outputs on.
-        at_once: commands that are sent together with their parameters.
-        uses_bit: tests whether it uses a bit of a card; None if that is unknown.
-        reads_all: whether parts that are not read here may use any variable.
+        at_once: commands that are sent in one piece with their parameters.
+        uses_bit: tells whether the program uses a bit of a card; None if that is unknown.
+        reads_all: whether code that is not analyzed may use any variable.
         not_seen: sentences about facts that the reader can't determine.
         sites: routines and rungs, by their line in the file.
     """

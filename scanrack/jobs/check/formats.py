@@ -1,4 +1,4 @@
-"""Reports of a check for other programs: SARIF 2.1.0, and JUnit XML."""
+"""Reports of a check for other programs: SARIF 2.1.0 and JUnit XML."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
     """Return the report as SARIF 2.1.0 [OASIS, Static Analysis Results Interchange Format, section 3].
 
     Args:
-        version: of scanrack.
+        version: version of scanrack.
     """
     numbers = {rule.id: number for number, rule in enumerate(RULES)}
     rules = [
@@ -86,10 +86,10 @@ def _uri(path: Path) -> str:
 
 
 def as_junit(report: CheckReport, name: str) -> str:
-    """Return the report as JUnit XML: a test case per rule, which fails with its findings.
+    """Return the report as JUnit XML: one test case per rule, which fails if the rule has findings.
 
     Args:
-        name: of the suite, such as the rack file.
+        name: name of the test suite, such as the rack file.
     """
     cases = []
     failed = {each.rule for each in report.findings}

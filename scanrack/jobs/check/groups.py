@@ -1,4 +1,4 @@
-"""Items by a key, and what can be reached from a start."""
+"""Groups items by a key, and finds what can be reached from a start."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Item = TypeVar("Item")
 
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """Return items by a key, both in their order."""
+    """Return items grouped by a key; groups and items keep their order."""
     found: dict[Key, list[Item]] = {}
     for each in items:
         found.setdefault(key(each), []).append(each)
@@ -18,7 +18,7 @@ def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list
 
 
 def reached(starts: Iterable[Key], onward: Callable[[Key], Iterable[Key]]) -> Iterator[Key]:
-    """Yield each state that `onward` leads to, once, the nearest first; a start only if a way leads back.
+    """Yield each state that can be reached, once, nearest first; a start only if a path leads back to it.
 
     >>> list(reached([1], lambda number: [2 * number % 7]))
     [2, 4, 1]

@@ -1,12 +1,13 @@
-"""Conditions of a program in any language: whether one can hold, and whether one always holds.
+"""Conditions of a program in any language: whether one can hold, and whether it always holds.
 
-    XIC(A)XIO(A)                  never: A is on, and off
-    GRT(Level,10)LES(Level,5)     never: Level is above 10, and below 5
+    XIC(A)XIO(A)                  never: A is on and off
+    GRT(Level,10)LES(Level,5)     never: Level is above 10 and below 5
     GRT(Count,40000)              never, if Count is an INT
     [XIC(A),XIO(A)]               always
 
-A condition is split into alternatives of parts that hold together. Beyond `MOST` of them the answer is no.
-A bit has one value in a condition: readers give a bit another name once the program has written it.
+A condition is split into alternatives, each of parts that hold together. With more than `MOST` alternatives
+the answer is no.
+A bit has one value within a condition: readers rename a bit once the program has written it.
 """
 
 from __future__ import annotations
@@ -17,27 +18,27 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 MOST = 128
-"""Alternatives that are looked at."""
+"""Maximum number of alternatives of a condition."""
 
 MOST_PARTS = 128
-"""Parts of a condition that are looked at; the others are unknown. Thousands would cost their square."""
+"""Maximum number of parts of a condition; further parts are unknown. The time grows with their square."""
 
 ON_DELAY = "t"
-"""Ends the names of bits of on-delay timers: DN and TT exclude each other [1756-RM003, TON]."""
+"""Suffix in the names of on-delay timer bits: DN and TT exclude each other [1756-RM003, TON]."""
 
 INPUT = "in "
-"""Begins the names of inputs of cards, which people and sensors set: any of them may be on with any other."""
+"""Prefix in the names of card inputs, which people and sensors set. Any of them may be on together."""
 
 OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
-"""The relation that holds where the other one does not."""
+"""The opposite of each relation."""
 
 MIRRORED = {"=": "=", "<>": "<>", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
-"""The same relation with its sides exchanged."""
+"""Each relation with its sides exchanged."""
 
 
 @dataclass(frozen=True, slots=True)
 class FixedTruth:
-    """A constant."""
+    """A constant truth value."""
 
     holds: bool
 
@@ -49,7 +50,7 @@ class Unknown:
 
 @dataclass(frozen=True, slots=True)
 class Bit:
-    """A bit that is on, or off."""
+    """A bit that is on or off."""
 
     name: str
     on: bool = True
@@ -76,7 +77,7 @@ class AllOf:
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """Parts of which one holds."""
+    """Parts at least one of which holds."""
 
     parts: tuple[Condition, ...]
 
@@ -87,7 +88,7 @@ Term = tuple[Condition, ...]
 
 
 def all_of(*parts: Condition) -> Condition:
-    """Return the condition that all parts hold; without the parts beyond `MOST_PARTS`, which are unknown."""
+    """Return the condition that all parts hold. Parts beyond `MOST_PARTS` become unknown."""
     kept: list[Condition] = []
     size = 0
     for each in parts:
@@ -118,7 +119,7 @@ def negated(condition: Condition) -> Condition:
 
 
 def of_any_number(condition: Condition) -> Condition:
-    """Return a condition in which numbers have any value, not only those that the program gives them."""
+    """Return a condition whose numbers may have any value, not only those that the program gives them."""
 
     def of(leaf: Condition) -> Condition:
         return replace(leaf, least=-math.inf, most=math.inf) if isinstance(leaf, Compare) else leaf
@@ -127,7 +128,7 @@ def of_any_number(condition: Condition) -> Condition:
 
 
 def with_leaves(condition: Condition, of: Callable[[Condition], Condition]) -> Condition:
-    """Return a condition with `of(leaf)` in place of each of its leaves."""
+    """Return a condition with each leaf replaced by `of(leaf)`."""
     match condition:
         case AllOf(parts):
             return AllOf(tuple(with_leaves(each, of) for each in parts))
@@ -143,12 +144,12 @@ def never(condition: Condition) -> bool:
 
 
 def always(condition: Condition) -> bool:
-    """Whether a condition can't fail."""
+    """Whether a condition always holds."""
     return never(negated(condition))
 
 
 def constant_condition(condition: Condition) -> tuple[str, str] | None:
-    """Return the rule that a condition breaks which is always true or false, and what it does; or None."""
+    """For a condition that is always true or false, return the broken rule and a text; otherwise None."""
     if never(condition):
         several = len(list(islice(leaves(condition), 2))) > 1
         return "contradiction" if several else "constant-condition", "never holds"
@@ -156,7 +157,7 @@ def constant_condition(condition: Condition) -> tuple[str, str] | None:
 
 
 def leaves(condition: Condition) -> Iterator[Condition]:
-    """Yield the parts that have no parts."""
+    """Yield the parts of a condition that have no parts themselves."""
     if isinstance(condition, AllOf | AnyOf):
         for each in condition.parts:
             yield from leaves(each)
@@ -177,7 +178,7 @@ def needed(condition: Condition) -> frozenset[Bit]:
 
 
 def base_of(name: str) -> str:
-    """Return the name of a value without what tells its later values from it.
+    """Return the name of a value without the suffix that marks its later values.
 
     >>> base_of("STEP#0.1")
     'STEP'
@@ -186,7 +187,7 @@ def base_of(name: str) -> str:
 
 
 def plain(condition: Condition) -> Condition:
-    """Return a condition in which a value has one name, even if the program writes it in between."""
+    """Return a condition in which a value keeps one name, even if the program writes it in between."""
 
     def of(leaf: Condition) -> Condition:
         return replace(leaf, name=base_of(leaf.name)) if isinstance(leaf, Bit | Compare) else leaf
@@ -195,17 +196,17 @@ def plain(condition: Condition) -> Condition:
 
 
 def compares(leaf: Condition, number: str) -> bool:
-    """Whether a leaf compares a number, whatever the program writes to it in between."""
+    """Whether a leaf compares a number, even if the program writes the number in between."""
     return isinstance(leaf, Compare) and base_of(leaf.name) == number
 
 
 def is_only_of(condition: Condition, number: str) -> bool:
-    """Whether a condition only compares a number."""
+    """Whether a condition only compares one number."""
     return all(compares(each, number) for each in leaves(condition) if each != TRUE)
 
 
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
-    """Return the values of a number with which a condition can hold; None if it is all of them."""
+    """Return the values of a number for which a condition can hold; None for all of them."""
     compared = (each for each in leaves(condition) if isinstance(each, Compare))
     names = sorted({each.name for each in compared if base_of(each.name) == number})
     if not names:
@@ -217,7 +218,7 @@ def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> froz
 
 
 def alternatives(condition: Condition) -> list[Term] | None:
-    """Return the alternatives of a condition, None if there are too many."""
+    """Return the alternatives of a condition; None if there are too many."""
     if isinstance(condition, AnyOf):
         found: list[Term] = []
         for part in condition.parts:
@@ -232,7 +233,7 @@ def alternatives(condition: Condition) -> list[Term] | None:
 
 
 def _joined(parts: Iterable[Condition]) -> list[Term] | None:
-    """Return the alternatives of parts that hold together, without those that can't."""
+    """Return the possible alternatives of parts that hold together; None if there are too many."""
     flat = list(_flat(parts))
     together = tuple(dict.fromkeys(each for each in flat if not isinstance(each, AnyOf)))
     joined: list[Term] | None = [] if is_impossible(together) else [together]
@@ -244,7 +245,7 @@ def _joined(parts: Iterable[Condition]) -> list[Term] | None:
 
 
 def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
-    """Return each of the terms with each of the others, None if there are too many."""
+    """Return every combination of two terms; None if there are too many."""
     if len(terms) * len(others) > MOST * 4:
         return None
     joined = [both for one in terms for other in others if not is_impossible(both := one + other)]
@@ -253,7 +254,7 @@ def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
 
 
 def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
-    """Yield parts that hold together; of one that consists of such parts, these."""
+    """Yield the parts that hold together; a part that consists of such parts is replaced by them."""
     for each in parts:
         if isinstance(each, AllOf):
             yield from _flat(each.parts)
@@ -262,7 +263,7 @@ def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
 
 
 def is_impossible(term: Term) -> bool:
-    """Whether parts exclude each other."""
+    """Whether parts of a term exclude each other."""
     on: dict[str, bool] = {}
     compared: dict[str, list[Compare]] = {}
     for each in term:
@@ -276,12 +277,12 @@ def is_impossible(term: Term) -> bool:
 
 
 def _done(name: str) -> str:
-    """Return the name of DN that excludes a TT, see `ON_DELAY`; "" for another bit."""
+    """Return the name of the DN bit that excludes a TT bit, see `ON_DELAY`; "" for another bit."""
     return name.replace(".TT#", ".DN#") if ".TT#" in name and name.endswith(ON_DELAY) else ""
 
 
 def _is_empty(compared: list[Compare]) -> bool:
-    """Whether no number meets all comparisons."""
+    """Whether no number satisfies all comparisons."""
     whole = compared[0].whole
     limits = [BOUNDS[each.relation](each.number, whole) for each in compared]
     lows, highs = zip(*limits, strict=True)
@@ -300,7 +301,7 @@ BOUNDS: Mapping[str, Callable[[float, bool], tuple[float, float]]] = {
     ">": lambda number, whole: (_next(number, whole=whole), math.inf),
     "<": lambda number, whole: (-math.inf, -_next(-number, whole=whole)),
 }
-"""By relation: the least and the most number that meets it; `whole`: whether it is an integer."""
+"""By relation: the lowest and highest number that satisfies it; `whole` tells whether it is an integer."""
 
 
 def _next(number: float, *, whole: bool) -> float:

@@ -1,11 +1,11 @@
-"""Commands and status bits of a 3601 as rules and collectors of all languages name them."""
+"""Names of the commands and status bits of a 3601, for rules and collectors of all languages."""
 
 from __future__ import annotations
 
 from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
 
 NEWEST = "4.1"
-"""The firmware of a module whose firmware is not given."""
+"""The assumed firmware of a module if none is given."""
 
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
@@ -24,23 +24,23 @@ KINDS = {
     CommandMsw.MANUAL_CW.value: "run",
     CommandMsw.MANUAL_CCW.value: "run",
 }
-"""Commands by their bit of output word 0."""
+"""Commands by their bit in output word 0."""
 
 MOVING = frozenset(str(bit.name) for bit in (StatusMsw.MOVING_CW, StatusMsw.MOVING_CCW))
 OFF_AT_END = MOVING | {str(StatusMsw.POSITION_INVALID.name)}
-"""Status bits that are off when a motion has ended; of the others none says so while it is off."""
+"""Status bits that are off when a motion has ended. No other status bit shows that by being off."""
 
 
 def kinds_of(word: int) -> list[str]:
-    """Return the commands in output word 0; none in a configuration."""
+    """Return the commands in output word 0; none for a configuration."""
     return [] if word & MODE_CONFIG else [kind for bit, kind in KINDS.items() if word & bit]
 
 
 def first_kind(bits: int) -> str:
-    """Return the command that bits of output word 0 give; "" for none."""
+    """Return the first command in bits of output word 0; "" if there is none."""
     return next((kind for bit, kind in KINDS.items() if bits & bit), "")
 
 
 def command_bits(sets: int, clears: int) -> tuple[int, int]:
-    """Return the bits that a write of output word 0 sets and clears as commands: a configuration has none."""
+    """Return the command bits that a write of output word 0 sets and clears; none for a configuration."""
     return (0, 0xFFFF) if sets & MODE_CONFIG else (sets, clears)

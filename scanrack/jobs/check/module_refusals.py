@@ -1,6 +1,7 @@
-"""What a 3601 refuses of eight output words, whatever its state: by the module's own table of refusals.
+"""Finds eight output words that a 3601 refuses in any state, by the module's own table of refusals.
 
-Words that the text does not determine are tried with several values: a rule counts if all of them break it.
+Words that the program text does not determine are tried with several values. A rule counts only if all of
+them break it.
 """
 
 from __future__ import annotations
@@ -44,10 +45,10 @@ LAST_WORD: dict[str, Sequence[int]] = {
     "REG-10": (0, 4, 5, 6, 7),
     "RST-02": (1,),
 }
-"""The rules that words break at rest, and the words that do so; others depend on the module's state."""
+"""The rules that words break at rest, each with the word that breaks it. Others need the module's state."""
 
 RANGES = frozenset({"CMD-04", "CMD-05", "CMD-20", "CMD-31", "FOL-02", "HOM-01"})
-"""Those about ranges."""
+"""Those of the rules that are about ranges."""
 
 WAYS_ON = {
     "CMD-02": "clear the one bit before you set the other",
@@ -59,14 +60,14 @@ WAYS_ON = {
     "CMD-29": "configure the encoder",
     "ENC-05": "configure the encoder",
 }
-"""What to do, where the rule does not say it."""
+"""What to do about a rule, where the rule does not say so."""
 
 _FILLED = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
-"""Values of unknown words."""
+"""Values that are tried for unknown words."""
 
 
 class Breach(NamedTuple):
-    """A rule that words break, and the word that does so."""
+    """A rule that words break, and the word that breaks it."""
 
     rule: str
     word: int
@@ -84,7 +85,7 @@ class _State:
 
 @dataclass(frozen=True, slots=True)
 class _AtRest:
-    """A module at rest: what the rules of `LAST_WORD` read of it."""
+    """A module at rest, as far as the rules of `LAST_WORD` read it."""
 
     state: _State
     firmware: Firmware
@@ -92,7 +93,7 @@ class _AtRest:
 
 
 ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, starting_speed=1)
-"""A configuration with which every command is possible."""
+"""A configuration that allows every command."""
 
 
 def broken(
@@ -101,8 +102,8 @@ def broken(
     """Return the rules that words break at rest.
 
     Args:
-        words: the eight signed words, None for an unknown one; the first one is known.
-        configuration: of the module; None if it is not known.
+        words: the eight signed words, with None for unknown ones; the first one is known.
+        configuration: configuration of the module; None if it is unknown.
     """
     used = configuration or ANY_CONFIGURATION
     host = cast(Host, _AtRest(_State(used, used.starting_speed), firmware, profile))
@@ -133,7 +134,7 @@ def _rules(host: Host, words: Sequence[int]) -> list[str]:
     command = CommandWords(words)
     bits = command.msw & COMMAND_BITS
     if command.many_bits:
-        return ["CMD-02"]  # it says enough
+        return ["CMD-02"]  # this rule is enough
     found = [each.rule for each in _of_words(host, command, _reasons(host, command))]
     if bits & MOVES:
         own = host.profile.further_refusals
@@ -160,7 +161,7 @@ def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
 
 
 def _word(rule: str, words: Sequence[int | None], profile: Profile) -> int:
-    """Return the word that breaks a rule: of several, the first one that is no legal value."""
+    """Return the word that breaks a rule; if there are several, the first one without a legal value."""
     at = LAST_WORD.get(rule, (0,))
     if rule == "CMD-04":
         given = CommandWords(_filled(words, _FILLED[1])).parameters

@@ -1,4 +1,4 @@
-"""Ranges of numbers: what an expression of constants and of numbers in known ranges can be."""
+"""Ranges of numbers: the possible values of an expression of constants and numbers in known ranges."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class Range(NamedTuple):
-    """The lowest and the highest value of a number; infinite where it is unknown."""
+    """The lowest and highest value of a number; infinite if unknown."""
 
     least: float
     most: float
@@ -16,20 +16,20 @@ class Range(NamedTuple):
 
     @property
     def is_known(self) -> bool:
-        """Whether both ends are known."""
+        """Whether both bounds are known."""
         return math.isfinite(self.least) and math.isfinite(self.most)
 
     @property
     def is_constant(self) -> bool:
-        """Whether it is one number."""
+        """Whether the range is a single number."""
         return self.least == self.most
 
     def within(self, least: float, most: float) -> bool:
-        """Whether every value is in these bounds."""
+        """Whether all values are within the given bounds."""
         return least <= self.least and self.most <= most
 
     def outside(self, least: float, most: float) -> bool:
-        """Whether no value is in these bounds."""
+        """Whether all values are outside the given bounds."""
         return self.most < least or self.least > most
 
     def __str__(self) -> str:
@@ -39,7 +39,7 @@ class Range(NamedTuple):
 
 
 ANY = Range(-math.inf, math.inf, False)
-"""A number of which nothing is known."""
+"""A number about which nothing is known."""
 
 
 def exactly(number: float) -> Range:
@@ -48,7 +48,7 @@ def exactly(number: float) -> Range:
 
 
 def joined(*ranges: Range) -> Range:
-    """Return the range of a number that is in one of these."""
+    """Return the range of a number that is in any of several ranges."""
     if not ranges:
         return ANY
     return Range(
@@ -66,14 +66,14 @@ def _corners(one: Range, other: Range, of: Callable[[float, float], float]) -> R
 
 
 def _divided(one: Range, other: Range) -> Range:
-    """A quotient, before a cut to an integer."""
+    """Return the range of a quotient that has not been truncated."""
     if not (one.is_known and other.is_known) or other.least <= 0 <= other.most:
         return ANY
     return _corners(one, other, lambda a, b: a / b)._replace(whole=False)
 
 
 def _rest(one: Range, other: Range) -> Range:
-    """The rest of a division; it has the sign of the dividend."""
+    """Return the range of a remainder, which has the sign of the dividend."""
     if not other.is_known:
         return ANY
     most = max(abs(other.least), abs(other.most)) - 1
@@ -94,7 +94,7 @@ OPERATIONS: Mapping[str, Callable[..., Range]] = {
     ),
     "TRN": lambda a: Range(math.trunc(a.least), math.trunc(a.most)) if a.is_known else ANY,
 }
-"""Operators and functions by their names in ladder programs."""
+"""Operators and functions, by their names in ladder programs."""
 
 
 def _text(number: float) -> str:

@@ -1,6 +1,6 @@
-"""What a program for a 3601 must change to run on a networked drive: words of another meaning.
+"""What a 3601 program must change to run on a networked drive: the words that have another meaning there.
 
-Motion blocks and the methods of an axis are no uses: they write the words of the module in their slot.
+Motion blocks and axis methods do not count as uses: they write the right words for the module in their slot.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ _COMMANDS = {
     "FindHome": CommandMsw.FIND_HOME_CW,
     "Resume": CommandMsw.RESUME_MOVE,
 }
-"""Command classes, by the bits of command word 0 that they set."""
+"""Command classes, each with the bits of command word 0 that it sets."""
 
 Use = tuple[FileLine, str, int, int, str]
-"""Place, image ("I", "O" or "" for a configuration), word, bits, and how the program names them."""
+"""A use: place, image ("I", "O" or "" for a configuration), word, bits, and the program's name for them."""
 
 
 def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
-    """Yield the uses of a 3601's words that mean something else on a drive, in the order of the lines."""
+    """Yield the uses of a 3601's words that mean something else on a drive, in line order."""
     rows = list(differences(model))
     found: dict[tuple[FileLine, str], Violation] = {}
     for place, image, word, mask, text in sorted(_uses(subject), key=lambda use: (use[0], use[1:4])):
@@ -88,7 +88,7 @@ def _uses(subject: Subject) -> Iterator[Use]:
 
 
 def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
-    """Yield the uses of bits of images by their address, a named bit or an alias."""
+    """Yield the uses of image bits by address, bit name or alias."""
     for each in facts.accesses:
         image, place = _IMAGE.match(each.variable), _PLACE.match(each.part)
         if image is None or place is None:
@@ -99,12 +99,12 @@ def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
 
 
 def _acts(access: Access, side: str) -> bool:
-    """Whether an access reads a status, or sets a command; clearing a bit changes no meaning."""
+    """Whether an access reads a status or sets a command; clearing a bit means the same on a drive."""
     return side == "I" or access.use is not Touch.UNLATCH
 
 
 def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
-    """Yield the constants that are written into command words."""
+    """Yield constants that are written to command words."""
     configures = {each.place for each in facts.writes if each.word == 0 and each.sets & MODE_CONFIG}
     for each in facts.writes:
         if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
@@ -114,11 +114,11 @@ def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
 
 
 COMMAND_WORDS = 2
-"""Words with bits that give commands: MSW and LSW."""
+"""Words with command bits: MSW and LSW."""
 
 
 def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
-    """Yield the bits that a program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
+    """Yield bits that a Python program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
     file = str(subject.job.program)
     tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
     images = Images(Reader(file, tree, {}), subject.job.spec, Facts())

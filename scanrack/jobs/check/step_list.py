@@ -1,4 +1,4 @@
-"""Facts of a list of steps: each one writes known words, and says what it waits for.
+"""Facts of a list of steps, each of which writes known words and gives the condition it waits for.
 
 ABSOLUTE_MOVE target 4000 speed 5000 acceleration 10 deceleration 10    until MOVE_COMPLETE
 """
@@ -18,7 +18,7 @@ from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, first_kind,
 from .written import WordWrite
 
 MACHINE = "step"
-"""The one number that says the step."""
+"""The number that holds the step."""
 
 BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
 
@@ -26,9 +26,9 @@ _WORD = 0xFFFF
 
 
 def step_facts(path: Path, program: Steps) -> Facts:
-    """Read the facts of a list of steps."""
+    """Return the facts of a list of steps."""
     facts = Facts()
-    image = Image(size=WORDS_MAX)  # of any module
+    image = Image(size=WORDS_MAX)  # large enough for any module
     following = [*(each.line for each in program.steps[1:]), 0]
     for step, goes in zip(program.steps, following, strict=True):
         step.write(image)

@@ -1,4 +1,4 @@
-"""What the rules read: a rack, the facts of its program, and places in the rack file."""
+"""What the rules read: a rack, the facts of its program, and line numbers in the rack file."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from .words import SentImage, sent_images
 
 @dataclass(frozen=True)
 class Subject:
-    """A rack with the facts of its program."""
+    """A rack together with the facts of its program."""
 
     job: LoadedRack
     facts: Facts
-    lines: KeyLines | None  # of the rack file; None for a rack in Python, and without one
-    alone: bool = False  # whether there is no rack, and so no machine
+    lines: KeyLines | None  # of the rack file; None for a rack in Python, or without a rack
+    alone: bool = False  # whether there is no rack, and therefore no machine
 
     def place(self, *path: str | int) -> FileLine:
-        """Return file and line of a key of the rack file; line 1 for a rack in Python."""
+        """Return the file and line of a key in the rack file; line 1 for a rack in Python."""
         key: KeyPath = path
         return FileLine(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
 
     @property
     def steppers(self) -> Iterator[tuple[int, SlotSpec]]:
-        """The slots with the words of a 3601 and a simulated machine, by index in the rack file."""
+        """The slots with the words of a 3601 and a simulated machine, each with its rack file index."""
         for index, slot in enumerate(() if self.alone else self.job.spec.slot):
             if is_stepper(slot.words) and not slot.is_live:
                 yield index, slot
 
     def firmware(self, slot: int) -> str:
-        """Return the firmware of the module in a slot, as the rack file has it."""
+        """Return the firmware of the module in a slot, as given in the rack file."""
         return next((each.firmware for each in self.job.spec.slot if each.number == slot), NEWEST)
 
     def profile(self, slot: int | None) -> Profile:
@@ -49,12 +49,12 @@ class Subject:
         return profile_in(self.job.spec.slot, slot)
 
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
-        """Return the words sent to a slot; without any, those of an unknown slot."""
+        """Return the words sent to a slot; if there are none, those sent to an unknown slot."""
         own = [each for each in sent if each.slot == slot]
         return own or [each for each in sent if each.slot is None]
 
     def configurations(self, slot: int | None) -> list[Configuration]:
-        """Return the sound configurations that a slot may get."""
+        """Return the valid configurations that a slot may get."""
         if slot not in self._read:
             sent = self.sent_to(slot, self.facts.configurations)
             if slot is None and not sent:
@@ -70,7 +70,7 @@ class Subject:
 
     @cached_property
     def images(self) -> list[SentImage]:
-        """The words with which the program gives commands."""
+        """The output images that give commands."""
         return list(sent_images(self.facts.writes, self.facts.actions))
 
     @cached_property
@@ -80,13 +80,13 @@ class Subject:
 
     @cached_property
     def own_variables(self) -> list[tuple[Variable, list[Access]]]:
-        """The variables that are no inputs, with their accesses; none if parts are not read."""
+        """The variables that are not inputs, with their accesses; empty if some code is not analyzed."""
         pairs = () if self.facts.reads_all else self.by_variable
         return [(variable, accesses) for variable, accesses in pairs if variable.role is not Role.INPUT]
 
     @cached_property
     def by_key(self) -> dict[str, list[Access]]:
-        """The accesses of each variable, by its key."""
+        """The accesses to each variable, by its key."""
         return grouped(self.facts.accesses, lambda each: each.variable)
 
     def by_axis(self) -> Iterator[list[Command]]:

@@ -1,4 +1,4 @@
-"""Findings that a comment suppresses.
+"""Comments that suppress findings.
 
     self.count / 0  # scanrack: ignore[division-by-zero]     Python: this line
     # scanrack: ignore[never-read, latch-never-cleared]      Python: the next line
@@ -6,7 +6,7 @@
     (* check: ignore preset-zero *)                          structured text: this line, or the next one
     // check: ignore unused-tag                              a declaration: this line, or the next one
 
-The rule `all` stands for every rule.
+`all` stands for every rule.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Suppressions:
 
 
 def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
-    """Yield the rules that the comments of rungs name, which in an export are not in its lines."""
+    """Yield the rules that rung comments suppress; an export has these comments outside the rungs' lines."""
     if not isinstance(job.logic, LadderLogic):
         return
     for routine in job.logic.routines:
@@ -55,7 +55,7 @@ def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
 
 
 def _in_file(file: str) -> dict[int, frozenset[str]]:
-    """Return the suppressed rules by line of a file."""
+    """Return the suppressed rules by line number in a file."""
     try:
         lines = read_input(Path(file), LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace").splitlines()
     except OSError:

@@ -1,13 +1,13 @@
-"""The check of files as an editor has them, unsaved: what is wrong in each, with its line.
+"""Checks files as an editor has them, possibly unsaved: the problems in each file, with their lines.
 
     line.rung, line.st    read and built, and checked with the rack file beside it that names it, else alone
-    test_line.rung, .st   with the head of test routines: built with the program of their rack
+    test_line.rung, .st   with the header of test routines: built with the program of their rack
     line.steps            read
     line.toml             read, and checked with its program
     line.py               compiled; checked with its rack if it may be run
 
-A check of Python runs its module, as a run does. Without leave nothing in Python runs: not the file, nor the
-program of a rack file, nor a stub, nor what a rack beside it names.
+A check of Python runs its module, as a run does. Without permission no Python runs at all: not the file, the
+program of a rack file, a stub, or anything that a neighboring rack names.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .alone import load_any
 from .check import check_rack
 
 READ = "read"
-"""The rule of what can't be read or built."""
+"""The rule for files that can't be read or built."""
 
 RACK, PYTHON = ".toml", ".py"
 CHECKED = (RACK, PYTHON, SUFFIX, STRUCTURED_SUFFIX, STEPS_SUFFIX)
@@ -40,23 +40,23 @@ CHECKED = (RACK, PYTHON, SUFFIX, STRUCTURED_SUFFIX, STEPS_SUFFIX)
 
 @dataclass(frozen=True, slots=True)
 class LineRemark:
-    """What is wrong at a line."""
+    """A problem in a line."""
 
     file: str
     line: int  # from 1
-    column: int | None  # from 1; None = the whole line
-    level: str  # "error", "warning" or "note", as of a rule
+    column: int | None  # from 1; None for the whole line
+    level: str  # that of the rule: "error", "warning" or "note"
     rule: str
     text: str
 
 
 def check_texts(file: Path, texts: Mapping[Path, str], *, run_python: bool) -> list[LineRemark]:
-    """Check a file; return what is wrong in it and in the files that belong to it.
+    """Check a file; return the problems in it and in the files that belong to it.
 
     Args:
-        file: one of a suffix of `CHECKED`.
-        texts: of the files that differ from what is saved.
-        run_python: whether modules in Python may be run.
+        file: a file with a suffix in `CHECKED`.
+        texts: texts of the files that have unsaved changes.
+        run_python: whether Python modules may run.
     """
     with unsaved(texts):
         try:
@@ -66,7 +66,7 @@ def check_texts(file: Path, texts: Mapping[Path, str], *, run_python: bool) -> l
 
 
 def rack_of(program: Path) -> Path | None:
-    """Return the first rack file beside a program that names it; None if there is none."""
+    """Return the first rack file in a program's folder that names the program; None if there is none."""
     for each in sorted(program.parent.glob(f"*{RACK}")):
         named = _tables(each).get("program")
         if isinstance(named, str) and each.parent / split_address(named)[0] == program:
@@ -75,7 +75,7 @@ def rack_of(program: Path) -> Path | None:
 
 
 def _tables(path: Path) -> Mapping[str, object]:
-    """Return the tables of a file; nothing if it is not TOML."""
+    """Return the tables of a TOML file; empty if it is not TOML."""
     try:
         return parse_toml(read_input_text(path, TextKind.TOML), path)
     except (ValueError, OSError):
@@ -83,7 +83,7 @@ def _tables(path: Path) -> Mapping[str, object]:
 
 
 def runs_python(spec: RackSpec) -> bool:
-    """Whether loading a rack runs modules in Python: its program, a stub, or those of a rack beside it."""
+    """Whether loading a rack runs Python modules: its program, a stub, or those of another rack it names."""
     if not isinstance(spec.program, str) or is_python(f"{split_address(spec.program)[0]}:any"):
         return True
     if spec.modules:
@@ -92,7 +92,7 @@ def runs_python(spec: RackSpec) -> bool:
         if isinstance(given, str) and is_python(given):
             return True
         if not isinstance(given, str) and given.rack:
-            return True  # not followed: it may name this one again
+            return True  # other racks are not followed, since they may name this one
     return False
 
 
@@ -116,24 +116,24 @@ def _checked(file: Path, *, run_python: bool) -> Iterator[LineRemark]:
 
 
 def _is_rack(file: Path) -> bool:
-    """Whether a TOML file may be a rack file, not another tool's; one that can't be read may be."""
+    """Whether a TOML file may be a rack file rather than another tool's; an unreadable file may be one."""
     tables = _tables(file)
     return not tables or bool({"program", "slot"} & tables.keys())
 
 
 def _may_load(rack: Path, *, run_python: bool) -> bool:
-    """Whether a rack may be loaded with its program; RackFileError if it can't be read."""
+    """Whether a rack may be loaded with its program; RackFileError if the file can't be read."""
     spec = load_rack_file(rack).spec
     return run_python or not runs_python(spec)
 
 
 def _rack_to_check(program: Path, *, run_python: bool) -> Path | None:
-    """Return the rack file with which a program is checked; None to check it alone."""
+    """Return the rack file to check a program with; None to check the program alone."""
     rack = rack_of(program)
     try:
         return rack if rack is not None and _may_load(rack, run_python=run_python) else None
     except RackFileError:
-        return None  # it has its own remarks
+        return None  # its problems are reported for the rack file itself
 
 
 def _findings(file: Path) -> Iterator[LineRemark]:
@@ -144,7 +144,7 @@ def _findings(file: Path) -> Iterator[LineRemark]:
 
 
 def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
-    """Yield the mistakes that an error carries: those of its innermost cause that has a place."""
+    """Yield the mistakes of an error's innermost cause that has a place."""
     for each in reversed(list(_causes(error))):
         found = list(_of_one(each, file))
         if found:
@@ -173,5 +173,5 @@ def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
 
 
 def _mistake(site: Site, text: str, file: Path, rule: str = "") -> LineRemark:
-    """Return what is wrong at a site; in this file, in its first line, if the site does not name one."""
+    """Return the problem at a site; a site without file or line means the first line of this file."""
     return LineRemark(site.file or str(file), site.line or 1, site.column, "error", rule or READ, text)

@@ -1,13 +1,13 @@
-"""The eight output words of a 3601 as a program writes them, in any language: values, and their flow.
+"""The eight output words of a 3601 as a program in any language writes them: their values and their flow.
 
-A collector notes each write of a word, with the condition under which it happens. Here they become the
-images with which commands are given: what each word is then, as far as the text determines it.
+A collector notes each write of a word with its condition. This module combines the writes into the images
+that give commands, with the value of each word as far as the text determines it.
 
     EQU(Step,10)MOV(4,O.Data[2])MOV(500,O.Data[3])    step 10: word 2 is 4, word 3 is 500
     EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
 
 A word that only some scans of a step write is unknown after the step. So is a word with different values on
-two ways to a step. A bit of the command word is on after a write that sets it, until anything may clear it.
+two paths to a step. A bit in the command word is on after a write that sets it, until something may clear it.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from .written import FileLine, Step, WordWrite
 
 _WORD = 0xFFFF
 PASSES = 4
-"""Visits of a step until its words are those of all ways to it."""
+"""Maximum number of visits to a step while the words of all paths to it are collected."""
 
 
 class Cell(NamedTuple):
-    """A word, and where it was written."""
+    """The value of a word, and where it was written."""
 
     value: Choices = UNKNOWN_CHOICES
     place: FileLine | None = None
@@ -39,11 +39,11 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SentImage:
-    """The output words with which a command is given.
+    """The output words that give a command.
 
     Attributes:
-        place: where its bit is set.
-        command: bits of word 0 that are on; those of `fresh` are set here.
+        place: where the command bit is set.
+        command: bits of word 0 that are on; those in `fresh` are set here.
     """
 
     place: FileLine
@@ -54,7 +54,7 @@ class SentImage:
     text: str = ""
 
     def variants(self) -> Iterator[tuple[tuple[int | None, ...], str]]:
-        """Yield the words for each option of each source, None for an unknown one; and what the source is."""
+        """Yield the words for each option of each source (None for unknown words), with the option's name."""
         sources = dict.fromkeys(each.value.source for each in self.cells if len(each.value.options) > 1)
         yield self._words("", 0), ""
         for source in sources:
@@ -76,14 +76,14 @@ def _option(value: Choices, source: str, at: int) -> int | None:
 
 
 class _Words(NamedTuple):
-    """The words at a place: bits of word 0 that are on, and all eight."""
+    """The words at a place: the bits of word 0 that are on, and all eight words."""
 
     on: int = 0
     cells: tuple[Cell, ...] = (Cell(),) * WORDS
 
 
 def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> Iterator[SentImage]:
-    """Yield the images with which a program gives commands."""
+    """Yield the images that give commands."""
     by_machine = grouped(actions, lambda each: each.machine)
     for own in grouped(writes, lambda each: each.slot).values():
         steps = (pair for each in own for pair in each.steps.items())
@@ -93,7 +93,7 @@ def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> I
 
 
 class _Flow:
-    """The words of a slot in each step of a machine."""
+    """The words of a slot, followed through the steps of a machine."""
 
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
@@ -101,7 +101,7 @@ class _Flow:
         self._goes = [each for each in leading if each.steps is not None]
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
         entered_by_others = {each.goes for each in self._goes if each.steps != frozenset((each.goes,))}
-        # what goes to a step from anywhere, such as the first scan, leaves no word known
+        # no word is known in a step that can be entered from anywhere, such as in the first scan
         entered_from_anywhere = {each.goes for each in leading if each.steps is None}
         firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
         self._before: dict[Step, _Words] = dict.fromkeys(filter(firsts.__contains__, self._steps), _Words())
@@ -113,7 +113,7 @@ class _Flow:
         return found.union(*(each or () for each in acting))
 
     def images(self) -> Iterator[SentImage]:
-        """Yield the images of all commands."""
+        """Yield the images of all commands in all steps."""
         todo = [*self._before]
         visits: Counter[Step] = Counter()
         while todo:
@@ -134,7 +134,7 @@ class _Flow:
                 yield each.goes, self._after(step, each.when)
 
     def _after(self, step: Step, when: Condition) -> _Words:
-        """Return the words after a scan of a step in which a condition holds."""
+        """Return the words after a scan of a step, given a condition that holds in it."""
         return self._written(self._at(step), step, when, self._in(step))
 
     def _at(self, step: Step) -> _Words:
@@ -160,17 +160,17 @@ class _Flow:
         return _Words(on & _WORD, tuple(kept))
 
     def _with(self, step: Step, command: WordWrite) -> _Words:
-        """Return the words of the scan of a step in which a command is given."""
+        """Return the words in the scan of a step that gives a command."""
         here = self._in(step)
         images = {each.place for each in here if each.word == 0}
         others = [each for each in here if _is_another(each, command, images)]
         on, cells = self._at(step)
-        for each in others:  # they may have acted in an earlier scan
+        for each in others:  # another write may have acted in an earlier scan
             on &= ~each.clears if each.word == 0 else _WORD
         return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
 
     def _given_in(self, step: Step) -> Iterator[SentImage]:
-        """Yield the images of the commands of a step."""
+        """Yield the images of the commands in a step."""
         for each in self._writes:
             may, _ = each.acts_in(self._machine, step)
             if may and each.word < 2 and each.sets:
@@ -181,10 +181,10 @@ class _Flow:
 
 
 def _is_another(write: WordWrite, command: WordWrite, images: Collection[FileLine]) -> bool:
-    """Whether a write does not act in the scan of a command, or is of an image that needs more conditions.
+    """Whether a write does not happen in a command's scan, or belongs to an image with further conditions.
 
     Args:
-        images: where words 0 are written.
+        images: lines that write word 0.
     """
     if never(AllOf((command.when, write.when))):
         return True
@@ -192,7 +192,7 @@ def _is_another(write: WordWrite, command: WordWrite, images: Collection[FileLin
 
 
 def implies(one: Condition, other: Condition) -> bool:
-    """Whether the parts of a condition have all those of another one."""
+    """Whether a condition contains all parts of another one."""
     return one == other or _parts(other) <= _parts(one)
 
 
@@ -203,7 +203,7 @@ def _parts(condition: Condition) -> set[Condition]:
 
 
 def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
-    """Return a word of which bits are written."""
+    """Return a word after some of its bits are written."""
     if not acts or len(cell.value.options) != 1:
         return Cell(UNKNOWN_CHOICES, write.place)
     word = (cell.value.options[0] & ~write.clears | write.sets) & _WORD
@@ -211,6 +211,6 @@ def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
 
 
 def _joined(one: _Words, other: _Words) -> _Words:
-    """Return the words of a step to which two ways lead."""
+    """Return the words of a step that two paths lead to."""
     pairs = zip(one.cells, other.cells, strict=True)
     return _Words(one.on & other.on, tuple(a if a == b else Cell() for a, b in pairs))

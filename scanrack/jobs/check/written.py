@@ -1,4 +1,4 @@
-"""Writes to the output words of a 3601: where they stand, and what they write."""
+"""Writes to the output words of a 3601: where they are, and what they write."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .choices import Choices
 from .logic import TRUE, Condition
 
 Step = float | str
-"""A step of a program: a number, or a text."""
+"""A step of a program: a number or a text."""
 
 
 class FileLine(NamedTuple):
@@ -30,7 +30,7 @@ class _Site(Protocol):
 
 
 def place_at(site: _Site, file: str | Path) -> FileLine:
-    """Return the line of a site; where the site does not name them, `file` and line 1."""
+    """Return the file and line of a site; `file` and line 1 if the site does not give them."""
     return FileLine(site.file or str(file), site.line or 1)
 
 
@@ -40,12 +40,13 @@ class WordWrite:
 
     Attributes:
         word: 0 to 7.
-        value: of a whole word, signed; None for bits.
-        sets: bits that it sets if its condition holds.
+        value: the value of a whole word, signed; None for bits.
+        sets: bits that it sets when it happens.
         clears: bits that it may clear.
-        when: the condition under which it acts.
-        steps: by machine, in which steps it may act (None: all), and whether it does in each scan of them.
-        text: the instruction or statement in words.
+        when: the condition under which it happens.
+        steps: by machine, the steps in which it may happen (None for all), and whether it does in each scan
+            of them.
+        text: the instruction or statement as text.
     """
 
     place: FileLine
@@ -60,10 +61,10 @@ class WordWrite:
 
     @property
     def options(self) -> tuple[int, ...]:
-        """What the word may get; of bits, those that are set."""
+        """The values that the word may get; for bits, the bits that are set."""
         return (self.sets,) if self.value is None else self.value.options
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:
-        """Return whether it may act in a step, and whether it does in each scan of it."""
+        """Return whether it may happen in a step, and whether it happens in each scan of it."""
         there, sure = self.steps.get(machine, (None, self.when == TRUE))
         return there is None or step in there, sure

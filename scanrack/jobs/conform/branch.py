@@ -1,4 +1,4 @@
-"""A hypothesis: a run of the model under one choice of instants."""
+"""A hypothesis: one run of the model with one choice of instants."""
 
 from __future__ import annotations
 
@@ -15,34 +15,34 @@ from scanrack.runtime.modules.amci3601.operation import Operation
 from .moments import ImageWords, KnownState, SeenImage, Timing, Transmission
 
 GRID_NS = 500_000
-"""From one instant that is tried to the next."""
+"""Time from one tried instant to the next, ns."""
 
 SAMPLE_NS = 250_000
-"""From one image of the model to the next: the module's own scan."""
+"""Time from one kept image of the model to the next, ns: the module's own scan."""
 
 CALM_SAMPLE_NS = 1_000_000
-"""The same while nothing but the position changes."""
+"""The same while only the position changes."""
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
-"""Status bits that may outlive a configuration, by reading A-102."""
+"""Status bits that may remain set after a configuration, by reading A-102."""
 
 FINER = 1_000_000
-"""Parts of a step to which travels are equal; plans round them far more finely."""
+"""Parts of a step within which travels count as equal; plans round travels far more finely."""
 
 _OWNERS = ("host", "axis", "state", "started_ns")
-"""What an operation knows and does not own, and the instant of its begin."""
+"""Attributes of an operation that refer to its surroundings, and the instant at which it began."""
 
 _PAIRS = (2, 4, 6)
 
 
 class Branch:
-    """A run of the model under one choice of instants.
+    """One run of the model with one choice of instants.
 
     Attributes:
-        instants: at which the moments that were sent act, in order, ns.
+        instants: the instants at which the sent moments act, in order, ns.
         fired: rules that have fired.
-        play: steps by which the position may be wrong, since words acted between two instants that are tried.
+        play: steps by which the position may be wrong, because words acted between two tried instants.
     """
 
     __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")
@@ -70,7 +70,7 @@ class Branch:
         return self
 
     def child(self, keep_from_ns: int) -> Branch:
-        """Return a copy; it keeps the images from an instant on."""
+        """Return a copy that keeps the images from an instant on."""
         twin = Branch.__new__(Branch)
         model = self._model
         never_change = (model.options, model.axis.motion, model.axis.segment, model.machine.spec)
@@ -83,11 +83,11 @@ class Branch:
 
     @property
     def rests(self) -> bool:
-        """Whether the axis stands still."""
+        """Whether the axis is at rest."""
         return self._model.under_way is None
 
     def act(self, sent: Transmission) -> Branch:
-        """Let a moment act now."""
+        """Let a sent moment act now."""
         self.instants = (*self.instants, self.now_ns)
         self.play += _steps_between(self._model, self.now_ns)
         self._act(sent)
@@ -102,11 +102,11 @@ class Branch:
                 self._outputs[number] = word
 
     def advance(self, to_ns: int) -> None:
-        """Let the model run to an instant, and keep its images."""
+        """Run the model up to an instant, and keep its images."""
         model = self._model
         while self.now_ns < to_ns:
             calm_ns = model.calm_until_ns(self._outputs) - self.now_ns
-            if calm_ns > CALM_SAMPLE_NS:  # nothing but the position changes
+            if calm_ns > CALM_SAMPLE_NS:  # only the position changes
                 step_ns = calm_ns - 1 if model.under_way is None else CALM_SAMPLE_NS
             else:
                 step_ns = SAMPLE_NS
@@ -121,7 +121,7 @@ class Branch:
             events.clear()
 
     def shown(self, low_ns: int, high_ns: int) -> list[ImageWords]:
-        """Return the images of a window, with one before and one after it."""
+        """Return the images in a window, the last one before it, and the first one after it."""
         samples = self._samples
         last = len(samples)
         while last and samples[last - 1][0] > high_ns:
@@ -132,7 +132,7 @@ class Branch:
         return [words for _, words in samples[max(0, first - 1) : last + 1]]
 
     def forget(self, before_ns: int) -> None:
-        """Drop images before an instant, all but the last of them."""
+        """Drop all images before an instant except the last one."""
         samples, first = self._samples, 0
         while first + 1 < len(samples) and samples[first + 1][0] < before_ns:
             first += 1
@@ -158,7 +158,7 @@ class Branch:
         return True
 
     def _settle(self, words: ImageWords) -> None:
-        """Take over the position of an image at rest: it is known again."""
+        """Adopt the position in an image at rest, so that it is known again."""
         self.play = 0
         model = self._model
         model.layer.state.captured = words[6] * 1000 + words[7]
@@ -168,9 +168,9 @@ class Branch:
         self._sample(self.now_ns + 1)
 
     def adopt(self, words: ImageWords) -> None:
-        """Take over the encoder's count and the captured value of an image."""
+        """Adopt the encoder count and the captured value in an image."""
         model = self._model
-        if not model.options.clear_status_after_config:  # then they may be of an earlier scene
+        if not model.options.clear_status_after_config:  # otherwise they may come from an earlier scene
             model.layer.state.latches.bits |= words[0] & KEPT
         model.layer.state.captured = words[6] * 1000 + words[7]
         if model.axis.counting:
@@ -179,10 +179,10 @@ class Branch:
         self._sample(self.now_ns + 1)
 
     def state(self, since_ns: int) -> Any:
-        """Return what branches have in common that continue alike.
+        """Return a value that is equal for branches that will continue alike.
 
         Args:
-            since_ns: with the same status words from here on.
+            since_ns: status words from this instant on must also be equal.
         """
         model = self._model
         state, axis = model.layer.state, model.axis
@@ -199,7 +199,7 @@ class Branch:
 
 
 def _course(motion: Motion, now_ns: int) -> Any:
-    """Return what motions have in common that continue alike; at constant speed no ramp before counts."""
+    """Return a value that is equal for motions that will continue alike; past ramps may differ."""
     segment = motion.segment_at(max(now_ns, motion.start_ns))
     if motion.end_ns is not None or segment is not motion.segments[-1]:
         return id(motion)  # children share a motion
@@ -208,7 +208,7 @@ def _course(motion: Motion, now_ns: int) -> Any:
 
 
 def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
-    """Return what an operation remembers; of its begin, whether that is now."""
+    """Return what an operation remembers, and whether it begins now."""
     if operation is None:
         return None
     known = vars(operation).items()
@@ -217,16 +217,16 @@ def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
 
 
 def _steps_between(model: Amci3601, now_ns: int) -> int:
-    """Return the steps from one instant that is tried to the next, and one more; 0 at rest."""
+    """Return the steps from one tried instant to the next, plus a margin; 0 at rest."""
     motion = model.axis.motion
     return 0 if motion is None else 2 + motion.speed_at(max(now_ns, motion.start_ns)) * GRID_NS // 10**12
 
 
 def explained(shown: Sequence[ImageWords], read: ImageWords, play: int = 0) -> bool:
-    """Whether images explain a read: its status words by one of them, each value by their range.
+    """Whether images explain a read: one has its status words, and their range contains each of its values.
 
     Args:
-        play: steps by which a value may lie outside.
+        play: steps by which a value may lie outside the range.
 
     >>> explained([(0, 0, 0, 10, 0, 0, 0, 0), (0, 0, 0, 14, 0, 0, 0, 0)], (0, 0, 0, 12, 0, 0, 0, 0))
     True

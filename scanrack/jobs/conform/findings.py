@@ -1,4 +1,4 @@
-"""The result of a judged plan: verdicts on scenes, rules and interpretations."""
+"""The result of judging a plan: verdicts on scenes, rules and readings."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .rules_apart.scales import FittedScale
 
 
 class ConformVerdict(StrEnum):
-    """Of a rule, a reading or a scene."""
+    """The verdict on a rule, a reading or a scene."""
 
     AS_MANUAL = "as the manual"
     DIFFERS = "differs"
@@ -27,10 +27,10 @@ class Difference:
     """A read that no hypothesis explains.
 
     Attributes:
-        at_ns: since what was sent last.
+        at_ns: time since words were last sent, ns.
         sent: the words that were sent last.
         read: the words that were read.
-        shown: the earliest and the latest words that the best hypothesis shows in its window.
+        shown: the earliest and latest words that the best hypothesis shows in the window of the read.
     """
 
     at_ns: int
@@ -44,12 +44,12 @@ class SceneVerdict:
     """The verdict on a scene.
 
     Attributes:
-        reads: reads that were judged.
-        hypotheses: largest number of them at a time.
-        why: the reason, if it is open.
-        readings: readings whose rival alone explains it.
-        rules: rules without which a module explains it.
-        scales: factors with which a module explains it.
+        reads: number of reads that were judged.
+        hypotheses: largest number of hypotheses at a time.
+        why: the reason if the verdict is open.
+        readings: readings that have a rival which alone explains the scene.
+        rules: rules without which a module explains the scene.
+        scales: factors with which a module explains the scene.
     """
 
     name: str
@@ -68,8 +68,8 @@ class RuleFinding:
     """A verdict on a rule or a reading.
 
     Attributes:
-        scene: that settles it; "" if none does.
-        why: what speaks for it, or why it is open.
+        scene: the scene that settles it; "" if none does.
+        why: the evidence, or the reason why the verdict is open.
     """
 
     verdict: ConformVerdict
@@ -79,7 +79,7 @@ class RuleFinding:
 
 @dataclass(slots=True)
 class ConformResult:
-    """All verdicts."""
+    """All verdicts on a plan."""
 
     scenes: list[SceneVerdict] = field(default_factory=list)
     rules: dict[str, RuleFinding] = field(default_factory=dict)
@@ -87,5 +87,5 @@ class ConformResult:
 
     @property
     def differs(self) -> bool:
-        """Whether some scene differs."""
+        """Whether any scene differs from the manual."""
         return any(each.verdict is ConformVerdict.DIFFERS for each in self.scenes)

@@ -1,14 +1,14 @@
-"""Which instants explain what was read: each is a hypothesis, a run of the model.
+"""Finds the instants that explain what was read. Each choice of instants is a hypothesis: a run of the model.
 
-    write   acts at an instant of its window or within the lag after it: a hypothesis per `GRID_NS` of that
-    read    shows, pair of words by pair of words, what the model shows at an instant of its window, or within
-            the lag before it; a controller tears no pair
+    write   acts at an instant in its window, or within the lag after it: one hypothesis per `GRID_NS`
+    read    shows what the model shows at an instant in its window, or within the lag before it. Each pair of
+            words may be from another instant, but a controller tears no pair.
 
-Words that act while the axis moves leave its position uncertain by the steps between two instants that are
-tried, until it is read at rest.
+Words that act while the axis moves make its position uncertain by the steps between two tried instants,
+until it is read at rest.
 
-A hypothesis that does not explain a read is dropped. Hypotheses in the same state are merged. A
-read that none of them explains is a difference. More than `most` of them at a time, and the search gives up.
+A hypothesis that does not explain a read is dropped. Hypotheses in the same state are merged. A read that no
+hypothesis explains is a difference. The search gives up if there are more than `most` hypotheses at a time.
 """
 
 from __future__ import annotations
@@ -24,36 +24,36 @@ from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
 from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
 
 MOST = 4000
-"""Hypotheses at a time, before a scene is given up."""
+"""Number of hypotheses at a time above which a scene is given up."""
 
 MERGE_READS = 10
-"""Branches are compared after so many reads."""
+"""Number of reads after which branches are compared."""
 
 NEVER = 1 << 62
 
 ModelFactory = Callable[[], Amci3601]
 
 _BROKEN = (ArithmeticError, AssertionError, ValueError)
-"""Errors of a model that does what it never should."""
+"""Errors that a model raises when it reaches an impossible state."""
 
 
 @dataclass(slots=True)
 class Search:
-    """What a search over instants found.
+    """The result of a search over instants.
 
     Attributes:
         left: hypotheses that explain all reads.
-        reads: how many reads were judged.
+        reads: number of reads that were judged.
         most: largest number of hypotheses at a time.
-        runs: hypotheses that were tried.
-        unexplained: the first read that none explains, or None.
-        shown: images of the hypothesis that went furthest, around that read.
-        after: what was sent last, before it or before there were too many.
-        many: how many hypotheses there would have been, if they were too many; else 0.
-        overlapping: no choice of instants has the words in the order in which they were sent.
-        moving: what was sent since the axis was last at rest, as far as it was not given up before.
-        instants: those of the hypothesis that went furthest, or of one that is left.
-        fired_anywhere: rules that fired in the hypothesis that went furthest, or in any that is left.
+        runs: number of hypotheses that were tried.
+        unexplained: the first read that no hypothesis explains, or None.
+        shown: images around that read, of a hypothesis that explained all earlier ones.
+        after: what was sent last before the search ended.
+        many: how many hypotheses there would have been if the search gave up; else 0.
+        overlapping: whether no choice of instants keeps the order in which the words were sent.
+        moving: number of transmissions since the axis was last at rest.
+        instants: the instants of that hypothesis, or of one that explains all reads.
+        fired_anywhere: rules that fired in any hypothesis that got that far, or that explains all reads.
     """
 
     left: list[Branch] = field(default_factory=list)
@@ -71,12 +71,12 @@ class Search:
 
     @property
     def explains_all(self) -> bool:
-        """Whether some hypothesis explains every read."""
+        """Whether any hypothesis explains every read."""
         return self.unexplained is None and not self.many and not self.overlapping
 
     @property
     def fired(self) -> set[str]:
-        """Rules that fire in all hypotheses that are left."""
+        """Rules that fire in all remaining hypotheses."""
         return set.intersection(*(each.fired for each in self.left)) if self.left else set()
 
 
@@ -87,16 +87,16 @@ def search(
     most: int = MOST,
     given: Sequence[int] | None = None,
 ) -> Search:
-    """Look for the instants that explain a scene.
+    """Search for the instants that explain a scene.
 
-    The module's state before its first configuration is unknown: reads count from its arrival. What no
-    configuration resets, the captured value and the encoder's count, is taken from the first read after it. A
-    scene that begins with a known state has it from there on.
+    The module's state before its first configuration is unknown, so only later reads count. No configuration
+    resets the captured value and the encoder count, so they are taken from the first read after it. In a
+    scene that begins with a known state, all reads count.
 
     Args:
-        model: makes the model, powered up.
-        most: give up beyond that many hypotheses at a time.
-        given: instants at which what was sent acts; None looks for them.
+        model: makes a model that was just powered up.
+        most: number of hypotheses at a time above which the search gives up.
+        given: instants at which the transmissions act; None to search for them.
     """
     found = Search()
     turns = _turns(moments)
@@ -129,12 +129,12 @@ def search(
 
 
 class _Start(NamedTuple):
-    """Where a search begins.
+    """The start of a search.
 
     Attributes:
-        turn: number of the turn from which on reads are judged.
-        known_ns: reads are judged from this instant on.
-        is_whole: whether the state is known, with what no configuration resets.
+        turn: number of the first turn with reads that are judged.
+        known_ns: reads are judged from this instant on, ns.
+        is_whole: whether the state is known completely, including what no configuration resets.
     """
 
     branch: Branch
@@ -153,7 +153,7 @@ def _start_of(
     model: ModelFactory,
     timing: Timing,
 ) -> _Start | None:
-    """Return where a search begins: at a known state, or at the first configuration; None without one."""
+    """Return the start of a search: a known state, or the first configuration; None if there is neither."""
     known = moments[0] if moments and isinstance(moments[0], KnownState) else None
     turn = 0 if known else _configured_at(turns)
     if turn == len(turns):
@@ -166,12 +166,12 @@ def _start_of(
 
 
 def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
-    """Return the number of the first turn that configures; how many there are if none does."""
+    """Return the number of the first turn that configures; the number of turns if none does."""
     return next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
 
 
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
-    """Return each moment that was sent with the reads up to the next one."""
+    """Return each transmission with the reads before the next one."""
     turns: list[tuple[Transmission, list[SeenImage]]] = []
     for each in moments:
         if isinstance(each, KnownState):
@@ -187,7 +187,7 @@ def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage
 
 
 def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
-    """Let all branches have the count and the captured value of the first read in command mode."""
+    """Let all branches adopt the count and captured value of the first read in command mode, if any."""
     first = next((each for each in waiting if each.words[0] & MODE_CONFIG == 0), None)
     if first is None:
         return False
@@ -197,20 +197,20 @@ def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
 
 
 def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[int]:
-    """Return the instants at which a moment may act; a single one if what was before is unknown anyway."""
+    """Return the instants at which a transmission may act; only one if the state before it is unknown."""
     high = sent.window.high_ns + timing.lag_ns
     return (high,) if single else range(sent.window.low_ns, high + 1, GRID_NS)
 
 
 def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
-    """Return the instant from which on images may still be needed."""
+    """Return the instant from which images may still be needed, ns."""
     return min([sent.window.low_ns, *(each.window.low_ns for each in waiting)]) - timing.lag_ns - 4 * GRID_NS
 
 
 def _spread(
     live: list[Branch], sent: Transmission, instants: Sequence[int], keep_from: int, found: Search, most: int
 ) -> list[Branch]:
-    """Return a branch for each instant at which a moment may act; none if they are too many."""
+    """Return a branch for each instant at which a transmission may act; none if there would be too many."""
     if len(live) * len(instants) > most:
         found.many = len(live) * len(instants)
         return []
@@ -238,7 +238,7 @@ def _sift(
     timing: Timing,
     found: Search,
 ) -> tuple[list[Branch], list[SeenImage]]:
-    """Judge the reads that the next moment can't have changed; return branches and reads that are left."""
+    """Judge the reads that the next transmission can't have changed; return remaining branches and reads."""
     due = list(takewhile(lambda each: limit is None or _end(each, sent, timing) <= limit, waiting))
     for seen in due:
         kept = [each for each in live if _explains(each, seen, timing)]
@@ -256,7 +256,7 @@ def _sift(
 
 
 def _end(seen: SeenImage, sent: Transmission, timing: Timing) -> int:
-    """Return the instant up to which the model has to run to judge a read."""
+    """Return the instant up to which the model has to run to judge a read, ns."""
     drift = (seen.window.high_ns - sent.window.low_ns) * timing.drift_ppm // 1_000_000
     return seen.window.high_ns + drift + 2 * (GRID_NS + SAMPLE_NS)
 
@@ -269,11 +269,11 @@ def _explains(branch: Branch, seen: SeenImage, timing: Timing) -> bool:
 
 
 def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch]:
-    """Return one branch for each state, with the rules that fired in all.
+    """Return one branch for each state; its fired rules are those that fired in all merged branches.
 
     Args:
-        since_ns: images from here on may still be needed.
-        limit: the next request may take effect from here on, so no branch may be later than this.
+        since_ns: images from this instant on may still be needed.
+        limit: the next transmission may act from this instant on, so no branch may be later.
     """
     states: dict[Any, Branch] = {}
     now_ns = max(branch.now_ns for branch in live)

@@ -1,4 +1,4 @@
-"""What happened in a scene: words sent, images seen, each in the window of time that is known of it."""
+"""What happened in a scene: words sent and images read, each with the window of time in which it happened."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ ImageWords: TypeAlias = tuple[int, ...]
 """Eight signed words."""
 
 MOMENTS_MAX = 2_000_000
-"""Most moments of a file."""
+"""Maximum number of moments in a file."""
 
 
 def words_text(words: ImageWords) -> str:
-    """Return words as the manual writes them: status and commands in hexadecimal.
+    """Return words as in the manual, with status and command words in hexadecimal.
 
     >>> words_text((-31684, 60, 0, 500, 0, 0, 0, 0))
     '843Ch 003Ch 0 500 0 0 0 0'
@@ -26,18 +26,18 @@ def words_text(words: ImageWords) -> str:
 
 
 class Window(NamedTuple):
-    """Earliest and latest instant at which something happened, in ns of the clock of the recording."""
+    """The earliest and latest instant at which something happened, ns by the clock of the recording."""
 
     low_ns: int
     high_ns: int
 
 
 class Transmission(NamedTuple):
-    """Output words, or levels of wired inputs, that were sent: they act at an instant of the window or later.
+    """Output words, or levels of wired inputs, that were sent. They act at an instant in the window or later.
 
     Attributes:
         words: the eight output words; None if inputs were operated.
-        inputs: mask of `InputBit`, the energized inputs.
+        inputs: mask of `InputBit` for the energized inputs.
     """
 
     window: Window
@@ -53,13 +53,13 @@ class SeenImage(NamedTuple):
 
 
 class KnownState(NamedTuple):
-    """An image at rest in command mode, which shows the module's state: a scene may begin with it.
+    """An image at rest in command mode, which shows the module's state. A scene may begin with it.
 
     Attributes:
         words: the input words.
-        sent: the output words in effect, without a command bit.
-        configuration: the words of the accepted configuration; zero words if there is none.
-        inputs: mask of `InputBit`, the energized inputs.
+        sent: the output words in effect, without command bits.
+        configuration: the words of the accepted configuration; all zero if there is none.
+        inputs: mask of `InputBit` for the energized inputs.
     """
 
     window: Window
@@ -74,13 +74,13 @@ Moment: TypeAlias = Transmission | SeenImage | KnownState
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """What is known of the way of words to the module and back.
+    """The times of the path from a controller to the module and back.
 
     Attributes:
         rpi_ns: the module's RPI [3601 manual, chapter 1: 2 ms].
-        scan_ns: the longest time from scan to scan of the controller, if its program hands words on.
+        scan_ns: longest time between scans of the controller, if its program passes words on.
         module_ns: the module's own scan.
-        drift_ppm: largest difference of the rates of two clocks.
+        drift_ppm: largest difference between the rates of two clocks.
     """
 
     rpi_ns: int = 2_000_000
@@ -90,7 +90,7 @@ class Timing:
 
     @property
     def lag_ns(self) -> int:
-        """Longest time from a word in the controller to its effect, and from an image to the controller."""
+        """Longest time from a word in the controller to its effect, or from an image to the controller."""
         return self.rpi_ns + self.scan_ns + self.module_ns
 
 
@@ -99,8 +99,8 @@ class PlayedScene:
     """A scene as it was played.
 
     Attributes:
-        name: of the scene in the plan.
-        moments: in the order in which they were sent.
+        name: name of the scene in the plan.
+        moments: in the order in which they happened.
         note: why it ended early; "" if it did not.
     """
 
@@ -110,7 +110,7 @@ class PlayedScene:
 
     @property
     def reads(self) -> int:
-        """How many images were read."""
+        """Number of images that were read."""
         return sum(1 for each in self.moments if isinstance(each, SeenImage))
 
 
@@ -134,7 +134,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
     """Return the moments of rows.
 
     Raises:
-        ValueError: one is none; the message has its number.
+        ValueError: a row is not a moment; the message has its number.
     """
     if len(rows) > MOMENTS_MAX:
         raise ValueError(f"{len(rows):,} moments are given: must be at most {MOMENTS_MAX:,}")
@@ -166,4 +166,4 @@ _KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | No
     "inputs": (1, lambda window, numbers: Transmission(window, None, numbers[0] & ALL_INPUTS)),
     "state": (3 * WORDS + 1, _known_state),
 }
-"""Numbers after the two times of a moment, and what makes the moment of them, by its kind."""
+"""By kind of moment: the count of numbers after its two times, and a function that makes the moment."""

@@ -1,4 +1,4 @@
-"""The result as an HTML page that an owner can send: one sheet, without a script or a file from elsewhere."""
+"""The result as an HTML page to send to others: a single file without scripts or external content."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .report import PlayedPlan, counted, difference_lines, factor_sentences, nex
 from .rules_apart.scales import either
 
 MOST_DIFFERENCES = 6
-"""Scenes that differ and are shown in full; the result has all."""
+"""Number of differing scenes that the page shows in full; the result file has all of them."""
 
 STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --line: #d0d7de; --paper: #fff;
@@ -39,14 +39,14 @@ section { break-inside: avoid }
 
 
 def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: Used, name: str = "") -> None:
-    """Write the page.
+    """Write the page to a file.
 
     Args:
-        name: of the file of the result; "" if none is written.
+        name: name of the result file; "" if none is written.
 
     Raises:
-        OwnedError: it would replace a file of another kind, or one in use.
-        OSError: it can't be written.
+        OwnedError: the page would replace a file of another kind, or one in use.
+        OSError: the file can't be written.
     """
     title = "AMCI 3601 against its manual"
     head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
@@ -92,7 +92,7 @@ def _scenes_with(verdict: ConformVerdict, result: ConformResult) -> list[SceneVe
 
 
 def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: str) -> Iterator[str]:
-    """Yield the first scenes that differ, and how many more do."""
+    """Yield the first scenes that differ, and the number of the others."""
     shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
     yield _section("What differs", "".join(shown))
     if len(differing) > MOST_DIFFERENCES:
@@ -101,7 +101,7 @@ def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: s
 
 
 def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
-    """Yield the rules that differ: rule, section, text, and what the module does."""
+    """Yield the rules that differ: rule, section, text, and what the module does instead."""
     for rule, found in result.rules.items():
         if found.verdict is ConformVerdict.DIFFERS:
             yield tuple(map(escape, (rule, RULES[rule].section, RULES[rule].text, found.why)))
@@ -156,7 +156,7 @@ def _list(texts: Iterable[str]) -> str:
 
 
 def _table(heads: Iterable[str], rows: Iterable[Iterable[str]], *, numbers: bool = False) -> str:
-    """Return a table of HTML cells; with `numbers` all columns but the first are to the right."""
+    """Return a table of HTML cells; with `numbers`, all columns except the first are right-aligned."""
 
     def line(cells: Iterable[str], kind: str) -> str:
         marked = (

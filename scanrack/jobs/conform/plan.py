@@ -1,4 +1,4 @@
-"""Plans: scenes of words and waits, as a TOML file.
+"""Plans: scenes of words and waits in a TOML file.
 
     name = "an hour"
     rpi_ms = 2
@@ -17,8 +17,8 @@
     idle                                                                 for 100 ms
     '''
 
-Each scene has the steps of `begin` first, unless it has a `begin` of its own. The lines are those of a
-`.steps` file; `inputs ESTOP HOME for 100 ms` operates inputs that are wired.
+Each scene begins with the steps of `begin`, unless it has its own `begin`. The lines are those of a
+`.steps` file; in addition, `inputs ESTOP HOME for 100 ms` energizes wired inputs.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ BUILT_IN = ("hour", "quick")
 """Plans that come with scanrack."""
 
 NEEDS = ("inputs", "encoder")
-"""What a scene may need beside the module: inputs that are wired to outputs, an encoder."""
+"""What a scene may need in addition to the module: inputs that are wired to outputs, or an encoder."""
 
 _INPUTS = {str(bit.name): bit.value for bit in InputBit}
 
@@ -76,12 +76,12 @@ class _PlanTable(_Table):
 
 @dataclass(frozen=True, slots=True)
 class SceneStep:
-    """Words or inputs, and how long they stay.
+    """Words or inputs, and how long they stay in effect.
 
     Attributes:
-        step: the step of the words; None of inputs.
+        step: the step that gives the words; None for inputs.
         inputs: mask of the energized inputs.
-        for_ns: how long the inputs stay.
+        for_ns: how long the inputs stay, ns.
     """
 
     step: Step | None
@@ -89,7 +89,7 @@ class SceneStep:
     for_ns: int = 0
 
     def over(self, image: Image, lasted_ns: int) -> bool:
-        """Whether the step ends, with an image that was read so long after its begin."""
+        """Whether the step is over, given an image and the time since the step began, ns."""
         return lasted_ns >= self.for_ns if self.step is None else self.step.over(image, lasted_ns)
 
 
@@ -98,9 +98,9 @@ class PlannedScene:
     """A scene of a plan.
 
     Attributes:
-        why: what it shows.
+        why: the purpose of the scene.
         settles: readings that it settles, such as "A-35".
-        needs: of `NEEDS`.
+        needs: names from `NEEDS`.
     """
 
     name: str
@@ -115,8 +115,8 @@ class ScenePlan:
     """A plan.
 
     Attributes:
-        limit_ns: longest time of a step that waits for bits.
-        firmware: of the module.
+        limit_ns: longest time of a step that waits for bits, ns.
+        firmware: firmware of the module.
     """
 
     name: str
@@ -127,10 +127,10 @@ class ScenePlan:
 
 
 def load_plan(name: str) -> ScenePlan:
-    """Read a plan: one of `BUILT_IN`, or a file.
+    """Load a plan: one of `BUILT_IN`, or a file.
 
     Raises:
-        ValueError: the file can't be read, or a key or a step can't be used.
+        ValueError: the file can't be read, or a key or step is invalid.
     """
     if name in BUILT_IN:
         text = (files(__package__) / f"{name}.toml").read_text("utf-8")
@@ -147,7 +147,7 @@ def load_plan(name: str) -> ScenePlan:
 
 
 def parse_plan(text: str, name: str) -> ScenePlan:
-    """Return the plan of a TOML text.
+    """Return the plan in a TOML text.
 
     Raises:
         ValueError: see `load_plan`.
@@ -201,7 +201,7 @@ def _steps(text: str, where: str) -> list[SceneStep]:
 
 
 def _step(words: list[str]) -> SceneStep:
-    """Parse a step; `inputs` has a duration as other steps do, so their parser reads it."""
+    """Parse a step. The step parser also reads the duration of `inputs`."""
     if words[0] != "inputs":
         step = parse_steps(" ".join(words)).steps[0]
         if step.for_ns is None and not step.rise and not step.fall:
@@ -217,7 +217,7 @@ def _step(words: list[str]) -> SceneStep:
 
 
 def _is_configured(steps: tuple[SceneStep, ...]) -> bool:
-    """Whether the first words are zero, and the second configure."""
+    """Whether the first words are zero and the second ones configure."""
     written = []
     for each in steps[:2]:
         image = Image([1] * 8)

@@ -1,4 +1,4 @@
-"""Plays scenes on a path to a module: words out, images in."""
+"""Plays scenes on a path to a module: writes words and reads images."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from .moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 from .plan import PlannedScene, ScenePlan, SceneStep
 
 STILL_NS = 20_000_000
-"""A read that shows what the one before showed is kept after this time."""
+"""Time after which a read is kept even if it shows the same as the one before."""
 
 AHEAD_NS = 20_000_000
-"""Longest time by which parameters go ahead of their command bit."""
+"""Longest time from sending parameters to sending their command bit."""
 
 
 HALT_NS = 40_000_000
-"""How long each word of a halt stays."""
+"""How long each step of a halt stays in effect."""
 
 RESET, STOP = CommandMsw.RESET_ERRORS.value, CommandMsw.IMMEDIATE_STOP.value
 
 
 class ModulePath(Protocol):
-    """The way to a module. Windows are of one clock, which never goes back."""
+    """The path to a module. All windows use one clock, which never goes back."""
 
     def now_ns(self) -> int:
-        """Return the time of the clock that waits go by."""
+        """Return the time of the clock that measures waits, ns."""
 
     def write(self, words: ImageWords) -> Window:
         """Set the eight output words."""
@@ -42,7 +42,7 @@ class ModulePath(Protocol):
 
 
 def play(scene: PlannedScene, path: ModulePath, plan: ScenePlan) -> PlayedScene:
-    """Play a scene; an interrupted one leaves zero words behind.
+    """Play a scene. If it is interrupted, zero words are written.
 
     Raises:
         OSError: the path is lost.
@@ -51,12 +51,12 @@ def play(scene: PlannedScene, path: ModulePath, plan: ScenePlan) -> PlayedScene:
 
 
 def halt(path: ModulePath) -> None:
-    """Stop the axis: Immediate Stop until an image shows no motion, then zero words.
+    """Stop the axis: send Immediate Stop until an image shows no motion, then zero words.
 
     Raises:
         OSError: the path is lost.
     """
-    for command in (RESET, STOP):  # under a command error nothing but Reset Errors is accepted
+    for command in (RESET, STOP):  # during a command error only Reset Errors is accepted
         path.write((0,) * 8)
         _pass(path, HALT_NS)
         path.write((command, *(0,) * 7))
@@ -101,13 +101,13 @@ class _Player:
         begin_ns, least_ns = (
             self._path.now_ns(),
             2 * self._plan.timing.lag_ns,
-        )  # its words have acted, and show
+        )  # by then its words have acted and show
         self._read_until(
             lambda image, lasted: lasted >= least_ns and step.over(image, lasted), begin_ns, step
         )
 
     def _send(self, before: ImageWords, words: ImageWords) -> None:
-        """Send words: parameters ahead of a new command bit, so that a torn write harms nothing."""
+        """Send words. Parameters are sent before a new command bit, so that a torn write does no harm."""
         rises = words[0] & ~before[0] or words[1] & ~before[1]
         ahead = (before[0], before[1], *words[2:])
         if rises and ahead != before and not before[0]:

@@ -1,4 +1,4 @@
-"""The result: a JSON file to send, and text to read; what was sent and read, and no name of the owner's."""
+"""The result as a JSON file and as text: what was sent and read, with nothing that identifies the owner."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from .rules_apart.scales import FittedScale, either
 FORMAT = "scanrack conform 1"
 
 MOST_SCENES = 40
-"""More scenes than these are listed as far as they are not as the manual."""
+"""Number of scenes above which only those that are not as the manual are listed."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayedPlan:
-    """What scenes are of, without a name of the owner's.
+    """What was played, and on what, with nothing that identifies the owner.
 
     Attributes:
-        slot: of the module.
-        controller: product and revision of the controller; "" if they are not known.
-        date: by the clock of the recording; "" if it has none.
+        slot: slot of the module.
+        controller: product and revision of the controller; "" if unknown.
+        date: date by the clock of the recording; "" if it has none.
         plan: name of the plan; "" for a trace.
     """
 
@@ -45,12 +45,12 @@ class PlayedPlan:
 
     @property
     def reads(self) -> int:
-        """How many images were read."""
+        """Number of images that were read."""
         return sum(each.reads for each in self.scenes)
 
 
 def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
-    """Return the result as an object of a JSON file."""
+    """Return the result as the object of a JSON file."""
     return {
         "format": FORMAT,
         **{name: getattr(recorded, name) for name in ("plan", "firmware", "slot", "controller", "date")},
@@ -65,10 +65,10 @@ def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
 
 
 def load_played(path: Path) -> PlayedPlan:
-    """Read what a result is of.
+    """Load what was played from a result file.
 
     Raises:
-        ValueError: it is no result, or damaged.
+        ValueError: the file is not a result, or is damaged.
     """
     try:
         whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
@@ -96,7 +96,7 @@ def _whole(value: Any) -> int:
 
 
 def lines(result: ConformResult, reads: int) -> Iterator[str]:
-    """Return the result as text."""
+    """Yield the lines of the result as text."""
     shown = result.scenes
     if len(shown) > MOST_SCENES:
         shown = [each for each in shown if each.verdict is not ConformVerdict.AS_MANUAL]
@@ -116,7 +116,7 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
 
 
 def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
-    """Yield a scene, how it differs, and what explains it."""
+    """Yield the lines of a scene: its verdict, how it differs, and what explains it."""
     yield f"{scene.name}: {scene.verdict}, {scene.why or f'{scene.reads:,} reads'}"
     if scene.difference is not None:
         yield from (f"    {each}" for each in difference_lines(scene.difference))
@@ -134,13 +134,13 @@ def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
 
 
 def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
-    """Return how many there are of each verdict."""
+    """Return the number of verdicts of each kind."""
     found = Counter(verdicts)
     return {verdict: found[verdict] for verdict in ConformVerdict}
 
 
 def difference_lines(found: Difference) -> Iterator[str]:
-    """Return the first read that differs, and what the model shows."""
+    """Yield the first read that differs, and what the model shows."""
     yield f"{found.at_ns / 1e6:.1f} ms after the words {words_text(found.sent)}"
     yield f"read   {_image(found.read)}"
     yield f"model  {_image(found.shown[0])}"
@@ -154,10 +154,10 @@ def _image(words: ImageWords) -> str:
 
 
 def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
-    """Yield what to try next, a sentence each.
+    """Yield what to try next, one sentence each.
 
     Args:
-        name: of the file of the result; "" if none is written.
+        name: name of the result file; "" if none is written.
     """
     for scene in result.scenes:
         if scene.verdict is ConformVerdict.DIFFERS and not _explanations(scene):
@@ -190,7 +190,7 @@ def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
 
 
 WIDE_FACTOR = 0.02
-"""Uncertainty of a factor from low to high, beyond which a longer move is suggested."""
+"""Relative uncertainty of a factor above which a longer move is suggested."""
 
 _HOW = {"inputs": "wire inputs and give --wire", "encoder": "give --encoder with one that stands still"}
 
@@ -203,7 +203,7 @@ def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
 
 
 def fitted_scales(result: ConformResult) -> list[FittedScale]:
-    """Return the factors that the scenes leave; scenes that contradict each other keep their own."""
+    """Return the factors that agree with the scenes; scenes that contradict each other keep their own."""
     found: list[FittedScale] = []
     for scale in (each for scene in result.scenes for each in scene.scales):
         for place, other in enumerate(found):
@@ -217,7 +217,7 @@ def fitted_scales(result: ConformResult) -> list[FittedScale]:
 
 
 def factor_sentences(result: ConformResult) -> list[str]:
-    """Return what the factors say, once each; those that a scene leaves beside each other are joined."""
+    """Return each sentence about factors once; factors that a scene can't tell apart share one."""
     found = fitted_scales(result)
     steps = (
         either([next(each for each in found if each.within(scale)) for scale in scene.scales])

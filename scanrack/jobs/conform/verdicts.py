@@ -1,13 +1,15 @@
 """Verdicts on scenes, rules and readings.
 
-rule      as the manual   it fires in all hypotheses that are left, and a module without it is contradicted
-differs         a module without it, or a rival of its reading, explains a scene that the model does not
-open            it fired, or its bit stands in a read, and nothing decides
-not in this plan        nothing that was played has to do with it
-reading   as read         every rival is contradicted by some scene that the model explains
-otherwise       a rival explains what the model does not
-open            a rival acts in some scene, and nothing decides
-not in this plan        no rival acts in any scene
+| on | verdict | reason |
+|---|---|---|
+| a rule | as the manual | it fires in all remaining hypotheses, and a module without it is contradicted |
+| | differs | a module without it, or a rival of its reading, explains a scene that the model does not |
+| | open | it fired, or a read shows its bit, but nothing decides |
+| | not in this plan | nothing that was played involves it |
+| a reading | as read | every rival is contradicted by a scene that the model explains |
+| | otherwise | a rival explains a scene that the model does not |
+| | open | a rival acts in some scene, but nothing decides |
+| | not in this plan | no rival acts in any scene |
 """
 
 from __future__ import annotations
@@ -34,16 +36,16 @@ _SCENES = {
     ConformVerdict.DIFFERS: "not explained",
     ConformVerdict.OPEN: "open",
 }
-"""What a scene says of a rule that it does not decide, by the scene's verdict."""
+"""How a scene that decides nothing about a rule is described, by the scene's verdict."""
 
 
 class Judge:
     """Judges scenes one after the other.
 
     Args:
-        firmware: of the module.
-        timing: of the path.
-        most: hypotheses at a time, before a scene stays open.
+        firmware: firmware of the module.
+        timing: the times of the path.
+        most: number of hypotheses at a time above which a scene stays open.
     """
 
     def __init__(self, firmware: str, timing: Timing, most: int = MOST) -> None:
@@ -66,7 +68,7 @@ class Judge:
         return "no scene shows it" if rule in STATEMENTS else "it did not fire in any scene"
 
     def judge(self, played: PlayedScene) -> SceneVerdict:
-        """Judge a scene, and keep what it says of rules and readings."""
+        """Judge a scene, and note what it says about rules and readings."""
         found = self._search(played, None)
         verdict = SceneVerdict(played.name, ConformVerdict.OPEN, found.reads, found.most, played.note)
         self.result.scenes.append(verdict)
@@ -87,7 +89,7 @@ class Judge:
         return verdict
 
     def _note_fired(self, verdict: SceneVerdict, found: Search) -> None:
-        """Note the rules that fired in a scene which decides nothing about them."""
+        """Note the rules that fired and that no scene has decided yet."""
         for rule in found.fired_anywhere:
             finding = self.result.rules.get(rule)
             if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
@@ -173,7 +175,7 @@ class Judge:
             self._fit(played, verdict)
 
     def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, found: Search) -> None:
-        """Note that a module of another interpretation explains a scene, with the rules that fired."""
+        """Note, for a reading and its rules that fired, that an altered module explains a scene."""
         self._differs(self.result.readings[number], played.name, alteration.sentence)
         for name in found.fired_anywhere & self.result.rules.keys():
             if number in RULES[name].reading:
@@ -183,7 +185,7 @@ class Judge:
         verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
     def conclude(self) -> ConformResult:
-        """Return the result when all scenes are judged: only together they tell which factors are left."""
+        """Return the result once all scenes are judged; only together do they show which factors remain."""
         scenes = [each for each in self.result.scenes if each.scales]
         for scene, left in zip(scenes, without_lesser([each.scales for each in scenes]), strict=True):
             scene.scales = left
@@ -194,7 +196,7 @@ class Judge:
     def _may_explain(
         self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search
     ) -> bool:
-        """Whether an alteration explains a scene; skip one without effect up to the difference."""
+        """Whether an alteration explains a scene; one without effect before the difference is not run."""
         if not suspect.touches(alteration):
             return False
         once = self._search(played, alteration, found.instants)
@@ -208,10 +210,10 @@ class Judge:
 
 
 class _Trail:
-    """What a scene and its hypotheses leave: whether an alteration may show in it, a quick look before a run.
+    """A quick test of whether an alteration may show in a scene, before the scene is run with it.
 
     Args:
-        bits: status bits that it may have to do with.
+        bits: status bits that may be affected.
     """
 
     def __init__(self, played: PlayedScene, found: Search, bits: int) -> None:
@@ -222,7 +224,7 @@ class _Trail:
         self._bits, self._fired_anywhere = bits, found.fired_anywhere
 
     def touches(self, alteration: Alteration) -> bool:
-        """Whether an alteration may show in the scene at all."""
+        """Whether an alteration may show in the scene."""
         if alteration.hidden:
             return bool(alteration.hidden & self._bits)
         rules = alteration.silent | alteration.overlooked | alteration.adds.keys()
@@ -234,13 +236,13 @@ class _Trail:
 
 
 def _moves(found: Search) -> bool:
-    """Return whether the axis moves around the first read that differs, by the module or by the model."""
+    """Return whether module or model moves around the first read that differs."""
     assert found.unexplained is not None
     return any(words[0] & MOVING for words in (found.unexplained.words, *found.shown))
 
 
 def _too_many(found: Search, played: PlayedScene, timing: Timing) -> str:
-    """Return why a scene has too many hypotheses: where, what acted before, and what leaves fewer."""
+    """Return why a scene has too many hypotheses: the time, what was sent, and how to have fewer."""
     sent = found.after
     assert sent is not None
     at_ns = sent.window.low_ns - played.moments[0].window.low_ns
@@ -260,12 +262,12 @@ def _sent(sent: Transmission | None) -> str:
 
 
 def _shown_in(played: PlayedScene) -> int:
-    """Return the status bits that some read of a scene shows."""
+    """Return the status bits that any read of a scene shows."""
     return reduce(or_, (_status(each.words) for each in played.moments if isinstance(each, SeenImage)), 0)
 
 
 def _differing(found: Search) -> int:
-    """Return the status bits by which the first read that differs does."""
+    """Return the status bits in which the first differing read differs."""
     assert found.unexplained is not None
     read = _status(found.unexplained.words)
     return reduce(or_, (_status(words) ^ read for words in found.shown), 0)
@@ -290,6 +292,6 @@ def _all_rivals() -> Iterator[tuple[str, Alteration]]:
 
 
 def _readings() -> list[str]:
-    """Return the readings that rules name, and those with rivals, by number."""
+    """Return the readings that rules name or that have rivals, by number."""
     named = {number for rule in RULES.values() for number in rule.reading} | set(RIVALS)
     return sorted(named, key=lambda number: (int(number[2:].rstrip("ab")), number))

@@ -2,12 +2,12 @@
 
 | file | does |
 |---|---|
-| `subject` | a rack, program or export with its monitors, as a problem |
-| `proving` | all claims of a subject, one after the other |
-| `scenario` | a run of the prover as an operator's orders on the rack |
-| `on_rack` | a scenario on the rack, with the models of its modules |
-| `own_run` | what the rack does on its own: it is possible |
-| `checking` | certificates checked by another solver |
+| `subject` | a problem: a rack, program or export with its monitors |
+| `proving` | decides all claims of a subject, one after the other |
+| `scenario` | turns a run of the prover into operator's orders on the rack |
+| `on_rack` | runs a scenario on the rack, with the models of its modules |
+| `own_run` | runs the rack on its own; what it reaches is possible |
+| `checking` | has another solver check certificates |
 | `serving` | proofs for `check`, the preview of an edit, and a search |
 | `report`, `page` | answers as JSON, and as a page with the rungs of each scenario |
 """

@@ -1,12 +1,12 @@
-"""A second opinion: another solver checks the certificate of a proof. Nothing of the prover is used here.
+"""A second opinion: another solver checks the certificate of a proof, without any code of the prover.
 
-`proof.smt2` has the relation of one scan, `proof.json` says what is what (see `ladder.prove.certificate`).
+`proof.smt2` has the relation of one scan, and `proof.json` names its parts (see `ladder.prove.certificate`).
 The checker writes four kinds of questions about consecutive scans. Each must be unsatisfiable:
 
-    ranges       a number leaves its interval: at power-up, or in a scan
-    invariants   one fails after the first scan, or after a scan that follows a scan after which all held
-    base         what never holds does in one of the first k + 1 scans after power-up
-    step         it holds in a scan and did not in the k scans before, whatever the state before them
+    ranges       a number leaves its interval, at power-up or in a scan
+    invariants   one fails after the first scan, or after a scan that begins with all of them true
+    base         what never holds does hold in one of the first k + 1 scans after power-up
+    step         it holds in a scan but not in the k scans before, whatever the state before them
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess  # noqa: TID251 - a solver is another program, no helper of ours
+import subprocess  # noqa: TID251 - a solver is a program of its own, not one of our helpers
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from importlib.util import find_spec
@@ -24,14 +24,14 @@ from typing import Any, NamedTuple
 from scanrack.io_images.versions import distribution_version
 
 SECONDS = 60
-"""Limit of a question."""
+"""Time limit of a question."""
 
 _SYMBOL = re.compile(r"\|[^|]*\||\bt\d+\b")
 _DECLARED = re.compile(r"\(declare-const (\|[^|]*\|) (.*)\)$")
 
 
 class Solver(NamedTuple):
-    """A solver: its name with its version, and its answer to a script: unsat, sat, or why it has none."""
+    """A solver: its name with version, and a function that answers a script: unsat, sat, or why neither."""
 
     name: str
     answer: Callable[[str], str]
@@ -43,8 +43,8 @@ class Opinion(NamedTuple):
     Attributes:
         solver: its name with its version.
         confirmed: whether all questions are unsatisfiable.
-        refused: whether one is satisfiable: the solvers differ.
-        why: the question and the answer, if it is not confirmed.
+        refused: whether a question is satisfiable, so that the solvers disagree.
+        why: the question and its answer, if the proof is not confirmed.
     """
 
     solver: str
@@ -54,7 +54,7 @@ class Opinion(NamedTuple):
 
 
 def solvers() -> list[Solver]:
-    """Return the installed solvers: packages first, then programs."""
+    """Return the installed solvers: Python packages first, then programs."""
     found = {
         name: Solver(f"{name} {distribution_version(package)}", answer)
         for name, package, answer in _PACKAGES
@@ -67,10 +67,10 @@ def solvers() -> list[Solver]:
 
 
 def check(folder: Path, solver: Solver) -> Opinion:
-    """Check the certificate in a folder with a solver.
+    """Have a solver check the certificate in a folder.
 
     Raises:
-        OSError, ValueError: it can't be read.
+        OSError, ValueError: the certificate can't be read.
     """
     relation = (folder / "proof.smt2").read_text(encoding="utf-8").splitlines()
     roles = json.loads((folder / "proof.json").read_text(encoding="utf-8"))
@@ -103,9 +103,9 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
 def _inductive(
     relation: list[str], roles: Mapping[str, Any], terms: list[str], contract: str = ""
 ) -> Iterator[str]:
-    """Yield the scripts that ask whether a scan breaks some truths: the first one, or one after all held.
+    """Yield the scripts that ask whether the first scan breaks some truths, or a scan after all of them held.
 
-    The intervals of numbers are asserted for each scan but where a state of the next one is defined.
+    The intervals of numbers are asserted for each scan, except where a state of the next scan is defined.
     """
     if not terms:
         return
@@ -118,11 +118,11 @@ def _inductive(
 
 
 class _Scans:
-    """Consecutive scans as text; each symbol has the number of its scan.
+    """Consecutive scans as solver text; each symbol carries the number of its scan.
 
     Args:
-        first: whether they begin with power-up; else in any state.
-        more: scans after the first one.
+        first: whether the scans begin at power-up; otherwise they begin in any state.
+        more: number of scans after the first one.
     """
 
     def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool, more: int = 0) -> None:
@@ -133,7 +133,7 @@ class _Scans:
             self.add_next()
 
     def add_next(self) -> None:
-        """Add a scan: its states are what the scan before leaves."""
+        """Add a scan whose states are what the previous scan leaves."""
         self._add({name: self.last(each["next"]) for name, each in self._roles["states"].items()})
 
     def _add(self, given: Mapping[str, str]) -> None:
@@ -159,7 +159,7 @@ class _Scans:
         return [_numbered(term, number) for number in range(self.count)]
 
     def text(self, truths: list[str], contract: str) -> str:
-        """Return the script that asks whether truths can hold if each scan keeps a contract; "" is none."""
+        """Return the script that asks whether truths can hold if each scan keeps a contract; "" for none."""
         truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {each})" for each in truths], "(check-sat)", ""])
 

@@ -1,4 +1,4 @@
-"""Two racks, programs or exports: what an edit changes, now or later."""
+"""Compares two racks, programs or exports: what an edit changes, now or later."""
 
 from __future__ import annotations
 
@@ -29,33 +29,32 @@ from .scenario import on_scans_of
 from .subject import bounds_of
 
 FAULT_NAME = "a major fault"
-"""Name of the value for a fault that stops only one of the programs."""
+"""Name that stands for a major fault in only one of the programs."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChangedTag:
-    """A value that can differ, under its name in the program, with a run in which it does.
+    """A value that can differ, under its name in the program, with a run that shows the difference.
 
-    Whether a major fault stops only one of the programs counts as a value: `FAULT_NAME`.
-
+    A major fault in only one of the programs also counts as such a value: `FAULT_NAME`.
     """
 
     name: str
-    now: bool  # whether one scan after equal states can make the difference
+    now: bool  # whether one scan from equal states can make the difference
     steps: tuple[ScenarioStep, ...]
     inputs: tuple[str, ...]  # on which the difference depends
     scenario: Path | None
-    allowed: bool  # by --may-differ
+    allowed: bool  # by the option --may-differ
     rack: OnRack | None = None
 
     @property
     def when(self) -> str:
-        """Whether it can differ after one scan from equal states, or only later."""
+        """When it can differ: "now", after one scan from equal states, or "later"."""
         return "now" if self.now else "later"
 
     @property
     def allowed_text(self) -> str:
-        """The option that allows it, "" if none does."""
+        """The option that allows the difference; "" if none does."""
         return " (--may-differ)" if self.allowed else ""
 
 
@@ -63,37 +62,37 @@ class ChangedTag:
 class EditedSubject:
     """What can differ between two programs."""
 
-    compared: int  # values that either program writes and both have
+    compared: int  # values that both programs have and at least one writes
     changed: tuple[ChangedTag, ...]
     removed: tuple[str, ...]
     added: tuple[str, ...]
     bounds: ScanBounds
-    held: Mapping[str, Any]  # numbers that nothing writes, with the values that are assumed
-    open: tuple[str, ...] = ()  # what is not compared, and where the relation does not follow a program
+    held: Mapping[str, Any]  # numbers that nothing writes, with their assumed values
+    open: tuple[str, ...] = ()  # what is not compared, and where the relation is not exact
 
     @property
     def beyond(self) -> tuple[ChangedTag, ...]:
-        """The values that can differ and that `only` does not name; all of them without `only`."""
+        """The values that can differ although no option allows it."""
         return tuple(each for each in self.changed if not each.allowed)
 
     @property
     def is_equal(self) -> bool:
-        """Whether only values that `only` names can differ."""
+        """Whether only allowed values can differ, and everything was compared."""
         return not self.beyond and not self.open
 
 
 def edited(
     old: str, new: str, outputs: Sequence[str], only: Sequence[str], folder: ScenarioFolder
 ) -> EditedSubject:
-    """Compare two programs with the same inputs; the settings of [prove] are those of the new one.
+    """Compare two programs with the same inputs. The settings of [prove] are those of the new program.
 
     Args:
-        outputs: tags that are compared; none are all. A structure names all its members.
+        outputs: tags to compare; empty for all. A structure stands for all its members.
         only: tags that may differ.
-        folder: gets a scenario of each value that can differ.
+        folder: receives a scenario for each value that can differ.
 
     Raises:
-        ValueError: a file or a name of a tag can't be used, or no proof covers a program.
+        ValueError: a file or a tag name is invalid, or no proof covers a program.
         OSError: a file can't be written.
     """
     before, after = (_ladder(each) for each in (old, new))
@@ -121,7 +120,7 @@ def edited(
 
 
 def _left_open(found: Difference) -> Iterator[str]:
-    """Yield what the comparison does not cover, a sentence each."""
+    """Yield what the comparison does not cover, one sentence each."""
     yield from (f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared)
     yield from (f"nothing is known after {each}" for each in found.unfollowed)
 
@@ -147,7 +146,7 @@ def _named(layout: Layout, text: str, option: str) -> Place | Group:
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Whether a value is the tag or element of an option, or a part of it."""
+    """Whether a value is the tag or element that an option names, or a part of it."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()
@@ -175,14 +174,14 @@ def _with_scenario(
 
 
 def _cased(layout: Layout, text: str) -> str:
-    """Return an address with its tag as the program writes it."""
+    """Return an address with its tag in the program's spelling."""
     path, sign, index = text.partition("[")
     leaf = layout.find(path)
     return text if leaf is None else f"{leaf.path}{sign}{index}"
 
 
 def lines_of(found: EditedSubject) -> Iterator[str]:
-    """Yield what can differ, a line each, with its run."""
+    """Yield a line for each value that can differ, with its run."""
     yield _summary(found)
     shown = [each for each in found.changed if each.steps]
     width = max((len(each.name) for each in shown), default=0)
@@ -202,7 +201,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
 
 
 def _summary(found: EditedSubject) -> str:
-    """Return how many values can differ."""
+    """Return a sentence with the number of values that can differ."""
     values = [each for each in found.changed if each.name != FAULT_NAME]
     now = sum(each.now for each in values)
     others = "the others are not proved equal" if found.open else "all others are equal in every run"
@@ -210,7 +209,7 @@ def _summary(found: EditedSubject) -> str:
 
 
 def _lines_of_tag(changed: ChangedTag, width: int) -> Iterator[str]:
-    """Yield a value that can differ, its run, what the rack did, and the inputs on which it depends."""
+    """Yield the lines of a value that can differ: its run, what the rack did, and the inputs that matter."""
     scans = f"scan {len(changed.steps):,}"
     line = f"{changed.name:<{width}}  {changed.when:<5}  {scans}   {changed.scenario}  {changed.allowed_text}"
     yield line.rstrip()
@@ -222,13 +221,13 @@ def _lines_of_tag(changed: ChangedTag, width: int) -> Iterator[str]:
 
 
 def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
-    """Yield a line with a list of names; none without names."""
+    """Yield a line with a list of names; nothing if there are none."""
     if names:
         yield f"{begin} {', '.join(names)}"
 
 
 def as_json(found: EditedSubject) -> dict[str, Any]:
-    """Return the differences in JSON's types."""
+    """Return the differences as JSON values."""
     return {
         "compared": found.compared,
         "changed": [

@@ -1,8 +1,8 @@
-"""A scenario on the rack, with the models of its modules.
+"""Runs a scenario on the rack, with the models of its modules.
 
-The program with its monitors runs first, to find the scan that breaks the claim; then as it is, recorded, so
-that `scanrack watch` and `scanrack why` open the recording. Words of modules are forced. If a run without
-these forces breaks the claim, too, the modules themselves give these inputs.
+The program first runs with its monitors, to find the scan that breaks the claim. Then it runs without them
+and is recorded, so that `scanrack watch` and `scanrack why` can open the recording. Module words are forced.
+If a run without these forces also breaks the claim, the modules give these inputs by themselves.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TWO_RUNS = "it takes two runs with the same --retain FILE, which a scenario has 
 """Why a scenario that restarts with retained tags is not run."""
 
 MORE = 5
-"""Recorded scans after the one that breaks the claim."""
+"""Number of recorded scans after the one that breaks the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,11 +42,11 @@ class OnRack:
     """What a scenario did on the rack.
 
     Attributes:
-        confirmed: whether it showed the expected result.
+        confirmed: whether the scenario showed the expected result.
         scan: number of the scan that showed it, from 0; None if none did.
-        scenario: the orders.
-        forced: words that are forced because the modules do not show them by themselves.
-        why: the reason if it showed none, or could not be run.
+        scenario: the orders of the scenario.
+        forced: forced words that the modules do not show by themselves.
+        why: the reason if it did not show the result, or could not be run.
     """
 
     confirmed: bool
@@ -66,16 +66,16 @@ class OnRack:
         )
 
     def to_json(self) -> dict[str, Any]:
-        """Return it in JSON's types."""
+        """Return the result as JSON values."""
         return {"confirmed": self.confirmed, "scan": self.scan, "forced": list(self.forced), "why": self.why}
 
 
 Shows = Callable[[Debugger], Callable[[], bool]]
-"""Makes a function for a program that begins to run: whether the latest scan shows what is expected."""
+"""For a program about to run, makes a test of whether the latest scan shows what is expected."""
 
 
 def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
-    """Return whether the latest scan breaks a claim whose assumptions have held until then."""
+    """Make a test of whether the latest scan breaks a claim whose assumptions have held so far."""
     assumed = [name for name, _ in (*subject.program.assume, *watched.assume)]
 
     def shows(program: Debugger) -> Callable[[], bool]:
@@ -92,7 +92,7 @@ def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
 
 
 def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
-    """Return whether two coils had different power in the latest scan."""
+    """Make a test of whether two coils had different power in the latest scan."""
     places = [_place_of(subject.problem.lowered, number) for number in coils]
 
     def shows(program: Debugger) -> Callable[[], bool]:
@@ -108,7 +108,7 @@ def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
 
 
 def _place_of(lowered: LoweredProgram, number: int) -> tuple[str, int, int]:
-    """Return routine, rung, and place in it of an instruction."""
+    """Return the routine and rung of an instruction, and its place in the rung."""
     for routine in lowered.routines.values():
         for line in routine.lines:
             sites = [step.site for step in line.steps]
@@ -118,7 +118,7 @@ def _place_of(lowered: LoweredProgram, number: int) -> tuple[str, int, int]:
 
 
 def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf]) -> OnRack | None:
-    """Run a scenario on the subject's rack; None without a rack.
+    """Run a scenario on the subject's rack; return None if there is no rack.
 
     Args:
         shows: the expected result of its last scan.
@@ -134,7 +134,7 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
 def difference_on_rack(
     job: LoadedRack, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
 ) -> OnRack | None:
-    """Run a scenario on a job's rack with its program and with another one; None without a rack.
+    """Run a scenario on a job's rack with its program and with another one; return None if there is no rack.
 
     Args:
         key: the value that differs after the last scan.
@@ -151,7 +151,7 @@ def difference_on_rack(
 def _replayed(
     job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
 ) -> OnRack | None:
-    """Run a scenario; inputs change before the last, or the first, of the scans in place of a long one."""
+    """Run a scenario. Where scans replace a long one, inputs change before the last or before the first."""
     if not job.spec.slot:
         return None
     period_ns = job.spec.scan_ns
@@ -187,7 +187,7 @@ def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | Non
 
 
 def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
-    """Run the scenario of a fault on the subject's rack; return the result in words, "" without a rack."""
+    """Run the scenario of a fault on the subject's rack; return the result as text, "" without a rack."""
     job = subject.job
     if not job.spec.slot:
         return ""
@@ -205,21 +205,21 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
 
 
 class _Looker(QuietListener):
-    """Observes a program after each scan."""
+    """Calls a function after each scan, and keeps the results."""
 
     def __init__(self, look: Callable[[], Any]) -> None:
         self._look = look
         self.found: list[Any] = []
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note the observation of a scan."""
+        """Call the function after a scan."""
         self.found.append(self._look())
 
 
 def _seen(
     job: LoadedRack, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]
 ) -> list[Any]:
-    """Return the observations of all scans; a ValueError for an order that can't be carried out."""
+    """Return the results after all scans; ValueError if an order can't be carried out."""
     with ExitStack() as ports:
         run = _run(job, scenario, ports)
         assert run.program.debugger is not None
@@ -237,7 +237,7 @@ def _values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
 
 
 def record(job: LoadedRack, found: OnRack, trace: Path) -> None:
-    """Record a scenario on the rack with its program as it is.
+    """Record a scenario on the rack, with the program without its monitors.
 
     Raises:
         OSError: the trace can't be written.

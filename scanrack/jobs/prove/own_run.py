@@ -1,6 +1,6 @@
-"""The rack's own run, as its file has it: its states are possible, and no solver has to find a run to them.
+"""Runs the rack on its own, as its file describes it. What it reaches is possible without asking a solver.
 
-Random scans rarely home an axis. The rack does, in thousands of scans.
+Random scans rarely home an axis; the rack does so within thousands of scans.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from ..run.running import JobRun, RunOptions
 from .subject import ProofSubject
 
 SCANS = 10_000
-"""Maximum scans of the run: it ends as soon as every truth has been seen."""
+"""Maximum number of scans; the run ends as soon as every truth has been seen."""
 
 BLOCK = 500
-"""Scans of a block of computation."""
+"""Number of scans for which truths are computed at once."""
 
 FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
 class OwnRun:
-    """Runs a rack on its own, and finds the truths of a problem that hold in some scan.
+    """Runs a rack on its own, and finds which truths of a problem hold in some scan.
 
     Args:
-        subject: with a rack; a program alone has no own run.
+        subject: the subject; without a rack it has no own run.
     """
 
     def __init__(self, subject: ProofSubject) -> None:
         self._subject = subject
 
     def seen(self, truths: Sequence[T]) -> set[T]:
-        """Return the truths that hold in some scan; none without a rack."""
+        """Run the rack, and return the truths that hold in some scan; none without a rack."""
         job = self._subject.job
         if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
             return set()
         logic = job.logic.copied()
         notes = _ValueNotes(self._subject, logic.engine, truths)
-        with ExitStack() as ports, suppress(CpuFault, ValueError):  # it then has no more scans
+        with ExitStack() as ports, suppress(CpuFault, ValueError):  # after a fault there are no more scans
             run = JobRun(replace(job, logic=logic), ports, RunOptions(warn=lambda _text: None))
             notes.stop = run.cpu.stop
             run.cpu.add_listener(notes)
@@ -66,9 +66,9 @@ class _Variable:
     is_state: bool
 
     def column(self, values: Sequence[Value], times: Array, tick_ns: int) -> Array:
-        """Return the value before each scan but the first of a block, by the values after each of its scans.
+        """Return the values before each scan of a block except the first, from the values after each scan.
 
-        A state has what the scan before left, an input what it has in the scan itself.
+        A state keeps the value that the previous scan left; an input has its value in the scan itself.
         """
         column = np.array(values[:-1] if self.is_state else values[1:], dtype=dtype_of(self.v))
         if self.v.val.endswith(f"{CLOCK}[0]"):
@@ -91,7 +91,7 @@ class _ValueNotes(QuietListener):
         self._times: list[int] = []
 
     def _places_of(self, variables: Iterable[T]) -> list[_Variable]:
-        """Return the places of the variables that have one; what is not modeled has none."""
+        """Return where the variables are in memory; variables that are not modeled are left out."""
         problem, found = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
         for v in dict.fromkeys(variables):
@@ -102,7 +102,7 @@ class _ValueNotes(QuietListener):
         return found
 
     def _watch(self, places: Iterable[_Variable]) -> None:
-        """Note from now on what decides the truths that are left."""
+        """From now on, note the values that decide the remaining truths."""
         deciding = {v for t in self.left for v in self._variables[t]}
         self._places = [place for place in places if place.v in deciding]
         self._readers = [place.read for place in self._places]
@@ -118,7 +118,7 @@ class _ValueNotes(QuietListener):
                 self.stop()
 
     def compute(self) -> None:
-        """Compute the truths that are left for the scans that are noted; the last one begins a new block."""
+        """Compute the remaining truths for the noted scans; the last of these scans begins a new block."""
         count = len(self._rows) - 1
         if count < 1 or not self.left:
             return
@@ -138,5 +138,5 @@ class _ValueNotes(QuietListener):
 
 
 def _is_known(v: T) -> bool:
-    """Whether a variable is known without the program's memory."""
+    """Whether the value of a variable is known without the program's memory."""
     return v.val in (DT, FIRST_SCAN_NAME)

@@ -1,4 +1,4 @@
-"""Answers as one HTML page: a table of the claims; of each scenario its scans, and its rungs with power."""
+"""Answers as one HTML page: a table of claims, and for each scenario its scans and its rungs with power."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from .scenario import step_text
 from .subject import ProofSubject
 
 RungPlace = tuple[str, int]
-"""Routine and number of a rung."""
+"""The routine and number of a rung."""
 
 WIDTH = 96
 """Columns between the rails of a drawn rung."""
 
 MOST_RUNGS = 12
-"""Rungs that are drawn of a scenario: those that decide the claim, the nearest first."""
+"""Number of rungs that are drawn for a scenario: those closest to the claim."""
 
 STYLE = """\
 body { font: 15px system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; color: #1b1f24 }
@@ -45,11 +45,11 @@ svg { max-width: 100%; height: auto }
 
 
 def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
-    """Write a page.
+    """Write a page to a file.
 
     Raises:
-        OwnedError: it would replace a file of another kind, or one in use.
-        OSError: it can't be written.
+        OwnedError: the page would replace a file of another kind, or one in use.
+        OSError: the file can't be written.
     """
     head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
     with new_file(path, PAGE, used=used) as file:
@@ -59,7 +59,7 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
 
 
 def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
-    """Yield the parts of the page of some answers."""
+    """Yield the parts of a page of answers."""
     rows = [_row(each) for each in results]
     if rows:
         yield _table(("property", "claim", "", ""), rows)
@@ -78,7 +78,7 @@ def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Question
 
 
 def parts_of_edit(found: EditedSubject) -> Iterator[str]:
-    """Yield the part of the page of two programs."""
+    """Yield the parts of a page that compares two programs."""
     yield f"<pre>{escape(chr(10).join(lines_of_edit(found)))}</pre>"
 
 
@@ -110,7 +110,7 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
 
 
 def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) -> str:
-    """Return the rungs that decide a claim as SVG, with the power of a scenario's last scan."""
+    """Return the rungs that decide a claim as SVG, with their power in the last scan of a scenario."""
     debugger = Debugger(program)
     layout, memory = debugger.engine.lowered.layout, debugger.engine.memory
     for each in scans:
@@ -135,7 +135,7 @@ def _grouped(rungs: Iterable[RungPlace]) -> dict[str, list[int]]:
 
 
 def _deciding(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
-    """Yield routine and number of the rungs that write what a claim reads, then what these read."""
+    """Yield the rungs that write what a claim reads, then those that write what these read, and so on."""
     drawable = {each.name: set(each.numbers) for each in debugger.program.routines if each.chart is None}
     reads, writers = _cross_reference(debugger)
     queue = list(writers.get(watched.bit[0], ()))
@@ -168,7 +168,7 @@ def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dic
 
 
 def _around(path: str, writers: Iterable[str]) -> list[str]:
-    """Return the written paths that share memory with a path: itself, its members, what it is a member of."""
+    """Return the written paths that share memory with a path: itself, its members, and what contains it."""
     return sorted(
         each for each in writers if each == path or each.startswith(f"{path}.") or path.startswith(f"{each}.")
     )

@@ -1,4 +1,4 @@
-"""Decides all claims of a subject one after the other; runs each scenario on the rack, and writes it."""
+"""Decides all claims of a subject, one after the other. Runs each scenario on the rack, and writes it."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject, subject_of_job
 
 RELATION, ROLES = "proof.smt2", "proof.json"
-"""Files of the certificate of a proof."""
+"""Files of a proof's certificate."""
 
 FAULTS = ("fault", "endless")
-"""Rules of faults, which a rack shows."""
+"""Rules for faults, which a rack can show."""
 
 Progress = Callable[[str, int, int], object]
-"""Called before each claim with its name, its number from 1, and the number of claims."""
+"""Called before each claim with the claim's name, its number from 1, and the number of claims."""
 
 
 def no_progress(_name: str, _number: int, _of: int) -> None:
@@ -49,7 +49,7 @@ def no_progress(_name: str, _number: int, _of: int) -> None:
 
 @dataclass(slots=True)
 class ScenarioFolder:
-    """The folder of a command's scenarios, made and locked with the first one; a context releases it."""
+    """The folder for a command's scenarios. The first one creates and locks it; the context unlocks it."""
 
     path: Path
     _held: ExitStack = field(default_factory=ExitStack)
@@ -62,7 +62,7 @@ class ScenarioFolder:
         self._held.close()
 
     def save(self, name: str, scenario: Scenario, used: Used) -> Path:
-        """Write the scenario of a claim in a folder of its name; return its path.
+        """Write the scenario of a claim to a folder with the claim's name; return the path of the scenario.
 
         Raises:
             ValueError: the folder has other files, or another process uses it.
@@ -71,7 +71,7 @@ class ScenarioFolder:
         return write_text(self._own(name) / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
 
     def save_proof(self, name: str, certificates: Sequence[Certificate], used: Used) -> Path:
-        """Write the certificate of a claim in a folder of its name; return that folder; raise as `save`."""
+        """Write a claim's certificate to a folder with its name; return the folder. Raises as `save` does."""
         own, (relation, roles) = self._own(name), written(certificates)
         write_text(own / RELATION, relation, used)
         write_text(own / ROLES, json.dumps({"claim": name, **roles}, indent=1) + "\n", used)
@@ -89,25 +89,25 @@ class ScenarioFolder:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """An answer with the time that it took, what the rack did, and its scenario's file."""
+    """An answer, with the time it took, what the rack did, and its scenario file."""
 
     answer: Answer
     spent_ns: int
     rack: OnRack | None = None
     scenario: Path | None = None
-    proof: Path | None = None  # the folder with the certificate of what is proved
+    proof: Path | None = None  # the folder with the certificate of the proof
     opinions: tuple[Opinion, ...] = ()  # verdicts of other solvers
     own_ns: int = 0  # the rack's time between two scans
-    at_own_time: Answer | None = None  # the answer for it, if only longer scans break the claim
+    at_own_time: Answer | None = None  # the answer at that time, if only longer scans break the claim
 
     @property
     def refused_by(self) -> tuple[Opinion, ...]:
-        """Solvers that find a run which the proof excludes: the claim is unknown then."""
+        """Solvers that find a run which the proof excludes; the claim is then unknown."""
         return tuple(each for each in self.opinions if each.refused)
 
     @property
     def word(self) -> str:
-        """Its verdict, see `Answer.word`."""
+        """The verdict, see `Answer.word`."""
         return VerdictKind.UNKNOWN if self.refused_by else self.answer.word
 
     @property
@@ -126,7 +126,7 @@ def prove_all(
     """Decide the claims of a subject.
 
     Args:
-        folder: gets the scenarios, and the certificates of what is proved.
+        folder: receives the scenarios, and the certificates of proofs.
         others: solvers that check each certificate.
 
     Raises:
@@ -158,10 +158,10 @@ def prove_all(
 def _at_own_time(
     subject: ProofSubject, number: int, found: Answer, rack: OnRack | None, limits: Limits
 ) -> Answer | None:
-    """Decide a claim again with the rack's own time between scans, if a run with longer ones breaks it.
+    """Decide a claim again with the rack's own scan time, if a run with longer scans breaks it.
 
     Returns:
-        The answer; None if the rack has shown it, if no scan is longer, or if it is also refuted then.
+        The answer; None if the rack has shown the run, no scan is longer, or the claim is refuted again.
     """
     own_ns = subject.job.spec.scan_ns
     longer = any(each.ms * 1_000_000 > own_ns and not each.turned for each in found.scans)
@@ -175,18 +175,18 @@ def _at_own_time(
 
 @dataclass(frozen=True, slots=True)
 class FoundAnswer:
-    """A finding of a built-in question, with its run and file if it has one."""
+    """A finding of a built-in question, with its run and file if there are any."""
 
     finding: Finding
     steps: tuple[ScenarioStep, ...] = ()
     scenario: Path | None = None
-    rack: str = ""  # what it did on the rack
-    proof: Path | None = None  # the folder with the certificate of what is proved
+    rack: str = ""  # what the rack did
+    proof: Path | None = None  # the folder with the certificate of the proof
     opinions: tuple[Opinion, ...] = ()
 
     @property
     def refuted(self) -> bool:
-        """Whether a run shows it, such as a fault; else it is proved, such as a dead rung."""
+        """Whether a run shows the finding, such as a fault; otherwise it is proved, such as a dead rung."""
         return self.finding.verdict.kind is VerdictKind.REFUTED
 
 
@@ -200,7 +200,7 @@ class Questions:
 
 
 AnswerListener = Listener[FoundAnswer]
-"""Receives the answers to built-in questions as they come, the cheap ones first."""
+"""Receives the answers to built-in questions as they come, those that are quickest to find first."""
 
 
 def ask_questions(
@@ -210,12 +210,13 @@ def ask_questions(
     listener: AnswerListener | None = None,
     work: int = 1,
 ) -> Questions:
-    """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
+    """Answer the built-in questions about the user's own code. For `folder` and `others` see `prove_all`.
 
-    With solvers each finding that is a proof also has its certificate; what one of them refuses is open.
+    With solvers, each proved finding also gets a certificate. If a solver refuses it, the question stays
+    open.
 
     Args:
-        work: multiplies the limits.
+        work: factor for the limits.
 
     Raises:
         ValueError, OSError: see `prove_all`.
@@ -235,7 +236,7 @@ def ask_questions(
 
 
 class _FindingWriter(Listener[Finding]):
-    """Makes the scenario or the certificate of each finding, and reports it."""
+    """Writes the scenario or certificate of each finding, and reports the finding."""
 
     def __init__(
         self,
@@ -245,19 +246,19 @@ class _FindingWriter(Listener[Finding]):
         listener: AnswerListener,
     ) -> None:
         self._subject, self._folder, self._others, self._listener = subject, folder, others, listener
-        self.made: dict[int, FoundAnswer] = {}  # by the id of the finding
-        self.refused: list[str] = []  # rules of findings that another solver refuses
+        self.made: dict[int, FoundAnswer] = {}  # by the `id` of the finding
+        self.refused: list[str] = []  # rules of the findings that another solver refuses
 
     def begun(self, count: int) -> None:
         """Report the number of questions."""
         self._listener.begun(count)
 
     def left(self, count: int) -> None:
-        """Report how many questions are left."""
+        """Report the number of questions left."""
         self._listener.left(count)
 
     def next(self, question: Question, count: int) -> None:
-        """Report the next question that is left."""
+        """Report the next question."""
         self._listener.next(question, count)
 
     def found(self, answer: Finding) -> None:
@@ -270,7 +271,7 @@ class _FindingWriter(Listener[Finding]):
             self._listener.found(made)
 
     def _with_files(self, each: Finding) -> FoundAnswer | None:
-        """Return a finding with its run and its file; None if another solver refuses it."""
+        """Write the files of a finding, and return it with them; None if another solver refuses it."""
         subject, scans = self._subject, each.verdict.scans
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
         if not scans and not self._others:
@@ -288,12 +289,12 @@ class _FindingWriter(Listener[Finding]):
 
 
 def _scan_ns(subject: ProofSubject) -> int:
-    """Return the rack's time between scans; without a rack 1 ms, the grid of the prover."""
+    """Return the rack's time between scans, ns; without a rack 1 ms, the time unit of the prover."""
     return subject.job.spec.scan_ns if subject.job.spec.slot else 1_000_000
 
 
 def slug(name: str) -> str:
-    """Return the name of a claim's folder.
+    """Return the folder name for a claim.
 
     >>> slug("lost position"), slug("never Fwd AND Rev (2)"), slug("??"), slug("Aux")
     ('lost_position', 'never_Fwd_AND_Rev_2', 'claim', 'Aux_')
@@ -318,9 +319,9 @@ def write_scenario(
     rack: OnRack | None,
     folder: ScenarioFolder,
 ) -> Path:
-    """Write a scenario, and its recording if the rack confirms it; return the scenario's path."""
+    """Write a scenario, and its recording if the rack confirms it; return the path of the scenario."""
     file = folder.save(name, orders.scenario(scan_ns), in_use(job))
     if rack is not None and rack.confirmed:
-        with suppress(CpuFault):  # the recording ends with the fault
+        with suppress(CpuFault):  # a fault ends the recording
             record(job, rack, file.with_name(SCENARIO_TRACE))
     return file

@@ -1,4 +1,4 @@
-"""Answers as lines and as JSON."""
+"""Answers as text and as JSON."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from .scenario import step_text
 from .subject import ProofSubject
 
 HELD_SHOWN = 12
-"""Held numbers that the text lists."""
+"""Number of held numbers that the text lists."""
 
 LATEST_MS = 1000
-"""The longest time between two scans that a rack file can give; `scan_ms` takes it in."""
+"""The longest time between two scans that a rack file can set with `scan_ms`."""
 
 BLAME_SHOWN = 3
-"""Reasons of an unknown claim that the text lists."""
+"""Number of reasons that the text lists for an unknown claim."""
 
 
 def line_of(result: Result, width: int) -> str:
     """Return the line of a claim: name, verdict and detail.
 
     Args:
-        width: columns of the name.
+        width: width of the name, columns.
     """
     return f"{result.name:<{width}}  {result.word:<8}  {detail_of(result)}".rstrip()
 
 
 def own_time_text(result: Result) -> str:
-    """Return that only scans longer than the rack's break a claim; "" for another claim."""
+    """Return a sentence if only scans longer than the rack's break a claim, else ""."""
     if result.at_own_time is None:
         return ""
     time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
@@ -59,7 +59,7 @@ def detail_of(result: Result) -> str:
 
 
 def opinions_text(opinions: Iterable[Opinion]) -> str:
-    """Return verdicts of other solvers on a proof, "" without any."""
+    """Return the verdicts of other solvers on a proof as text; "" if there are none."""
     each = [
         f"{one.solver} confirms it" if one.confirmed else f"{one.solver} does not confirm it: {one.why}"
         for one in opinions
@@ -68,7 +68,7 @@ def opinions_text(opinions: Iterable[Opinion]) -> str:
 
 
 def below(subject: ProofSubject, result: Result) -> Iterator[str]:
-    """Yield the lines below that of a claim: its scenario, and what the rack did."""
+    """Yield the lines below a claim: its scenario, and what the rack did."""
     for number, step in enumerate(result.answer.steps, start=1):
         yield f"scan {number}: {step_text(step, subject.job.spec)}"
     yield from result.answer.end
@@ -79,7 +79,7 @@ def below(subject: ProofSubject, result: Result) -> Iterator[str]:
 
 
 def questions_text(count: int) -> str:
-    """Return how many built-in questions there are."""
+    """Return the number of built-in questions as text."""
     return f"{count:,} questions about rungs, contacts, coils and faults"
 
 
@@ -95,14 +95,14 @@ def found_lines(each: FoundAnswer) -> Iterator[str]:
 
 
 def open_text(answers: Questions) -> str:
-    """Return how many questions are open, by rule; "" if none is."""
+    """Return the number of open questions as text, by rule; "" if there are none."""
     left = sum(answers.open.values())
     by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
     return f"{left:,} of them are open (--work 10 may decide more): {by_rule}" if left else ""
 
 
 def question_lines(answers: Questions) -> Iterator[str]:
-    """Yield the results of the built-in questions, findings in the order of the program."""
+    """Yield the results of the built-in questions; findings are in program order."""
     if count := sum(answers.counts.values()):
         yield questions_text(count)
     for each in answers.found:
@@ -112,9 +112,9 @@ def question_lines(answers: Questions) -> Iterator[str]:
 
 
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
-    """Return the assumptions of the answers, a sentence each."""
+    """Return the assumptions of the answers, one sentence each."""
     held: dict[str, Any] = {}
-    sentences = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
+    sentences = dict.fromkeys(subject.problem.happenings.assumed())  # also those of the built-in questions
     for each in results:
         held |= dict(each.answer.held)
         sentences |= dict.fromkeys(each.answer.assumed)
@@ -127,14 +127,14 @@ def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
 
 
 def held_text(held: Mapping[str, Any]) -> str:
-    """Return the held numbers in a line, by name; the first ones if there are many."""
+    """Return the held numbers as one line, by name; only the first ones if there are many."""
     shown = [f"{name} = {value}" for name, value in sorted(held.items())]
     more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
     return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}"
 
 
 def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
-    """Return the answers in JSON's types; times in ns, scans from 1."""
+    """Return the answers as JSON values, with times in ns and scans numbered from 1."""
     return {
         "properties": [_row(each) for each in results],
         "found": [_found(each) for each in answers.found],
@@ -174,7 +174,7 @@ def _row(result: Result) -> dict[str, Any]:
 
 
 def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
-    """Return the scans of a scenario in JSON's types."""
+    """Return the scans of a scenario as JSON values."""
     return [
         {
             "ms": each.ms,

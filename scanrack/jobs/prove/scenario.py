@@ -1,11 +1,11 @@
-"""A run of the prover as an operator's orders on a rack, and as the scenario of `scanrack fuzz`.
+"""Turns a run of the prover into operator's orders on a rack, and into a scenario for `scanrack fuzz`.
 
     prover      scan 1      scan 2                          scan 3
     ms          0           35                              70
-    rack        |  |  |  |  |  |  |  |  |  |  |  |  |  |  | |         scans of its own time
-    inputs      at once     before the last of the scans in between, or before the first of them
+    rack        |  |  |  |  |  |  |  |  |  |  |  |  |  |  | |         scans of its own length
+    inputs      at once     before the last or the first of the scans in between
 
-A tag is written; a word of a module's inputs is forced.
+Tags are written; words of a module's inputs are forced.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from ..fuzz.scenarios.scenario import OperatorAction, Scenario
 
 @dataclass(frozen=True, slots=True)
 class RackScenario:
-    """Orders before scans of a rack, the number of its scans, and inputs that no order can set."""
+    """Orders before scans of a rack, the number of scans, and the inputs that no order can set."""
 
     orders: tuple[tuple[int, Action], ...]
     scans: int
     left_out: tuple[str, ...] = ()
 
     def scenario(self, scan_ns: int) -> Scenario:
-        """Return it as `scanrack fuzz` replays it."""
+        """Return the orders as a scenario that `scanrack fuzz` can replay."""
         return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
-        """Return it without forced words of modules."""
+        """Return the same without forces on module words."""
         kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
         return RackScenario(kept, self.scans, self.left_out)
 
     @property
     def forced(self) -> tuple[str, ...]:
-        """Words of modules that are forced, each once."""
+        """The module words that are forced, each once."""
         return tuple(dict.fromkeys(order.tag for _, order in self.orders if isinstance(order, Force)))
 
 
@@ -55,7 +55,7 @@ def on_scans_of(
     """Return a run as orders on a rack with scans of `scan_ns`.
 
     Args:
-        inputs_first: inputs change before the first of the scans that take the place of a long one.
+        inputs_first: of the scans that replace a long one, inputs change before the first, not the last.
     """
     orders: list[tuple[int, Action]] = []
     at = 0
@@ -74,7 +74,7 @@ def on_scans_of(
 
 
 def _is_set(layout: Layout, key: Key) -> bool:
-    """Whether an order can set an input: not the connection fault of a module, nor a hidden value."""
+    """Whether an order can set an input; it can't set a connection fault or a hidden value."""
     leaf = layout.leaf(key[0])
     return leaf.is_image or (leaf.slot is None and not key[0].startswith(("S:", "~")))
 
@@ -89,7 +89,7 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Action]:
 
 
 def step_text(step: ScenarioStep, spec: RackSpec) -> str:
-    """Return a scan of a scenario in words, with the names of the bits in words of modules."""
+    """Return a scan of a scenario as text, with the names of the bits in module words."""
     words = {slot.number: slot.words for slot in spec.slot}
     texts = []
     for name, value in step.changes:

@@ -1,4 +1,4 @@
-"""The subject of a proof: a rack, a program or an export, with its monitors, as a problem for the prover."""
+"""The subject of a proof: a rack, program or export with its monitors, as a problem for the prover."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class ProofSubject:
 
     Attributes:
         name: stem of its file.
-        alone: whether it is a program or an export without a rack file.
-        assumed: what the proofs assume of the modules, a sentence each.
+        alone: whether it is a program or export without a rack file.
+        assumed: what the proofs assume about the modules, one sentence each.
     """
 
     name: str
@@ -38,13 +38,13 @@ class ProofSubject:
 
 
 def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
-    """Load a rack with its program, or a program or an export alone.
+    """Load a rack with its program, or only a program or export.
 
     Args:
-        beside: another problem, whose terms stay: to compare two programs.
+        beside: another problem that shares its terms, to compare two programs.
 
     Raises:
-        ValueError: a file can't be used, or no proof covers the program, with what it has.
+        ValueError: a file is invalid, or no proof covers something in the program, which the message names.
     """
     job, alone = load_any(file)
     found = subject_of_job(job, beside)
@@ -58,10 +58,10 @@ def subject_of_job(
 
     Args:
         beside: see `subject_of`.
-        bounds: of the time between scans, in place of the rack's.
+        bounds: bounds of the time between scans; None for those of the rack.
 
     Raises:
-        ValueError: no proof covers the program, with what it has.
+        ValueError: no proof covers something in the program, which the message names.
     """
     program = with_monitors(job)
     given = job.spec.prove
@@ -83,7 +83,7 @@ def subject_of_job(
 
 
 def bounds_of(job: LoadedRack) -> ScanBounds:
-    """Return the times between scans that proofs cover; from 0 ms for a rack with scans below 1 ms."""
+    """Return the times between scans that proofs cover, from 0 ms for a rack with scans below 1 ms."""
     shortest, longest = job.spec.prove.scan_ms
     shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
     return ScanBounds.of(shortest, longest, job.spec.scan_ns)
@@ -92,7 +92,7 @@ def bounds_of(job: LoadedRack) -> ScanBounds:
 def _contracts(
     job: LoadedRack, program: MonitoredProgram, bounds: ScanBounds
 ) -> Iterator[tuple[Contract, str]]:
-    """Yield the contracts of the inputs of each 3601 in use, each with a sentence."""
+    """Yield the contract of the inputs of each 3601 in use, with a sentence about it."""
     at_rpi = job.spec.controller == "compactlogix"
     each_update = not at_rpi or bounds.high_ms * 1_000_000 <= job.spec.rpi_ns
     used = {leaf.slot for leaf in program.program.build().layout.images}

@@ -4,12 +4,12 @@
 |---|---|
 | `journal` | the scans of a bench |
 | `past` | a recording up to a scan: the age of a bit's value |
-| `waits` | the wait of a 3601, read from its images |
-| `input_reads`, `lines`, `conditions` | of a traced scan: inputs read, lines that change a value |
-| `input_replay`, `traced_run` | the program again on recorded inputs, its scans in question traced |
-| `sentences`, `answer` | sentences |
+| `waits` | what a 3601 waits for, read from its images |
+| `input_reads`, `lines`, `conditions` | in a traced scan: the inputs read, the lines that change a value |
+| `input_replay`, `traced_run` | a repeated run of the program on recorded inputs, with some scans traced |
+| `sentences`, `answer` | the text of the answers |
 | `chain`, `chains` | causes through images and modules, through Python, and into other racks |
-| `senders`, `class_names` | of a class of `Logic`: commands of its axes and their lines, its names |
+| `senders`, `class_names` | for a `Logic` class: its names, and the lines that command its axes |
 
-In other scans nothing of this runs, except the journal of a bench. `fuzz` uses `lines`, too.
+Until a question is asked, only the journal of a bench runs. `fuzz` also uses `lines`.
 """

@@ -1,11 +1,11 @@
-"""Finds what an owner could do to change a value, by trying it on copies of the rack.
+"""Finds what a user could do to change a value, by trying it on copies of the rack.
 
     the rack at the scan | copy 1: no action
                          | copy 2: press start for 60 ms, then 5 s
                          | copy 3: close stop, then press start ...
 
-A copy is a fork of the process: rack, machine and program continue. One act is tried before two, so that each
-result is complete and minimal. Every reported result has been tried.
+A copy is a fork of the process, in which rack, machine and program continue. Single acts are tried before
+pairs, so that every result is minimal. Every reported result has been tried.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from scanrack.runtime.modules.record import Trait
 PRESS = "60 ms"
 BETWEEN = "100 ms"
 WITHIN_NS = 5_000_000_000
-"""Time that a copy has after the last act."""
+"""How long a copy runs after the last act."""
 
 LOOKS = "20 ms"
-"""Time between two readings of the value."""
+"""Time between two readings of the value in a copy."""
 
 MOST_TRIES = 60
-"""Most copies."""
+"""Maximum number of copies."""
 
 MOST_ACTS = 2
 
@@ -44,7 +44,7 @@ _SLOT = re.compile(r"slot (\d+): ")
 
 
 class Rack(Protocol):
-    """A bench."""
+    """The part of a bench that acts use."""
 
     spec: Any
     slot: Any
@@ -55,38 +55,38 @@ class Rack(Protocol):
 
     @property
     def now_ns(self) -> int:
-        """Its time."""
+        """The time of the bench, ns."""
 
     def run_for(self, time: str) -> None:
-        """Run it."""
+        """Run the bench for a time."""
 
     def unforce(self, address: str) -> None:
         """Release a force."""
 
     def run_mode(self) -> None:
-        """Turn its key to run."""
+        """Turn the key to run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Act:
-    """Something that an owner does."""
+    """Something that a user can do."""
 
     text: str  # press start for 60 ms
-    on: str  # its object: two acts on one object are never tried together
+    on: str  # the object it acts on: two acts on one object are never tried together
     do: Callable[[Any], object]
-    is_press: bool = False  # of a button
-    orders: tuple[actions.Action | int, ...] = ()  # of a session, and ns between them; none if it has none
+    is_press: bool = False  # whether it presses a button
+    orders: tuple[actions.Action | int, ...] = ()  # session orders and waits in ns; may be empty
 
 
 @dataclass(frozen=True, slots=True)
 class Acts:
-    """A result: the acts in their order, and the time from the first one until the value is as requested."""
+    """A result: the acts in order, and the time from the first one until the tag has the requested value."""
 
     tag: str
     requested: object
-    found: tuple[Act, ...] | None  # none: it changes by itself; None: nothing was found
+    found: tuple[Act, ...] | None  # empty: the value changes by itself; None: nothing was found
     after_ns: int
-    stimulus: str  # the first thing that the machine or the timeline of the rack file did meanwhile
+    stimulus: str  # the first thing that the machine or the rack file's timeline did meanwhile
     tries: int
 
     def __str__(self) -> str:
@@ -102,7 +102,7 @@ class Acts:
         return f"{goal} {after} after this: {', then '.join(act.text for act in self.found)}"
 
     def orders(self) -> list[dict[str, Any]] | None:
-        """Return the orders of a session that do it, as messages, and `wait_ns`; None without such orders."""
+        """Return the acts as session orders, messages or `wait_ns`; None if an act has no orders."""
         steps: list[actions.Action | int] = []
         for act in self.found or ():
             if not act.orders:
@@ -111,17 +111,18 @@ class Acts:
         return [{"wait_ns": each} if isinstance(each, int) else actions.said_of(each) for each in steps]
 
     def as_json(self) -> dict[str, object]:
-        """Return it as JSON values."""
+        """Return the result as JSON values."""
         acts = None if self.found is None else [act.text for act in self.found]
         return {"acts": acts, "after_ns": self.after_ns, "tries": self.tries}
 
 
 def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts | None:
-    """Return what an owner could do; None on a system that can't copy a process.
+    """Return what a user could do to change a value; None on a system that can't fork a process.
 
     Args:
-        bench: at the scan of the question; it is not touched. It must not record: a copy would write, too.
-        link: the chain of the present value; its ends are tried first.
+        bench: the bench at the scan of the question; it does not change. It must not be recording, because a
+            copy would write, too.
+        link: the chain of the present value; acts on its ends are tried first.
     """
     if not hasattr(os, "fork"):
         return None
@@ -129,7 +130,7 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
 
 
 def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
-    """Yield the results, none of which contains another one; at least one."""
+    """Yield the results, none of which contains another one. If there is none, yield one that says so."""
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
         texts = {act.text for act in chosen}
@@ -145,7 +146,7 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
 
 
 def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
-    """Yield no act, each act, and two acts on two things: those before others that end with a button."""
+    """Yield no act, each act, and each pair of acts on two objects; pairs that end with a button first."""
     for count in range(MOST_ACTS + 1):
         chosen = [each for each in permutations(acts, count) if len({act.on for act in each}) == count]
         yield from sorted(
@@ -154,8 +155,8 @@ def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
 
 
 def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
-    """Return the time until a copy of the rack has the value, and what its machine did; None if never."""
-    system: Any = os  # type checkers know its fork on POSIX only
+    """Try acts on a copy; return the time until the tag has the value, ns, and the first stimulus."""
+    system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
     read, write = os.pipe()
     child: int = system.fork()
     if not child:
@@ -164,7 +165,7 @@ def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tup
             found = _done(bench, acts, tag, requested)
             os.write(write, b"" if found is None else f"{found[0]} {found[1]}".encode())
         finally:
-            os._exit(0)  # an act that is refused, or a fault of the program, is no answer
+            os._exit(0)  # a refused act or a fault of the program is not an answer
     os.close(write)
     with os.fdopen(read, "rb") as answer:
         reply = answer.read().decode()
@@ -192,7 +193,7 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tupl
 
 
 def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
-    """Yield acts, those on the ends of the chain first, each once."""
+    """Yield each act once, those on the ends of the chain first."""
     seen: set[str] = set()
     for act in (*_of_links(bench, link), *_of_panels(bench)):
         if act.text not in seen:
@@ -250,9 +251,9 @@ def _of_panels(bench: Rack) -> Iterator[Act]:
 
 
 def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
-    """Yield the acts on an input that the machine does not operate: the orders of a session."""
+    """Yield the acts on an input that the machine does not operate."""
     slot = next(each for each in bench.spec.slot if each.number == number)
-    own = ""  # the name of the terminal of a drive
+    own = ""  # the name of a drive's terminal
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
         if slot.machine.fed_inputs & INPUT_NAMES[name].value:
             return
@@ -271,7 +272,7 @@ def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
 
 
 def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
-    """Return what gives orders, and waits between them, ns."""
+    """Return a function that gives a bench orders, with waits between them in ns."""
 
     def do(bench: Any) -> None:
         hands = OperatorActions(bench.cpu, bench.cpu.rack, None)

@@ -1,4 +1,4 @@
-"""The answers: the cause of a bit, a word or a Python value, and the waits of the rack."""
+"""The answers: why a bit, a word or a Python value has its value, and what the modules wait for."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Why:
     """Answers about one scan of a rack.
 
     Args:
-        spec: the rack; None if a trace lacks it.
-        load: how the Python program is loaded again; None for one that has no lines.
-        debugger: of a ladder program at that scan.
+        spec: the rack; None if a trace does not contain it.
+        load: reloads the Python program; None for a program without lines of Python.
+        debugger: the debugger of a ladder program at that scan.
         lines: the lines of the program that answers have named.
     """
 
@@ -52,16 +52,16 @@ class Why:
 
     @cached_property
     def past(self) -> Past:
-        """The past of the scan."""
+        """The recording up to the scan."""
         return Past(self.recording, self.row)
 
     def place(self, text: str) -> Address:
-        """Return the bit or word of an image at an address; ValueError if it is not an address."""
+        """Return the place of a bit or word in an image; ValueError if the text is not an address."""
         return parse_address(text, self.words)
 
     @cached_property
     def words(self) -> Mapping[int, ModuleWords]:
-        """Names of the words of the slots; the rack has more names of a card's data than a trace."""
+        """The words of the slots with their names. The rack names more of a card's data than a trace."""
         given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
         recorded = {slot.number: slot.words for slot in self.recording.slots}
         return {
@@ -89,7 +89,7 @@ class Why:
         return last.first_on(place.slot, _side(place), place.word, mask)
 
     def of(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Explain a value: in at most six lines, see `answer_text`, and as a chain; of a step also its waits.
+        """Explain a value in at most six lines, see `answer_text`, and as a chain; of a step, its waits too.
 
         Raises:
             ValueError: an unknown name.
@@ -114,7 +114,7 @@ class Why:
             found = self._chains(deep).of_bits(Bits.at(place), text, row)
             return found or self._since_power_up(text, self._value(place))
         if self.load is None:
-            self.place(text)  # refuses it
+            self.place(text)  # raises ValueError
         return self._chain_of_name(text, deep)
 
     def suggest_inputs(self, text: str, requested: str | None = None, scans: int = 10) -> Remedies:
@@ -122,7 +122,7 @@ class Why:
 
         Args:
             requested: the value as text; of a bit the other value by default.
-            scans: within how many scans.
+            scans: the number of scans within which the value must change.
 
         Raises:
             ValueError: an unknown name, or a value that does not fit.
@@ -163,7 +163,7 @@ class Why:
         return trials.of(text, lambda _logic: read, requested, chains.name)
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
-        """Return the place of a terminal, or of an analog input; None for what a module reports."""
+        """Return the name of a terminal or an analog input; None for what a module reports."""
         found = next(each for each in self.recording.slots if each.number == slot)
         if found.words.modes is None:
             return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
@@ -206,7 +206,7 @@ class Why:
         return found or self._since_power_up(text, chains.present.get(text))
 
     def _since_power_up(self, text: str, value: object) -> CauseLink:
-        """Return the link of a value that has not changed, and of which nothing more is known."""
+        """Return the link of a value that has not changed and of which nothing else is known."""
         plain = value if isinstance(value, (bool, int, float, str)) else None
         first = self.recording.numbers[0], self.recording.times[0]
         return CauseLink("power-up", text, plain, *first, "not changed since then")
@@ -253,7 +253,7 @@ class Why:
             yield from self._lines_of_changes(head, made, row, slot)
 
     def _rung(self, slot: int, word: int, row: int) -> str:
-        """Return the rung that last changed a word, after a colon; a full stop if it is unknown."""
+        """Return a colon and the rung that last changed a word; "." if the rung is unknown."""
         if self.debugger is None:
             return "."
         change = self.debugger.cause(f"Local:{slot}:O.Data[{word}]")
@@ -263,7 +263,7 @@ class Why:
     def _lines_of_changes(
         self, head: str, made: Sequence[TracedChange], row: int, slot: int = 0
     ) -> Iterator[str]:
-        """Yield sentences about the last of some changes in a scan, in the words of `slot`."""
+        """Yield sentences about the last of the given changes in a scan, with the names of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
             self.lines.append(sent[0].line)
@@ -276,7 +276,7 @@ class Why:
             yield from change_lines(head, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
     def _offset(self, slot: int, word: int) -> int:
-        """Return the place of an output word in the memory block, bytes."""
+        """Return the offset of an output word in the memory block, bytes."""
         return int(self.recording.span((slot, "out")).start) + 2 * word
 
     # --- the rack
@@ -291,7 +291,7 @@ class Why:
         yield from (f"  {each}" for each in head[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
-        """Yield the scans that last changed an output word, the latest first, each with its words."""
+        """Yield the scans that last changed an output word, each with those words, latest first."""
         by_row: dict[int, list[int]] = {}
         for word in range(len(slot.words.outputs)):
             row = self.past.last_change(slot.number, "out", word)
@@ -333,6 +333,6 @@ def _side(place: Address) -> str:
 
 
 def _differs(change: TracedChange, at: int) -> bool:
-    """Return whether a change affects the word at a place of the memory block."""
+    """Return whether a change affects the word at an offset in the memory block."""
     before, after = (each[0][at : at + 2] for each in (change.before, change.after))
     return bool(before != after)

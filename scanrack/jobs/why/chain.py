@@ -34,10 +34,10 @@ from .past import ALL_BITS, Past, SlotPast, event_text
 from .waits import is_idle, refused_configuration, searches_home, waits
 
 ANSWER = 2
-"""Scans from a change of an output image to the answer in the input image, at the most."""
+"""Maximum number of scans from a change of an output image to the answer in the input image."""
 
 _SWITCHED = {"rule", "home", "registration"}
-"""Events of a module that a terminal may have made: rules, and moves that end at an input."""
+"""Events that a terminal may have caused in a module: rules, and moves that end at an input."""
 
 _CUT = {"cut short", "found no home", "stopped by the external input"}
 """Outcomes of a move that its command does not explain."""
@@ -65,7 +65,7 @@ class Bits:
 
     @property
     def address(self) -> Address:
-        """The address of its one bit, or of its word."""
+        """The address of the bit, or of the word if there are several bits."""
         bit = self.mask.bit_length() - 1 if self.mask & self.mask - 1 == 0 else None
         return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
 
@@ -75,9 +75,9 @@ class RackChain:
     """Makes chains through a recording.
 
     Args:
-        maker: makes the chains of a ladder program, see `Debugger.chains`; None for any other program.
+        maker: makes the chains of a ladder program, see `Debugger.chains`; None for other programs.
         deep: see `Chains`.
-        program: the ladder program, whose partners are explained, too; None for none.
+        program: the ladder program, whose consumed tags are also explained; None for none.
     """
 
     recording: PackedTrace
@@ -87,12 +87,12 @@ class RackChain:
     _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
     _chains: Chains | None = None
     _events_of_scans: dict[int, list[TraceEvent]] | None = None
-    _row_of_question: int = 0  # row of the question
+    _row_of_question: int = 0  # row of the scan in question
 
     # --- questions
 
     def of_tag(self, tag: str, row: int) -> CauseLink | None:
-        """Return the chain of a tag of a ladder program; None of a structure that has not changed."""
+        """Return the chain of a ladder program's tag; None for a structure that has not changed."""
         chains, cells = self.chains, self.chains.cells(tag)
         leaf, scan = cells[0].leaf, self.recording.numbers[row]
         if leaf.is_image and leaf.slot is not None and leaf.ident not in chains.lowered.written_inputs:
@@ -101,17 +101,17 @@ class RackChain:
         names = {tag, leaf.path, cells[0].name, chains.full_name(tag)}
         outranked = forced(self.recording.events, scan, names) or of_cpu(self.recording, row)
         stays = outranked is not None and outranked.kind == "fault" and chains.causes.origins(cells, scan)
-        if outranked is None or stays:  # a fault keeps a tag from changing; its value has a cause of its own
+        if outranked is None or stays:  # after a fault a tag can't change, but its value has its own cause
             self._row_of_question = row
             return chains.of_tag(tag, scan)
         while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
-            row -= 1  # the program has not run since then
+            row -= 1  # the program has not run since
         ran = self.recording.numbers[row]
         value = chains.causes.value(cells[0], ran) if len(cells) == 1 else None
         link = self._outranked(outranked, tag, value)
         if outranked.kind != "mode":
             return link
-        changed = chains.of_tag(tag, ran)  # the key holds a value that is older
+        changed = chains.of_tag(tag, ran)  # the value was set before the key was turned
         return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
@@ -124,7 +124,7 @@ class RackChain:
         return self._of_rest(bits, name, row) if changed is None else self._of_change(bits, name, changed)
 
     def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the link of what overrides the program or the module in a scan; None if nothing does."""
+        """Return the link of what overrides the program or module in a scan; None if nothing does."""
         recording, scan = self.recording, self.recording.numbers[row]
         found = forced(recording.events, scan, spellings(bits.address))
         if found is None and bits.image == "out":
@@ -139,7 +139,7 @@ class RackChain:
         changed = Past(recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
         if changed is None:
             return link
-        # the key holds a value that is older
+        # the value was set before the key was turned
         return replace(link, scan=recording.numbers[changed], now_ns=recording.times[changed])
 
     def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
@@ -150,7 +150,7 @@ class RackChain:
 
     @property
     def chains(self) -> Chains:
-        """The maker of chains through the ladder program."""
+        """Makes the chains of the ladder program."""
         if self._chains is None:
             assert self.maker is not None
             hooks = {
@@ -170,7 +170,7 @@ class RackChain:
         return f"the key was at program since {seconds(mode.now_ns)} s"
 
     def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
-        """Return the link of a lost link to a module in a scan; None if it is good."""
+        """Return the link for a lost connection to a module in a scan; None if the connection is good."""
         found = of_link(self.recording, self._slot(slot), self.recording.numbers[row])
         return None if found is None else self._outranked(found, name, None)
 
@@ -179,7 +179,7 @@ class RackChain:
         return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
 
     def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
-        """Explain an input of a ladder program that has not changed."""
+        """Explain a ladder program's input that has not changed."""
         slot = cell.leaf.slot
         if slot is None or all(each.number != slot for each in self.recording.slots):
             return None
@@ -194,7 +194,7 @@ class RackChain:
         return self._overruled(bits, named, row) or self._of_bits(bits, named, row)
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Explain bits of an image that have not changed; None if nothing is known of them."""
+        """Explain bits of an image that have not changed; None if nothing is known about them."""
         slot = self._slot(bits.slot)
         if bits.image == "out":
             cell = self._cell(bits) if self.maker is not None else None
@@ -213,7 +213,7 @@ class RackChain:
         return self._of_module_at_rest(bits, name, row, row_of)
 
     def _of_module_at_rest(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
-        """Explain a status bit that has not changed: what the module waits for, or a command never sent."""
+        """Explain an unchanged status bit: what the module waits for, or a command that was never sent."""
         slot, value = self._slot(bits.slot), self.value(bits, row)
         parts: dict[str, Any] = {"kind": "module", "name": name, "value": value, "scan": 0}
         parts["now_ns"] = self.recording.times[0]
@@ -227,7 +227,7 @@ class RackChain:
         return linked(causes[:1], **parts, text=f"{cause.off} [{cause.rules[0]}]")
 
     def _never_sent(self, slot: SlotInfo, mask: int, row: int) -> CauseLink | None:
-        """Return the chain of a command bit that the program could send; None if nothing is known."""
+        """Return the chain of a command bit that the program has not sent; None if nothing is known."""
         bits = Bits(slot.number, "out", 0, mask)
         names = [name for name, bit in slot.words.bits("O", 0) if mask >> bit & 1]
         return self._of_bits(
@@ -235,7 +235,7 @@ class RackChain:
         )
 
     def _of_input(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
-        """Explain an input of a ladder program."""
+        """Explain a change of a ladder program's input."""
         cell = origin.cell
         if cell.leaf.slot is None:
             return self._of_partner(origin, name, value)
@@ -244,11 +244,11 @@ class RackChain:
         bits = Bits(cell.leaf.slot, "in", cell.index, _mask(cell))
         row = bisect_left(self.recording.numbers, origin.scan)
         if row == len(self.recording.numbers) or self.recording.numbers[row] != origin.scan:
-            return None  # the recording begins later
+            return None  # the recording begins after it
         return self._of_change(bits, self._better(bits, name), row)
 
     def _of_connection(self, origin: CellChange, name: str, value: Value) -> CauseLink:
-        """Explain the fault of a connection, such as `axis.I.Fault`."""
+        """Explain a change of a connection fault, such as `axis.I.Fault`."""
         now_ns = self.chains.causes.now_ns(origin.scan)
         text = f"slot {origin.cell.leaf.slot}: the link to it is {'lost' if value else 'restored'}"
         return CauseLink("incident", name, value, origin.scan, now_ns, text)
@@ -276,7 +276,7 @@ class RackChain:
         return other.of_tag(tag, len(recording.scans) - 1)
 
     def _better(self, bits: Bits, name: str) -> str:
-        """Return the name of a module's bit instead of an address."""
+        """Return the name of a module's bit instead of its address."""
         if not name.startswith(("Local:", "I:", "O:")):
             return name
         words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
@@ -303,7 +303,7 @@ class RackChain:
     def link(
         self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: CauseLink
     ) -> CauseLink:
-        """Return a link of a change of an image."""
+        """Return the link for a change of an image."""
         return linked(
             [(each,) for each in causes],
             kind=kind,
@@ -316,14 +316,14 @@ class RackChain:
         )
 
     def value(self, bits: Bits, row: int) -> Value:
-        """Return bits in a scan: a bool of one bit, else the word."""
+        """Return the value of bits in a scan: a bool for one bit, else the word."""
         word = Past(self.recording, row).words(bits.slot, bits.image, row)[bits.word]
         return word if bits.address.bit is None else bool(word & bits.mask)
 
     # --- outputs
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Explain an output by the program; here by a ladder program."""
+        """Explain a change of an output by the program, here a ladder program."""
         found = None
         if self.maker is not None:
             cell = self._cell(bits)
@@ -344,7 +344,7 @@ class RackChain:
         return [each for each in events if slot is None or each.fields.get("slot", 0) == slot]
 
     def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
-        """Explain a change of an input image: an act on the module, a terminal, or the module itself."""
+        """Explain a change of an input image: an action on the module, a terminal, or the module itself."""
         slot = self._slot(bits.slot)
         done = next(self._done(slot, bits, row), None)
         if done is not None:
@@ -358,7 +358,7 @@ class RackChain:
         return self.link("module", bits, name, row, text or self._of_bit(bits, row), *causes)
 
     def _events_of_bits(self, slot: SlotInfo, bits: Bits, row: int) -> list[TraceEvent]:
-        """Return a module's events in a scan that name these bits; without such, those that name no bit."""
+        """Return a module's events in a scan that name these bits; if none does, those that name no bit."""
         known = [each for each in self._events(row, slot.number) if each.topic == "/events"]
         names = set(self._names(slot, bits))
         own = [each for each in known if names.intersection(_named(each))]
@@ -374,12 +374,12 @@ class RackChain:
         return found if found or cut is None else list(self._interruption(slot, cut_row))
 
     def _cut_row(self, cut: TraceEvent | None, row: int) -> int:
-        """Return the scan in which a motion was cut; on an adapter its end shows in a later one."""
+        """Return the row in which a motion was cut short; an adapter shows its end in a later scan."""
         cut_ns = None if cut is None else cut.fields.get("cut_ns")
         return row if cut_ns is None else min(row, bisect_left(self.recording.times, int(str(cut_ns))))
 
     def _interruption(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
-        """Yield what cut a motion short in a scan: the CPU that left run mode, a command, or a rule."""
+        """Yield what cut a motion short in a scan: a CPU that left run mode, a command, or a rule."""
         mode = of_cpu(self.recording, row)
         if mode is not None:
             yield self._outranked(mode, "the CPU", None)
@@ -395,7 +395,7 @@ class RackChain:
             yield linked([], **parts, **at, text=event_text(rules[0]))
 
     def _of_bit(self, bits: Bits, row: int) -> str:
-        """Return the meaning of a change of a bit, by its row; "" of a word."""
+        """Return the meaning of a bit's change, by the row; "" for a word."""
         bit = bits.address.bit if self._slot(bits.slot).is_stepper else None
         cause = None if bit is None else cause_of(bits.word, bit)
         return (
@@ -403,7 +403,7 @@ class RackChain:
         )
 
     def _standing(self, slot: SlotInfo, bits: Bits, row: int) -> str:
-        """Return what clears an error that is still set at the scan of the question; "" if it is not."""
+        """Return what clears an error that is still set at the scan in question; "" if none is set."""
         standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
         row_of_question = self._row_of_question
         if (
@@ -421,19 +421,19 @@ class RackChain:
         return f"slot {slot.number}: {refused or waits(past)[0]}"
 
     def _terminals(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
-        """Yield the inputs of a stepper that changed in a scan, by the switches of the machine or by hand."""
+        """Yield the changes of a stepper's inputs in a scan."""
         past = Past(self.recording, row)
         now = past.words(slot.number, "in", row)
         before = past.words(slot.number, "in", row - 1) if row else (0,) * len(now)
         if any(slot.words.configures("in", words) for words in (before, now)):
-            return  # the words of a configuration are no terminals
+            return  # in a configuration the words do not show terminals
         for name, at in slot.words.groups.get("status", {}).items():
             if (now[at.word] ^ before[at.word]) >> at.bit & 1 and shows_input(slot, name):
                 bits = Bits(slot.number, "in", at.word, 1 << at.bit)
                 yield self._of_change(bits, f"slot{slot.number}.status.{name}", row)
 
     def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
-        """Yield the outside actions on a module in a scan: kind, and a sentence."""
+        """Yield the outside actions on a module in a scan, each as its kind and a sentence."""
         at, scan = self._terminal(slot, bits), self.recording.numbers[row]
         for each in self._events_by_scan.get(scan, []):
             text = str(each.fields.get("text", ""))
@@ -471,7 +471,7 @@ class RackChain:
         return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
 
     def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[CauseLink]:
-        """Yield the causes of a module's response: its outputs just before, or the last start of a motion."""
+        """Yield what a module responded to: its outputs just before, or the last start of a motion."""
         past = Past(self.recording, row)
         answered = self._answered(slot, row)
         if answered is not None:
@@ -492,7 +492,7 @@ class RackChain:
                     return
 
     def _answered(self, slot: SlotInfo, row: int) -> CauseLink | None:
-        """Return the chain of the outputs that changed just before a scan; None if none did."""
+        """Return the chain of the first output word that changed just before a scan; None if none did."""
         past = Past(self.recording, row)
         for word in range(len(slot.words.outputs)):
             changed = past.last_change_between(slot.number, "out", word, max(0, row - ANSWER), row)
@@ -534,19 +534,19 @@ def _named(event: TraceEvent) -> list[str]:
 
 
 def _may_be_switched(event: TraceEvent) -> bool:
-    """Whether a terminal may have made an event of a module."""
+    """Whether a terminal may have caused a module's event."""
     return event.fields.get("kind") == "rule" or event.fields.get("name") in _SWITCHED
 
 
 def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
-    """Whether a stimulus has the name of the bits of an input image."""
+    """Whether a stimulus is on the given bits of an input image."""
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
     return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
 
 
 def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
-    """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
+    """Whether an order on a slot affects given bits of its input image; a press affects only its input."""
     state = json_value(str(order.fields.get("order", "{}")))
     return "name" not in state or _is_of(str(state["name"]), slot, bits)
 

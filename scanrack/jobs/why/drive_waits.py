@@ -1,4 +1,4 @@
-"""The wait of a networked drive, or of another module with two modes, by the names of its own bits.
+"""What a networked drive, or another module with two modes, waits for, in the names of its own bits.
 
 in configuration mode    for bit 15 of output word 0 to return to 0
 without a configuration  for a valid one
@@ -32,17 +32,17 @@ MOVES = frozenset(
         "RUN_ASSEMBLED_MOVE",
     }
 )
-"""Command bits that begin a motion, of all families."""
+"""Command bits of all families that begin a motion."""
 
 CLEARED_BY = {
     "CONFIG_ERROR": "a valid configuration clears it",
     "POSITION_INVALID": "homing or PRESET_POSITION clears it; it takes no absolute move before",
 }
-"""What clears error bits; RESET_ERRORS clears all others."""
+"""What clears each error bit; RESET_ERRORS clears all others."""
 
 
 def drive_waits(past: SlotPast) -> list[str]:
-    """Return the waits of a module, in sentences."""
+    """Return what a module waits for, as sentences."""
     state = next(state for each in _STATES if (state := each(past)) is not None)
     return [state, *_errors(past)]
 
@@ -59,12 +59,12 @@ def _on(past: SlotPast, name: str) -> bool:
 
 
 def _lacks(past: SlotPast, name: str) -> bool:
-    """Whether the module has a status bit, and it is off."""
+    """Whether the module has a status bit that is off."""
     return past.slot.words.place(name) is not None and not _on(past, name)
 
 
 def _number(past: SlotPast, name: str, words: Sequence[int]) -> str:
-    """Return a quantity of an image as text; "?" of a module without it."""
+    """Return a quantity of an image as text; "?" if the module does not have it."""
     quantity, formats = past.slot.words.quantity(name), NumberFormats()
     if quantity is None:
         return "?"
@@ -192,13 +192,13 @@ _STATES: Sequence[Callable[[SlotPast], str | None]] = (
     _command_on,
     _idle,
 )
-"""States of a module; the first one that applies."""
+"""The possible states of a module; the first one that applies counts."""
 
 
 def _errors(past: SlotPast) -> Iterator[str]:
     words = past.slot.words
     if words.configures("I", past.inputs):
-        return  # the bits mirror the configuration
+        return  # in configuration mode the bits mirror the configuration
     on = places_on(past, "I")
     for name in (*words.errors, "POSITION_INVALID"):
         if name in on:

@@ -1,7 +1,7 @@
-"""The executed lines of a Python program in scans of a recording.
+"""The lines of a Python program that ran in some scans of a recording.
 
 scans     0 ............ 7,999    8,000 ...... 8,999
-program   runs on their inputs    the same, observed: the lines of each scan
+program   runs on their inputs    runs observed: the lines of each scan
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from .twin import Twin
 
 @dataclass(frozen=True, slots=True)
 class ExecutedLines:
-    """The lines that ran.
+    """The lines that ran in some scans.
 
     Attributes:
-        lines: by scan, sorted.
-        departs: the first scan with other outputs than recorded; None without one.
+        lines: the sorted line numbers of each scan.
+        departs: the first scan whose outputs differ from the recorded ones; None if there is none.
     """
 
     lines: dict[int, tuple[int, ...]]
@@ -32,10 +32,10 @@ class ExecutedLines:
 
 
 def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: range) -> ExecutedLines:
-    """Run a program again on the inputs of a recording; return the lines of its file that run.
+    """Run a program again on the inputs of a recording; return the lines of its file that ran.
 
     Args:
-        rows: the scans in question, by their places in the recording.
+        rows: the scans in question, by their row in the recording.
 
     Raises:
         ValueError: the recording does not begin with scan 0.
@@ -48,7 +48,7 @@ def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: ran
 
 
 class _LinesOfFile(Observer):
-    """Notes the lines of a file."""
+    """Notes the lines of a file that begin."""
 
     def __init__(self, file: str) -> None:
         self._file = file

@@ -1,7 +1,7 @@
-"""A ladder program on the inputs of a recording, compiled and without a rack: most recordings allow that.
+"""Runs a ladder program, compiled and without a rack, on the inputs of a recording. Most recordings allow it.
 
-A recording whose tags were forced or set from outside, or whose program was edited, is played by a CPU
-instead, see `input_replay`; so is a program that writes its inputs, or has routines in Python.
+A CPU plays a recording whose tags were forced or set from outside, or whose program was edited; see
+`input_replay`. It also plays a program that writes its inputs or has routines in Python.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class FollowResult(NamedTuple):
     """The result of a program that followed a recording."""
 
     row: int  # of the last scan
-    met: bool  # whether a tag has come on in it
-    departs: int | None  # row of the first scan with other outputs than recorded, or None
+    met: bool  # whether the tag came on in that scan
+    departs: int | None  # row of the first scan whose outputs differ from the recorded ones, or None
 
 
 def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
-    """Return whether the inputs of a recording are all that its program depends on."""
+    """Return whether a ladder program depends on nothing but the inputs of a recording."""
     lowered = debugger.engine.lowered
     if debugger.interpreted or lowered.written_inputs or lowered.connections or recording.numbers[0]:
         return False
@@ -50,7 +50,7 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
         return False
     if not any(flag & UNUSUAL for flag in recording.distinct_flags):
         return True
-    # the fault of a link counts as set from outside, before the scan that follows
+    # a connection fault counts as set from outside before the next scan
     links = {each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
     for columns in recording.scans.chunks():
         if not links.issuperset(columns.scan[(columns.flags & int(UNUSUAL)) != 0].tolist()):
@@ -65,11 +65,11 @@ def follow(
     until: str | None = None,
     snapshots: Mapping[int, str] = NO_SNAPSHOTS,
 ) -> FollowResult:
-    """Run a program on recorded inputs up to a row, or until a tag comes on; see `can_follow`.
+    """Run a program on recorded inputs up to a row, or until a tag comes on. Requires `can_follow`.
 
     Args:
-        snapshots: of the recording. The run begins at the latest one before the row if the program continues
-            from there as recorded, else at the first scan.
+        snapshots: snapshots of the recording. The run begins at the latest one before the row if the program
+            continues from there as recorded, else at the first scan.
     """
     inputs = _RecordedInputs(recording, debugger)
     if until is None and snapshots and inputs.are_of_every_scan():
@@ -82,7 +82,7 @@ def follow(
 def _from_snapshot(
     inputs: _RecordedInputs, debugger: Debugger, last: int, snapshots: Mapping[int, str]
 ) -> FollowResult | None:
-    """Run from the latest snapshot before a row; without success put the program back, and return None."""
+    """Run from the latest snapshot before a row. If that fails, reset the program and return None."""
     memory = debugger.engine.memory
     begin, saved = snapshot(memory), SavedValues(memory)
     found: FollowResult | None = None
@@ -94,7 +94,7 @@ def _from_snapshot(
         debugger.go_to(past, start)
         found = _run(inputs, debugger, start, last)
     except (ArithmeticError, LookupError, TypeError, ValueError):
-        pass  # they are values that no run of the program has: below all scans are run
+        pass  # no run of the program produces these values, so all scans are run below
     if found is None or found.departs is not None:
         debugger.start_again(begin)
         return None
@@ -120,11 +120,11 @@ def _run(
 
 
 class _RecordedInputs:
-    """The inputs of the scans: images, and the faults of links as they change.
+    """The inputs of the scans: images, and changes of connection faults.
 
     Attributes:
-        block: the memory of the present scan of `from_to`.
-        runs: whether the program ran in it.
+        block: the memory of the scan that `from_to` yielded last.
+        runs: whether the program ran in that scan.
     """
 
     def __init__(self, recording: PackedTrace, debugger: Debugger) -> None:
@@ -135,7 +135,7 @@ class _RecordedInputs:
         self.block, self.runs = b"", False
 
     def are_of_every_scan(self) -> bool:
-        """Return whether no scan is left out, and the program ran in all of them."""
+        """Return whether the recording has every scan and the program ran in all of them."""
         numbers = self.recording.numbers
         return numbers[-1] == len(numbers) - 1 and all(map(_runs, self.recording.distinct_flags))
 
@@ -151,15 +151,15 @@ class _RecordedInputs:
         return chain.from_iterable(map(self._made, self._parts(first, last)))
 
     def _parts(self, first: int, last: int) -> Iterator[Columns]:
-        """Yield some rows, those of a chunk together."""
+        """Yield the columns of some rows, chunk by chunk."""
         for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
             start = CHUNK_SCANS * number
             yield self.recording.scans.chunk(number).rows(max(0, first - start), last + 1 - start)
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
-        """Return the inputs of some rows as arrays; None of the first scan, and of those with other inputs.
+        """Return the inputs of some rows as arrays; None if the first scan or other inputs are among them.
 
-        The rows are those of one chunk, since snapshots are as far apart as a chunk is divisible.
+        All rows must be in one chunk: a chunk is a multiple of the distance between snapshots.
         """
         number = first // CHUNK_SCANS
         columns = self.recording.scans.chunk(number)
@@ -190,13 +190,13 @@ def _runs(flag: int) -> bool:
 
 
 def _faults(debugger: Debugger) -> list[Leaf]:
-    """Return the tags that are faults of connections, such as `axis.I.Fault`."""
+    """Return the tags that are connection faults, such as `axis.I.Fault`."""
     leaves = debugger.engine.lowered.layout.leaves.values()
     return [leaf for leaf in leaves if leaf.slot is not None and not leaf.is_image]
 
 
 def _link_faults(recording: PackedTrace, leaves: Sequence[Leaf]) -> Mapping[int, tuple[Write, ...]]:
-    """Return by scan the faults of connections that changed before it: -1 while a module does not answer."""
+    """Return the connection faults that changed before each scan; -1 means that a module does not answer."""
     found: dict[int, tuple[Write, ...]] = {}
     for leaf in leaves:
         before = 0

@@ -1,4 +1,4 @@
-"""A program on recorded inputs, up to a scan; its outputs are compared with the recorded ones."""
+"""Runs a program on recorded inputs up to a scan, and compares its outputs with the recorded ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..run.playback import RecordedInputs
 
 
 class InputReplay(QuietListener):
-    """A run of a program on the inputs of a recording; a listener of its own scan loop.
+    """A run of a program on the inputs of a recording, which listens to its own scan loop.
 
     Args:
         recording: the inputs, and the expected outputs.
@@ -41,10 +41,10 @@ class InputReplay(QuietListener):
         self.met = False  # whether `over` has ended it
 
     def play(self, logic: ScanLogic, orders: TagOrders | None = None) -> list[str]:
-        """Run a program; a fault ends the run, as in the recording. Return the refused orders.
+        """Run a program, and return the refused orders. A fault ends the run, as in the recording.
 
         Args:
-            orders: on its tags, given again.
+            orders: recorded orders on the program's tags, to be repeated.
         """
         watchdog = None if self._watchdog_ended_it else Watchdog(0)
         score = score_of(self._recording)
@@ -57,11 +57,11 @@ class InputReplay(QuietListener):
 
     @property
     def _watchdog_ended_it(self) -> bool:
-        """Whether the watchdog ended the recorded run; other runs may take longer when traced."""
+        """Whether the watchdog ended the recorded run; a traced run may take longer."""
         return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
 
     def hold(self, slot: int, image: bytes) -> None:
-        """Give a program this input image of a slot from the next scan on, instead of the recorded one."""
+        """From the next scan on, show the program this input image of a slot instead of the recorded one."""
         module = self._rack.slots[slot].module
         assert isinstance(module, RecordedInputs)
         module.hold(image)

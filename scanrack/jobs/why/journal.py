@@ -1,4 +1,4 @@
-"""The scans of a bench, kept to explain them."""
+"""Keeps the scans of a bench, to explain them later."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scanrack.traces.replay import PackedTrace
 
 
 class Journal(QuietListener):
-    """A listener that keeps all scans, packed: a few bytes each."""
+    """A listener that keeps all scans, packed into a few bytes each."""
 
     def __init__(self, rack: Rack) -> None:
         self._memory = rack.memory

@@ -1,6 +1,6 @@
-"""What outranks every rung and line: a force, the CPU's mode or fault, a lost link, a module without power.
+"""What overrides every rung and line: a force, the CPU's mode or fault, a lost link, a module without power.
 
-In this order. Where one of them is in effect, it determines the value, whatever the program writes.
+They take precedence in this order. One that is in effect determines the value, whatever the program writes.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..record.link_losses import link_changes
 from .past import event_text
 
 SETTLES = 3
-"""Scans after the return of a link in which its words still show what changed meanwhile."""
+"""Number of scans after a link returns in which a module's words still show what changed meanwhile."""
 
 CAUSES_OF_LOSS = {
     FaultKind.LINK_LOST.value: "link lost",
@@ -34,9 +34,9 @@ CAUSES_OF_LOSS = {
 
 @dataclass(frozen=True, slots=True)
 class Outranking:
-    """An override of the program, from a scan on."""
+    """An override of the program that begins with a scan."""
 
-    kind: str  # of the link
+    kind: str  # the kind of its link
     scan: int
     now_ns: int
     text: str
@@ -44,7 +44,7 @@ class Outranking:
 
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """A time without a link to a module; `until` is None while it lasts."""
+    """A time in which the link to a module was lost; `until` is None while it still is."""
 
     scan: int
     now_ns: int
@@ -53,7 +53,7 @@ class Loss:
 
 
 def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outranking | None:
-    """Return the force of one of some addresses or tags in a scan; None if none is forced."""
+    """Return the force on one of the given addresses or tags in a scan; None if none of them is forced."""
     since: tuple[TraceEvent, object] | None = None
     for each in events:
         if each.topic != "/forces" or each.scan > scan:
@@ -72,7 +72,7 @@ def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outran
 
 
 def spellings(place: Address) -> set[str]:
-    """Return the addresses whose force holds a bit or word: its own, and that of its word."""
+    """Return the addresses under which a bit or word may be forced: its own, and that of its word."""
     return {str(place), str(replace(place, bit=None))}
 
 
@@ -96,7 +96,7 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
 
 
 def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
-    """Yield the times without a link to a module, in order."""
+    """Yield the times in which the link to a module was lost, in order."""
     lost: tuple[int, int] | None = None
     for change in link_changes(events, slot):
         if not change.good and lost is None:
@@ -109,7 +109,7 @@ def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
 
 
 def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | None:
-    """Return the loss of a link that determines a module's words in a scan: it lasts, or has just ended."""
+    """Return the lost link that determines a module's words in a scan, if it is lost or has just returned."""
     for each in losses(recording.events, slot.number):
         if each.scan > scan or (each.until is not None and scan >= each.until + SETTLES):
             continue
@@ -129,14 +129,14 @@ def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | N
 
 
 def _shows(why: str, *, is_over: bool) -> str:
-    """Return what the PLC reads meanwhile: a removed module has no words, a lost link holds the last ones."""
+    """Return what the PLC reads meanwhile: no words of a removed module, the last words over a lost link."""
     if why == CAUSES_OF_LOSS[FaultKind.REMOVED.value]:
         return "its input words were 0" if is_over else "its input words are 0"
     return "its inputs stood still" if is_over else "its inputs stand still"
 
 
 def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
-    """Return the cause of a loss: the incident before it, if it is recorded."""
+    """Return the cause of a lost link: the recorded incident before it."""
     known = [
         str(each.fields.get("name"))
         for each in events
@@ -150,7 +150,7 @@ def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
 
 
 def _rules(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> Iterator[str]:
-    """Yield the first rule that the module fired while it was out of reach."""
+    """Yield the first rule that fired in the module while it was out of reach."""
     assert loss.until is not None
     for each in events:
         own = (

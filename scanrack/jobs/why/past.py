@@ -1,4 +1,4 @@
-"""The past of a rack, up to a scan: the age of a bit's value, and the events since."""
+"""The past of a rack up to a scan: how long a bit has had its value, and the events."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ ALL_BITS = 0xFFFF
 
 
 def event_text(event: TraceEvent) -> str:
-    """Return an event as text, its scan written as in the other lines of an answer."""
+    """Return an event as text, with its scan written as elsewhere in an answer."""
     text = describe(event.topic, event.scan, event.fields)
     return text.replace(f" at scan {event.scan}:", f" at scan {event.scan:,}:", 1)
 
 
 @dataclass(frozen=True)
 class Past:
-    """A recording up to the scan in `row`; later ones are ignored."""
+    """A recording up to the scan in `row`; later scans are ignored."""
 
     recording: PackedTrace
     row: int
@@ -39,7 +39,7 @@ class Past:
         return self.recording.numbers[self.row]
 
     def when(self, row: int) -> str:
-        """Return number and time of a scan as text."""
+        """Return the number and time of a scan as text."""
         return f"scan {self.recording.numbers[row]} ({seconds(self.recording.times[row])} s)"
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
@@ -50,7 +50,7 @@ class Past:
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
         """Return the row in which bits of a word last changed, or None.
 
-        Before the first scan all words are 0, unless the recording begins in a running session.
+        All words are 0 before the first scan, unless the recording begins in a running session.
         """
         rows = self.changes(slot, image, word, mask)
         return None if not rows else rows[-1]
@@ -71,14 +71,14 @@ class Past:
         return found
 
     def last_change_between(self, slot: int, image: str, word: int, first: int, last: int) -> int | None:
-        """Return the last row from `first` on, before `last`, that changed a word, or None."""
+        """Return the last row from `first` to before `last` that changed a word, or None."""
         for row in range(last - 1, max(first, 1) - 1, -1):
             if self.words(slot, image, row)[word] != self.words(slot, image, row - 1)[word]:
                 return row
         return 0 if first == 0 < last and self.words(slot, image, 0)[word] else None
 
     def first_on(self, slot: int, image: str, word: int, mask: int) -> int | None:
-        """Return the first row in which a bit of a mask is on; None if there is none."""
+        """Return the first row in which a bit in a mask is on; None if there is none."""
         column = self._column(slot, image, word)
         for number, columns in enumerate(self._chunks()):
             on = np.flatnonzero(columns[:, column].astype(np.int32) & mask)
@@ -109,7 +109,7 @@ class Past:
 
     @cached_property
     def forced_tags(self) -> Forced:
-        """The forced tags or fields, with their values."""
+        """The forced tags or fields with their values."""
         forces = [each for each in self.events if each.topic == "/forces"]
         return forced_in(forces[-1]) if forces else {}
 
@@ -145,7 +145,7 @@ class SlotPast:
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return the age of the values of bits as text: " since scan 7 (0.014 s)"; empty if always."""
+        """Return since when bits have had their values: " since scan 7 (0.014 s)"; "" if they always had."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

@@ -1,4 +1,4 @@
-"""A change and its line in words.
+"""Describes a change and its line in words.
 
 An answer:
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # a ladder program needs no lines of Python
     from .traced_run import TracedChange
 
 Words = Callable[[int], Sequence[int]]
-"""The input image of a slot, by its number."""
+"""The input images of slots, by slot number."""
 
 
 def place_of(line: Line) -> str:
@@ -40,7 +40,7 @@ def place_of(line: Line) -> str:
 
 
 def change_lines(head: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
-    """Yield a line's change and its conditions, the code first, then its inputs."""
+    """Yield sentences about a change and its line: the code, its conditions, and the inputs read before."""
     line = change.line
     yield f"{head}: {place_of(line)}"
     yield f"    {source_line(line.file, line.number)}"
@@ -54,7 +54,7 @@ def change_lines(head: str, change: TracedChange, slots: Iterable[SlotInfo], inp
 
 
 def sender_lines(head: str, sender: Sender) -> Iterator[str]:
-    """Yield the command of an axis, and the line that awaits it."""
+    """Yield sentences about an axis command and the line that awaits it."""
     if sender.line.number:
         yield f"{head}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
         yield f"    {source_line(sender.line.file, sender.line.number)}"
@@ -71,7 +71,7 @@ def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) ->
 
 
 def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs: Words) -> str:
-    """Return the reads of the input images with their values; see `Reads.masks`."""
+    """Return the bits and words read from the input images, with their values; see `Reads.masks`."""
     parts = []
     for slot in slots:
         own = {word: mask for (number, word), mask in masks.items() if number == slot.number}
@@ -98,7 +98,7 @@ def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> It
 def _bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
     named = {bit: name for name, bit in slot.words.bits("I", word)}
     for bit in range(16):
-        # MODE_CONFIG is read with every other bit of a stepper's status: it determines their meaning
+        # every read of another status bit of a stepper also reads MODE_CONFIG, which gives it its meaning
         modes = slot.words.modes
         of_meaning = modes is not None and (word, bit) == (modes.input, CONFIGURES) and not value >> bit & 1
         if mask >> bit & 1 and not of_meaning:

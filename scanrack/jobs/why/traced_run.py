@@ -1,11 +1,11 @@
-"""Runs a program again on recorded inputs, and traces the scans in question.
+"""Runs a program again on recorded inputs, and traces some of its scans.
 
     recorded inputs ---> a fresh instance of the program ---> outputs, compared with the recorded ones
                                    |
                                    +--> in the scans in question: which line changed what, after which reads
 
-The program is loaded again, so that the one on the bench is not disturbed. It repeats the run if it depends
-only on its inputs and its time; from the first scan that differs, its lines explain nothing.
+The program is loaded again, so that the one on the bench is not disturbed. The run repeats the recording if
+the program depends only on its inputs and its time. From the first scan that differs, it explains nothing.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from .source.lines import Line, Lines
 from .source.senders import Sender, senders
 
 LOOKED_AT = 20_000
-"""Largest number of lines of a scan whose names are looked up; longer loops are explained without values."""
+"""Largest number of lines in a scan whose names are looked up; above it, values are left out."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """The means to load the program again."""
+    """How to load the program again."""
 
-    program: Path  # its file; modules imported from its folder are imported again, too
+    program: Path  # its file; modules imported from its folder are also reloaded
     logic: Callable[[], ScanLogic]  # returns a fresh instance
-    edited: Callable[[int], ScanLogic] | None = None  # the same of an edit, by its number; None without edits
+    edited: Callable[[int], ScanLogic] | None = None  # the same for an edit by number; None without edits
 
     @property
     def folder(self) -> Path:
@@ -59,15 +59,15 @@ class Load:
 
 @dataclass(frozen=True, slots=True)
 class TracedChange:
-    """A change that a line made."""
+    """A change made by a line."""
 
     line: Line  # number 0 if no line of the user's program made it
     before: Any  # the watched value before
     after: Any  # the watched value after
     stands: Stands  # the conditions around the line
-    values: Mapping[str, str]  # values of the names in them and in the line, when the line began
+    values: Mapping[str, str]  # values of the names in them and in the line when the line began
     masks: Mapping[tuple[int, int], int]  # the program's reads until then, see `Reads.masks`
-    senders: Sequence[Sender] = ()  # if no line made it: the commands of the program's axes
+    senders: Sequence[Sender] = ()  # the commands of the program's axes, if no line made the change
 
 
 @dataclass(slots=True)
@@ -75,9 +75,9 @@ class TracedRun:
     """The result of a repeated run.
 
     Attributes:
-        changes: row of a scan in question -> the changes in it, in order.
-        departs: row of the first scan whose outputs are not the recorded ones; None if all are.
-        lost: row of the first scan of an edited program that can't be run again; None if there is none.
+        changes: the changes in each traced scan, in order, by row.
+        departs: row of the first scan whose outputs differ from the recorded ones; None if there is none.
+        lost: row of the first scan of an edited program that can't be loaded again; None if there is none.
         watched: row of the last scan in which the watched value changed; None if it did not.
     """
 
@@ -88,11 +88,11 @@ class TracedRun:
     value: Any = None
 
     def explains(self, row: int) -> bool:
-        """Return whether the program repeated the recording, up to a scan and in it."""
+        """Return whether the program repeated the recording up to and including a scan."""
         return all(end is None or row < end for end in (self.departs, self.lost))
 
     def no_line(self, past: Past) -> str:
-        """Return why no line is known: from some scan on, the program does not repeat the recording."""
+        """Return why the line of a change is not known, as a sentence."""
         if self.lost is not None and (self.departs is None or self.lost <= self.departs):
             reason = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
             return f"no line can be named: {reason}"
@@ -103,10 +103,10 @@ class TracedRun:
 
 
 Watched = Callable[[ScanLogic], Callable[[], Any]]
-"""Makes a function that returns a value of a fresh program."""
+"""Makes a function that reads a value of a freshly loaded program."""
 
 Look = Callable[[Line, FrameType, Reads], None]
-"""Receives each line of a traced scan as it begins, with its frame."""
+"""Receives each line of a traced scan when it begins, with its frame."""
 
 
 def run_again(
@@ -121,10 +121,10 @@ def run_again(
     """Run a program again on the inputs of a recording.
 
     Args:
-        recording: its inputs, and the expected outputs.
+        recording: the inputs, and the expected outputs.
         rows: the scans to trace.
         last: row of the last scan to run.
-        watched: a value to watch in place of the outputs.
+        watched: makes a reader of the value to watch instead of the outputs.
         look: receives the lines of the traced scans.
     """
     with fresh(load) as logic:
@@ -143,7 +143,7 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again, with its own modules, whose lines are not observed; drop its printed output."""
+    """Load a program again with its own modules. Its lines are not observed, and its output is discarded."""
     before, watch = dict(sys.modules), WATCH.set(LineWatch())
     forget_imported(load.folder.resolve())
     try:
@@ -156,7 +156,7 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
 
 
 class _TracedLogic(LogicWrapper):
-    """A logic that is traced in some scans."""
+    """A program that is traced in some scans."""
 
     def __init__(
         self,
@@ -174,7 +174,7 @@ class _TracedLogic(LogicWrapper):
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
-        self.following: InputReplay  # the run that it belongs to
+        self.following: InputReplay  # the run of this program
         self.found = TracedRun(value=None if read is None else read())
 
     def __call__(self, scan: LogicScan) -> None:

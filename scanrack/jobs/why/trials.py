@@ -1,10 +1,10 @@
-"""Finds inputs that would change a value of a Python program: the recorded inputs first, then others.
+"""Finds inputs that would change a value of a Python program.
 
     recorded inputs ... scan 741 | copy 1: scans 742 to 751 with start on
                                  | copy 2: ... with guard off
 
-A program can't be copied, but its process can: each try is a fork of the process at that scan. On a
-system that can't fork, each try runs the program from its start.
+A Python program can't be copied, but its process can: each try is a fork of the process at that scan. On a
+system without fork, each try runs the program from the start.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from .source.input_reads import Reads
 from .traced_run import Load, Watched, fresh
 
 Terminal = Callable[[int, int, int | None], str | None]
-"""Names the terminal at slot, word and bit, None for the word; None for what a module reports."""
+"""Names the terminal at slot, word and bit (None: the whole word); returns None if it is not a terminal."""
 
 LAST = 2
-"""Scans whose reads count as what the program depends on."""
+"""Number of scans whose reads show what the program depends on."""
 
 _INT16 = -(2**15), 2**15 - 1
 
@@ -51,8 +51,8 @@ class ProgramTrials:
 
     Args:
         row: the scan of the question.
-        terminal: tells terminals from what modules report.
-        scans: most scans of a try, up to 255.
+        terminal: distinguishes terminals from what modules report.
+        scans: maximum scans of a try, up to 255.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class ProgramTrials:
     ) -> None:
         self._recording, self._row, self._spec, self._load = recording, row, spec, load
         self._terminal, self._scans = terminal, scans
-        self._answer: int | None = None  # of a try, its pipe
+        self._answer: int | None = None  # the pipe of a try, in its process
         self._watched: Watched
         self._target: Value = False
         self._replay: InputReplay | None = None
@@ -74,11 +74,11 @@ class ProgramTrials:
 
         Args:
             watched: reads the value.
-            requested: None for the other value of a bit.
-            name: names inputs.
+            requested: the requested value; None for the opposite value of a bit.
+            name: returns the name of an input.
 
         Raises:
-            ValueError: a value that is no bit needs a request, or the program ends before that scan.
+            ValueError: the value is not a bit and none is requested, or the program ends before that scan.
         """
         self._watched = watched
         with fresh(self._load) as logic:
@@ -87,7 +87,7 @@ class ProgramTrials:
             try:
                 own.replay.play(own)
             finally:
-                if self._answer is not None:  # a try, which a fault or its last scan has ended
+                if self._answer is not None:  # this is a try, ended by a fault or its last scan
                     os._exit(0)
         if self._found is None:
             ended = f"the program ends before the scan in question: {text} can't be tried"
@@ -98,14 +98,14 @@ class ProgramTrials:
         return InputReplay(_longer(self._recording, self._row, self._scans), self._spec, 1 << 62, over)
 
     def block(self) -> bytes:
-        """Return the rack's present memory block in the run."""
+        """Return the rack's present memory block in this run."""
         assert self._replay is not None
         return self._replay.block()
 
     def _over(
         self, own: _Observation, text: str, requested: Value | None, name: Callable[[Bits], str]
     ) -> bool:
-        """Try all sets at the scan in question; return whether the run is over."""
+        """At the scan in question, try all sets; return whether the run is over."""
         scans = own.replay.row - self._row - 1
         if self._answer is not None:
             met = own.value() == self._target
@@ -133,8 +133,8 @@ class ProgramTrials:
         return known if known.found or not reported else search.among([*mine, *reported])
 
     def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
-        """Return the number of scans until the value is as requested, in a copy of the process."""
-        system: Any = os  # type checkers know its fork on POSIX only
+        """Return the number of scans until a copy of the process has the requested value, or None."""
+        system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
         read, write = os.pipe()
         child: int = system.fork()
         if not child:
@@ -149,7 +149,7 @@ class ProgramTrials:
         return source[0] if source else None
 
     def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
-        """Return the number of scans until the value is as requested, in a fresh program."""
+        """Return the number of scans until a fresh program has the requested value, or None."""
         found: list[int] = []
 
         def over() -> bool:
@@ -168,7 +168,7 @@ class ProgramTrials:
         return found[0] if found else None
 
     def _hold(self, replay: InputReplay, changes: Sequence[InputChange]) -> None:
-        """Show changed inputs from the next scan on."""
+        """Show the program changed inputs from the next scan on."""
         past = Past(self._recording, self._row)
         for slot in {each.cell.slot for each in changes}:
             replay.hold(slot, _image(past, slot, changes))
@@ -176,7 +176,7 @@ class ProgramTrials:
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]
     ) -> tuple[list[Candidate], list[Candidate]]:
-        """Return the inputs that the program has read: terminals, and what modules report."""
+        """Return the inputs that the program has read: first terminals, then what modules report."""
         constants = [*_constants(self._load)] + ([] if isinstance(wish, bool) else [float(wish)])
         past = Past(self._recording, self._row)
         own: list[Candidate] = []
@@ -198,7 +198,7 @@ class ProgramTrials:
 
 
 class _Observation(LogicWrapper):
-    """A logic whose reads are noted from a scan on."""
+    """A program whose reads are noted from a scan on."""
 
     replay: InputReplay
 
@@ -222,11 +222,11 @@ class _Observation(LogicWrapper):
 
 
 class _GoesOnError(Exception):
-    """A copy of the process leaves the search and continues with its scans."""
+    """Makes a copy of the process leave the search and continue with its scans."""
 
 
 def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
-    """Return a recording up to a scan, with that scan repeated."""
+    """Return a recording up to a scan, with that scan repeated several times."""
     columns = recording.columns.rows(0, row + 1)
     last = columns.rows(row, row + 1)
     period_ns = int(columns.time_ns[-1] - columns.time_ns[-2]) if row else 1_000_000
@@ -239,7 +239,7 @@ def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
 
 
 def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
-    """Return an input image with changed inputs."""
+    """Return an input image with some inputs changed."""
     words = [word & ALL_BITS for word in past.words(slot, "in", past.row)]
     for each in changes:
         bits: Bits = each.cell
@@ -251,7 +251,7 @@ def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
 
 
 def _parts(slot: int, word: int, mask: int) -> Iterator[Bits]:
-    """Yield the bits of a word that were read; the word if all were."""
+    """Yield the bits of a word that were read, or the word if all were."""
     if mask == ALL_BITS:
         yield Bits(slot, "in", word, mask)
     else:
@@ -259,7 +259,7 @@ def _parts(slot: int, word: int, mask: int) -> Iterator[Bits]:
 
 
 def _constants(load: Load) -> Iterator[float]:
-    """Yield the numbers that the program's file compares with."""
+    """Yield the numbers that the program's file uses in comparisons."""
     for node in ast.walk(ast.parse(load.program.read_bytes())):
         for each in ast.walk(node) if isinstance(node, ast.Compare) else ():
             value = each.value if isinstance(each, ast.Constant) else None

@@ -1,10 +1,10 @@
-"""A program without rungs that runs again beside a session: plain Python, sequences, a list of steps.
+"""Runs a Python program or a list of steps again beside a session.
 
     recorded scan        images, time ---> the twin ---> outputs, compared with the recorded ones
     a scan in question                       |
                                              +--> an observer of its lines
 
-A program can't be copied in the middle of a run: to go back, the twin begins with the first scan.
+A program can't be copied in the middle of a run. To go back, the twin starts again with the first scan.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from .traced_run import Load, fresh
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
 _SET_FROM_OUTSIDE = int(ScanFlag.TAGS_FROM_OUTSIDE)
 _UNTOUCHED = int(ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT)
-"""Flags of scans whose recorded outputs are not those of the program."""
+"""Flags of scans whose recorded outputs were not set by the program alone."""
 
 _IDLE = frozenset(int(mode) for mode, idle in IDLE_PHASES.items() if "logic" in idle)
 """The modes in which the program does not run."""
@@ -66,7 +66,7 @@ class _ShownWords:
 
 
 class _Silent(StringIO):
-    """Drops what the program prints again."""
+    """Discards what the program prints when it runs again."""
 
     @override
     def write(self, text: str) -> int:
@@ -77,7 +77,7 @@ _SILENT = _Silent()
 
 
 def _rows(recording: PackedTrace, number: int, last: int) -> Iterator[tuple[int, int, int, bytes]]:
-    """Yield number, time, flags and images of the scans from one to another."""
+    """Yield the number, time, flags and images of some scans."""
     while number <= last:
         rows = recording.scans.chunk(number // CHUNK_SCANS)
         start = number % CHUNK_SCANS
@@ -95,25 +95,25 @@ class Twin:
     """Runs a program again on recorded inputs, scan by scan.
 
     Args:
-        recording: returns the scans so far.
+        recording: returns the recording of the scans so far.
 
     Attributes:
-        at: the scan that was run last; -1 before the first.
-        logic: the program after it.
-        departs: the first scan with other outputs than recorded; None without one.
+        at: number of the last scan that was run; -1 before the first one.
+        logic: the program after that scan.
+        departs: the first scan whose outputs differ from the recorded ones; None if there is none.
     """
 
     def __init__(self, load: Load, spec: RackSpec, recording: Callable[[], PackedTrace]) -> None:
         self._load, self._spec, self._recording = load, spec, recording
         self.at, self._begun = -1, False
         self.departs: int | None = None
-        self._events = -1  # the number of those that `_orders` are from
-        self._orders: list[AppliedAction] = []  # not yet obeyed, the next one last
-        self._links: list[tuple[LinkChange, _ShownWords]] = []  # likewise
+        self._events = -1  # number of recorded events when `_orders` was made
+        self._orders: list[AppliedAction] = []  # orders that are still to be repeated, the next one last
+        self._links: list[tuple[LinkChange, _ShownWords]] = []  # link changes to come, the next one last
         self.logic: ScanLogic
 
     def rewind(self, first: int) -> None:
-        """Begin again if a scan is not before it; then `logic` is there."""
+        """Start again if a scan has already run. Afterwards, `logic` is set."""
         if not self._begun or self.at >= first:
             self._begin()
 
@@ -130,7 +130,7 @@ class Twin:
 
         def card(slot: SlotInfo) -> Card:
             own = known.get(slot.number)
-            words = own if own == slot.words else slot.words  # a trace has no addresses of a card's data
+            words = own if own == slot.words else slot.words  # a trace has no addresses for a card's data
             module = self._modules[slot.number]
             return Card(slot.number, module, slot.module, slot.firmware, words, trips.get(slot.number, 0))
 
@@ -149,13 +149,13 @@ class Twin:
     def walk(
         self, first: int, last: int, observer: Callable[[ScanLogic], Observer | None]
     ) -> Iterator[tuple[int, Observer | None]]:
-        """Run scans up to one; yield the number of each from the first on, and what has observed it.
+        """Run scans up to `last`; yield each one from `first` on, with its observer.
 
         Args:
-            observer: makes what observes a scan, of the program before it; None = nothing.
+            observer: makes the observer of a scan from the program before it; None for no observer.
 
         Raises:
-            ValueError: they can't be repeated.
+            ValueError: the scans can't be repeated.
         """
         self.rewind(first)
         recording = self._recording()
@@ -176,13 +176,13 @@ class Twin:
                 yield scan, observed
 
     def _is_known(self, scan: int) -> bool:
-        """Whether an order says what was set before a scan, or a force is in effect."""
+        """Whether an order tells what was set before a scan, or a force is in effect."""
         logic = self.logic
         forced = isinstance(logic, Logic) and Fields(lambda: logic).forces
         return bool(forced) or bool(self._orders and self._orders[-1].scan <= scan)
 
     def _take_events(self, recording: PackedTrace) -> None:
-        """Take the further orders and changes of links."""
+        """Take the orders and link changes that are still to come."""
         events, now_ns = recording.events, self._view.now_ns if self.at >= 0 else -1
         if len(events) != self._events:
             self._events = len(events)
@@ -209,7 +209,7 @@ class Twin:
         try:
             self._call(view, observer)
         except Exception:
-            if not flags & _FAULT:  # else it has faulted the recorded session, too
+            if not flags & _FAULT:  # with a fault flag, the program also faulted in the recorded session
                 self._depart(scan)
         finally:
             sys.stdout, sys.stderr = printed
@@ -228,7 +228,7 @@ class Twin:
             self.departs = scan
 
     def _obey(self, order: Action) -> None:
-        """Repeat an order on the values of the program, or an edit."""
+        """Repeat an order on the program's values, or an edit of the program."""
         logic = self.logic
         if isinstance(order, Edit) and self._load.edited is not None:
             with lines_marked(self._watch):
@@ -243,7 +243,7 @@ class Twin:
 
 
 def _give(fields: Fields, order: Action) -> None:
-    """Repeat an order on the fields of a program; one on an image shows in the recorded images."""
+    """Repeat an order on the program's fields. An order on an image already shows in the recorded images."""
     if isinstance(order, Write) and order.tag in fields:
         fields[order.tag] = order.value
     elif isinstance(order, Force) and order.tag in fields:

@@ -1,4 +1,4 @@
-"""The wait of a module with the words of a 3601, read from its two images and their past.
+"""What a module with the words of a 3601 waits for, read from its two images and their past.
 
     out of reach             for its link
     in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
@@ -6,7 +6,7 @@
     a command bit is on      for it to return to 0: a command begins when its bit goes from 0 to 1
     idle                     for a command
 
-Error bits that are on follow, each with the rule that set it and the command that clears it.
+Then come the error bits that are on, each with the rule that set it and the command that clears it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from .past import SlotPast, event_text
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 
 COMMANDS = 0x7FFF
-"""All bits of output word 0 but the mode."""
+"""All bits of output word 0 except the mode."""
 
 _MANUAL = CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW
 _HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
@@ -51,11 +51,11 @@ CLEARED_BY = {
     "POSITION_INVALID": "a search for home or a preset clears it; it takes no absolute move before",
     "INPUT_ERROR": "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
-"""The commands that clear error bits; RESET_ERRORS clears all others."""
+"""The command that clears each error bit; RESET_ERRORS clears all others."""
 
 
 def waits(past: SlotPast) -> list[str]:
-    """Return the waits of a module, in sentences."""
+    """Return what a module waits for, as sentences."""
     if (lost := _out_of_reach(past)) is not None:
         return [lost]
     if not may_be_stepper(past.slot.words):
@@ -65,7 +65,7 @@ def waits(past: SlotPast) -> list[str]:
 
 
 def refused_configuration(past: SlotPast) -> str | None:
-    """Return the rules that the last configuration sent has broken; None without any."""
+    """Return the rules that the last configuration broke; None if it broke none."""
     number = past.slot.number
     row = past.past.last_change(number, "out", 0, _MODE)
     if row is None:
@@ -76,7 +76,7 @@ def refused_configuration(past: SlotPast) -> str | None:
 
 
 def is_idle(past: SlotPast) -> bool:
-    """Return whether a module waits for nothing but a command."""
+    """Return whether a module waits only for a command."""
     return next(each for each in STATES if each(past) is not None) is _idle
 
 
@@ -116,7 +116,7 @@ def _configuring(past: SlotPast) -> str | None:
 
 
 def _broken(past: SlotPast, words: Sequence[int]) -> str:
-    """Return the rules that the words of a configuration break; "" for none."""
+    """Return the rules that a configuration's words break; "" if there are none."""
     profile = profile_of(past.slot.words)
     broken = check(words, _firmware(past), profile.limits)
     return "; ".join(profile.rules[each].clause for each in broken)
@@ -125,7 +125,7 @@ def _broken(past: SlotPast, words: Sequence[int]) -> str:
 def _firmware(past: SlotPast) -> Firmware:
     try:
         return Firmware.parse(past.slot.firmware)
-    except ValueError:  # an adapter, or a file without it
+    except ValueError:  # an adapter, or a file without firmware
         return KNOWN[-1]
 
 
@@ -149,7 +149,7 @@ def _moves(past: SlotPast) -> str | None:
 
 
 def _motion(past: SlotPast) -> str:
-    """Return the present motion, its position, and its end."""
+    """Return the present motion with its position and its end."""
     status = past.inputs[0]
     way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
     how = next((f", {name}" for bit, name in _RATES if status & bit), "")
@@ -252,11 +252,11 @@ STATES: Sequence[Callable[[SlotPast], str | None]] = (
     _command_on,
     _idle,
 )
-"""States of a module; the first one that applies."""
+"""The possible states of a module; the first one that applies counts."""
 
 
 def _rest(past: SlotPast) -> str:
-    """Return the position at rest, and the end of the previous motion."""
+    """Return the position at rest, and how the previous motion ended."""
     ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
     at = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
     if not ended:
@@ -271,7 +271,7 @@ def _bits(mask: int) -> list[CommandMsw]:
 def _errors(past: SlotPast) -> Iterator[str]:
     status = past.inputs[0]
     if status & _MODE:
-        return  # the fault of the configuration has been reported, and the other bits mirror it
+        return  # the configuration error has been reported, and the other bits mirror the configuration
     profile = profile_of(past.slot.words)
     both = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
     for name, mask in profile.masks.items():
@@ -286,7 +286,7 @@ def _cure(name: str) -> str:
 
 
 def _error_cause(past: SlotPast, profile: Profile, name: str) -> str:
-    """Return the rule that set a bit; without a recorded rule, the section of the manual with its causes."""
+    """Return the recorded rule that set a bit; without one, the section of the manual with its causes."""
     for each in reversed(past.past.rules(past.slot.number)):
         named = each.fields.get("bits")
         if isinstance(named, list) and name in named:

@@ -132,9 +132,8 @@ class Catalog:
                 continue
             meant = {} if where.address is None else {"address": where.address}
             described = each.comment or str(each.target)
-            writable = not meant
-            reported = {"name": each.name, "type": where.type.name, "description": described}
-            yield reported | {"writable": writable} | meant
+            row = {"name": each.name, "type": where.type.name, "description": described}
+            yield row | {"writable": not meant} | meant
 
     def _groups(self) -> Iterator[Json]:
         """Yield the structures; `tags` has only their members."""
@@ -284,13 +283,13 @@ class Catalog:
 
     def find(self, text: str) -> list[Json]:
         """Return the tags and rungs that contain a text, tags first, ignoring case; see `tag_hits`."""
-        requested, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
+        folded, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
         for routine in self._program.routines:
             for number in routine.numbers:
-                reported = routine.numbered(number)
+                rung_text = routine.numbered(number)
                 comment = routine.rungs[number].comment if routine.rungs else ""
-                if requested in f"{reported} {comment}".casefold():
-                    hits.append({"text": reported, "rung": f"{routine.name}.{number}", "tag": None})
+                if folded in f"{rung_text} {comment}".casefold():
+                    hits.append({"text": rung_text, "rung": f"{routine.name}.{number}", "tag": None})
         return hits
 
     def place_of_fault(self, fault: Fault) -> str | None:
@@ -326,21 +325,15 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     The best matches come first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins
     with the text, a name that contains it, a description.
     """
-    requested, found = text.casefold(), []
+    folded, found = text.casefold(), []
     for each in tags:
-        name, said = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
-        if requested in f"{name} {each['description']} {each.get('address', '')}".casefold():
+        name, says = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
+        if folded in f"{name} {each['description']} {each.get('address', '')}".casefold():
             own = name.rpartition(".")[2] if name.startswith("\\") else name
-            order = [
-                name == requested,
-                own == requested,
-                own.startswith(requested),
-                requested in name,
-                True,
-            ].index(True)
-            found.append(
-                (order, {"text": f"{each['name']} : {said}", "says": said, "rung": None, "tag": each["name"]})
-            )
+            ranks = name == folded, own == folded, own.startswith(folded), folded in name, True
+            order = ranks.index(True)
+            row = {"text": f"{each['name']} : {says}", "says": says, "rung": None, "tag": each["name"]}
+            found.append((order, row))
     return [hit for _order, hit in sorted(found, key=lambda ranked: ranked[0])]
 
 

@@ -147,23 +147,8 @@ class EventLog:
         if "order" in event:
             self._take_press(scan, str(event["order"]))
         if topic == FAULTS:
-            cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
-            where, text = str(event.get("where", "")), str(event.get("text", ""))
-            site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
-            self._faults.append(Fault(scan, event["t"], cause, where, text, site))
-        self._events.append(
-            {
-                "scan": scan,
-                "t": event["t"],
-                "slot": event.get("slot", 0),
-                "kind": event.get("kind", topic.strip("/")),
-                "name": event.get("name", ""),
-                "text": event.get("text") or _spoken(event),
-                **({"module": event.get("module")} if topic == INDICATORS else {}),
-                **({"bits": event["bits"]} if event.get("bits") else {}),
-                **({"order": event["order"]} if "order" in event else {}),
-            }
-        )
+            self._faults.append(_fault_of(event))
+        self._events.append(_row_of(event))
         if len(self._events) > 2 * self._kept:
             self.begin += self._kept
             del self._events[: self._kept]
@@ -235,25 +220,25 @@ class EventLog:
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        forces = self._forces.told(LAST_SCAN if scan is None else scan)
+        forces = self._forces.at(LAST_SCAN if scan is None else scan)
         if forces is None and self.earlier is not None:
             return self.earlier.forces_at(self._before(scan))
         return forces or {}
 
-    def told_forces(self, scan: int) -> Json | None:
+    def reported_forces(self, scan: int) -> Json | None:
         """Return the last reported forces up to a scan; None without any."""
-        return self._forces.told(scan)
+        return self._forces.at(scan)
 
     def lines_at(self, scan: int | None) -> Json:
         """Return the waiting lines of the sequences in a scan, by name."""
         earlier = {} if self.earlier is None else self.earlier.lines_at(self._before(scan))
-        return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
+        return earlier | (self._lines.at(LAST_SCAN if scan is None else scan) or {})
 
     def pressed_at(self, scan: int | None) -> Json:
         """Return the values that orders last set up to a scan, and by whom."""
         earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
         at = LAST_SCAN if scan is None else scan
-        return earlier | (self._stored.told(at) or {}) | (self._pressed.told(at) or {})
+        return earlier | (self._stored.at(at) or {}) | (self._pressed.at(at) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
@@ -291,17 +276,43 @@ class _StateHistory:
                 del found[next(iter(found))]
             self.note(scan, found)
 
-    def told(self, scan: int) -> Json | None:
+    def at(self, scan: int) -> Json | None:
         place = bisect_right(self._scans, scan) - 1
         return self._states[place] if place >= 0 else None
 
 
-def _spoken(event: Mapping[str, Any]) -> str:
+def _fault_of(event: Mapping[str, Any]) -> Fault:
+    cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
+    where, text = str(event.get("where", "")), str(event.get("text", ""))
+    site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
+    return Fault(event["scan"], event["t"], cause, where, text, site)
+
+
+def _row_of(event: Mapping[str, Any]) -> Json:
+    """Return an event as the page lists it."""
+    return {
+        "scan": event["scan"],
+        "t": event["t"],
+        "slot": event.get("slot", 0),
+        "kind": event.get("kind", event["topic"].strip("/")),
+        "name": event.get("name", ""),
+        "text": event.get("text") or _event_text(event),
+        **({"module": event.get("module")} if event["topic"] == INDICATORS else {}),
+        **({"bits": event["bits"]} if event.get("bits") else {}),
+        **({"order": event["order"]} if "order" in event else {}),
+    }
+
+
+def _event_text(event: Mapping[str, Any]) -> str:
     if event.get("topic") == FORCES:
-        images = {key: value for key, value in event.items() if key not in _NOT_FORCED}
-        forces = {**images, **event.get("tags", {})}
-        numbers = {name: int(value) if isinstance(value, bool) else value for name, value in forces.items()}
-        values = ", ".join(f"{name} {value}" for name, value in numbers.items())
-        return f"Forced: {values}" if values else "Nothing is forced."
+        return _forces_text(event)
     skipped = ("scan", "t", "topic", "kind", "slot")
     return ", ".join(f"{key} {value}" for key, value in event.items() if key not in skipped) or "none"
+
+
+def _forces_text(event: Mapping[str, Any]) -> str:
+    images = {key: value for key, value in event.items() if key not in _NOT_FORCED}
+    forces = {**images, **event.get("tags", {})}
+    numbers = {name: int(value) if isinstance(value, bool) else value for name, value in forces.items()}
+    values = ", ".join(f"{name} {value}" for name, value in numbers.items())
+    return f"Forced: {values}" if values else "Nothing is forced."

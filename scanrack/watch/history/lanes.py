@@ -39,7 +39,7 @@ LIVE_SCANS = 1024
 ANSWER_SCANS = 4096
 """Largest number of scans in an answer; a page requests the rest separately."""
 
-MOST_TOLD = 4000
+MOST_KEPT = 4000
 """Largest number of kept changes of one Python value."""
 
 Json = dict[str, Any]
@@ -57,11 +57,7 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
         values: values after the scans at `times`.
         before: the value before the first scan; UNKNOWN = begin with a point for the first value.
     """
-    changes = []
-    for place, value in enumerate(values):
-        if before is UNKNOWN or not same(value, before) or type(value) is not type(before):
-            changes.append(place)
-            before = value
+    changes = _changes(values, before)
     if len(changes) <= MOST_POINTS:
         return [_point(times[place], values[place]) for place in changes]
     if all(_is_number(values[place]) for place in changes):
@@ -70,6 +66,15 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
         return _stretches(times, values, changes, _counted)
     unknown = [times[changes[0]], None]
     return [unknown, *(_point(times[place], values[place]) for place in changes[1 - MOST_POINTS :])]
+
+
+def _changes(values: Sequence[Any], before: Any) -> list[int]:
+    changes = []
+    for place, value in enumerate(values):
+        if before is UNKNOWN or not same(value, before) or type(value) is not type(before):
+            changes.append(place)
+            before = value
+    return changes
 
 
 def _is_number(value: object) -> bool:
@@ -86,11 +91,11 @@ def _stretches(
     times: Sequence[int],
     values: Sequence[Any],
     changes: Sequence[int],
-    said: Callable[[Sequence[Any]], Point],
+    summarize: Callable[[Sequence[Any]], Point],
 ) -> list[Point]:
     starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
     ends = [*starts[1:], len(values)]
-    return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]
+    return [[times[start], *summarize(values[start:end])] for start, end in zip(starts, ends, strict=True)]
 
 
 def _counted(stretch: Sequence[bool]) -> Point:
@@ -114,8 +119,8 @@ class ValueHistory:
         for name, value in values.items():
             changes = self._changes.setdefault(name, [])
             changes.append((scan, value))
-            if len(changes) > 2 * MOST_TOLD:
-                del changes[:MOST_TOLD]
+            if len(changes) > 2 * MOST_KEPT:
+                del changes[:MOST_KEPT]
 
     def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
         """Return the scan of a value's last change up to a scan, and the value before; None without one."""
@@ -139,13 +144,13 @@ class TagLanes:
         self,
         timeline: Timeline,
         replica: ProgramReplica | None,
-        told: ValueHistory,
+        history: ValueHistory,
         address: Callable[[str], Address | None] = lambda _name: None,
         layout: MemoryLayout = NO_MEMORY,
     ) -> None:
-        self._timeline, self._replica, self._told = timeline, replica, told
+        self._timeline, self._replica, self._history = timeline, replica, history
         self._address, self._layout = address, layout
-        self._period_ns = told.period_ns
+        self._period_ns = history.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
 
     def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Json:
@@ -156,13 +161,13 @@ class TagLanes:
         """
         images, others = self._parted(names)
         if self._replica is None or self._replica.is_impure:
-            return self._with_images(self._looked_at(others, first, last), images)
+            return self._with_images(self._observed(others, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
-        requested = tuple(dict.fromkeys(self._parted(all_names)[1]))
+        distinct = tuple(dict.fromkeys(self._parted(all_names)[1]))
         piece = (
-            self._piece(others, *self._repeated(requested, start, last))
-            if requested
-            else self._looked_at((), start, last)
+            self._piece(others, *self._repeated(distinct, start, last))
+            if distinct
+            else self._observed((), start, last)
         )
         return self._with_images(piece, images)
 
@@ -175,19 +180,16 @@ class TagLanes:
 
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
         if not names:
-            return self._looked_at((), first, end)
+            return self._observed((), first, end)
         if self._replica is not None and not self._replica.is_impure:
             return self._piece(names, *self._repeated(tuple(names), first, end))
         times, values = self._timeline.recorded(names, first, end)
-        looked_at = self._looked_at([name for name in names if name not in values], first, end)
+        observed = self._observed([name for name in names if name not in values], first, end)
         if not values:
-            return looked_at
+            return observed
         piece = self._piece(values, times, values)
-        if piece:
-            piece["tags"] |= {
-                name: [each for each in points if each[0] < piece["to"]]
-                for name, points in looked_at["tags"].items()
-            }
+        for name, points in observed["tags"].items() if piece else ():
+            piece["tags"][name] = [each for each in points if each[0] < piece["to"]]
         return piece
 
     def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
@@ -217,12 +219,12 @@ class TagLanes:
         tags = {name: points_of(times, values[name]) for name in names if name in values}
         return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
 
-    def _looked_at(self, names: Iterable[str], first: int, last: int) -> Json:
+    def _observed(self, names: Iterable[str], first: int, last: int) -> Json:
         """Return the piece for scans with values that were read at intervals."""
         begin = first * self._period_ns
         tags = {}
         for name in names:
-            points = self._told.points(name, first, last)
+            points = self._history.points(name, first, last)
             tags[name] = points if points and points[0][0] == begin else [[begin, None], *points]
         return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 

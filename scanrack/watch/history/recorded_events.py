@@ -40,7 +40,7 @@ class RecordedEvents:
     def __init__(self, trace: Trace) -> None:
         self._trace = trace
         self._known: dict[int, EventLog] = {}
-        self._looked_at = -1
+        self._last_scan = -1
         self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
         self.read = 0
         self.formats = NumberFormats.of(trace)
@@ -59,7 +59,7 @@ class RecordedEvents:
         missing = self._missing()
         if not missing or self.read >= MOST_EVENTS:
             return False
-        before = bisect_right(missing, self._trace.place_of(self._looked_at))
+        before = bisect_right(missing, self._trace.place_of(self._last_scan))
         self._log(missing[before - 1])
         return len(missing) > 1
 
@@ -95,7 +95,7 @@ class RecordedEvents:
         self._go_on()
         scan = LAST_SCAN if scan is None else scan
         for place in reversed(self._up_to(self._forcing, scan)):
-            forces = self._log(place).told_forces(scan)
+            forces = self._log(place).reported_forces(scan)
             if forces is not None:
                 return forces
         return {}
@@ -157,8 +157,8 @@ class RecordedEvents:
     def _back_from(self, scan: int) -> Iterator[EventLog]:
         """Yield the events of chunks backwards from a scan's chunk, as far as known or readable at once."""
         self._go_on()
-        left = 0 if scan == self._looked_at else AT_ONCE
-        self._looked_at = scan
+        left = 0 if scan == self._last_scan else AT_ONCE
+        self._last_scan = scan
         for place in reversed(self._up_to(self._telling, scan)):
             left -= place not in self._known
             if left < 0:

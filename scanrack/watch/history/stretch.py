@@ -43,7 +43,7 @@ class Stretch:
     Attributes:
         logic: the program's logic; None if it is unknown or must not be run.
         lacks: why it can't be shown; "" if it can.
-        told: values that were read from a Python program.
+        history: values that were read from a Python program.
         kept: stored values of a ladder program.
         catalog: the rungs and tags of a ladder program; None for any other program.
         source: the text of a Python program; None for a ladder program.
@@ -57,7 +57,7 @@ class Stretch:
     lacks: str
     words: Mapping[int, ModuleWords]
     timeline: Timeline
-    told: ValueHistory
+    history: ValueHistory
     kept: SnapshotStore
     hints: dict[tuple[str, int], str] = field(default_factory=dict)
 
@@ -103,7 +103,7 @@ class Stretch:
     @cached_property
     def lanes(self) -> TagLanes:
         """The source of the points of tags in the timing strip."""
-        return TagLanes(self.timeline, self._replica(), self.told, self.address, self.layout)
+        return TagLanes(self.timeline, self._replica(), self.history, self.address, self.layout)
 
     def address(self, name: str) -> Address | None:
         """Return the image word or bit to which a name refers; None for any other name."""
@@ -145,8 +145,8 @@ class Stretch:
         if self.catalog is not None:
             routines = self.catalog.routines()
             stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
-            reported = {"stubs": stubs, "lacks": "", "settable": True}
-            return {"routines": routines, "tags": self.catalog.tags(), **reported}
+            tags = self.catalog.tags()
+            return {"routines": routines, "tags": tags, "stubs": stubs, "lacks": "", "settable": True}
         logic = self.logic
         fields = Fields(lambda: logic) if isinstance(logic, Logic) else ()
         tags = [
@@ -154,8 +154,8 @@ class Stretch:
             for name, value in values.items()
         ]
         routines = [] if self.source is None else self.source.routines()
-        reported = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
-        return {"routines": routines, "tags": tags + self.alias_tags(), **reported}
+        tags, settable = tags + self.alias_tags(), isinstance(logic, Logic)
+        return {"routines": routines, "tags": tags, "stubs": [], "lacks": self.lacks, "settable": settable}
 
     def find(self, text: str, values: Mapping[str, object]) -> list[Json]:
         """Return the tags or values, and the rungs or lines, that contain a text."""
@@ -179,8 +179,8 @@ class Stretch:
 class Stretches:
     """The programs of a session or a recording."""
 
-    def __init__(self, words: Mapping[int, ModuleWords], timeline: Timeline, told: ValueHistory) -> None:
-        self._words, self._timeline, self._told = words, timeline, told
+    def __init__(self, words: Mapping[int, ModuleWords], timeline: Timeline, history: ValueHistory) -> None:
+        self._words, self._timeline, self._history = words, timeline, history
         self.clear()
 
     def clear(self) -> None:
@@ -192,7 +192,7 @@ class Stretches:
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan."""
         number, kept = len(self.all), self.kept(len(self.all))
-        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._told, kept)
+        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._history, kept)
         self.all.append(own)
         return own
 

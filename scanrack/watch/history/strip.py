@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scanrack.io_images.addresses import Address
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
-from scanrack.io_images.module_words import ModuleWords, Quantity
+from scanrack.io_images.module_words import BitPlace, ModuleWords, Quantity
 from scanrack.runtime.live.ring import Rows
 from scanrack.traces.read.number_formats import NumberFormats
 
@@ -80,12 +80,9 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
     bits: dict[int, dict[int, str]] = {}
     places = memory_layout(slots.items()).places
     for slot, words in slots.items():
-        named = [(name, at) for names in words.groups.values() for name, at in names.items()]
-        reported = {name for name, at in named if at.image == "I"}
-        for name, at in named:
-            if at.image == "I" or name not in reported:  # both images have MODE_CONFIG: show the status
-                word = places[slot].columns(at.image).start + at.word
-                bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
+        for name, at in _shown_bits(words):
+            word = places[slot].columns(at.image).start + at.word
+            bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
     positions = {}
     modes: dict[int, int] = {}
     for slot, words in slots.items():
@@ -97,6 +94,13 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
             mode = columns.start + (words.modes.word(image) if words.modes else 0)
             modes |= dict.fromkeys(range(columns.start, columns.stop), mode)
     return Signals(bits, positions, modes)
+
+
+def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
+    """Return the bits of a module; if both images have a bit, such as MODE_CONFIG, use the input's."""
+    named = [(name, at) for names in words.groups.values() for name, at in names.items()]
+    inputs = {name for name, at in named if at.image == "I"}
+    return [(name, at) for name, at in named if at.image == "I" or name not in inputs]
 
 
 def piece_of(

@@ -85,21 +85,21 @@ class Timeline:
         """Return the times, ns, of the scans from `first` to `last`, and the values of each recorded tag."""
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
-        known = () if plan is None else (address for each in plan.fields for address in each.tag.addresses)
-        if trace is None or plan is None or not set(names) & set(known):
+        if trace is None or plan is None:
+            return [], {}
+        if set(names).isdisjoint(address for each in plan.fields for address in each.tag.addresses):
             return [], {}
         self.follow()
         columns = read_columns(trace, Selection(first, last), tags=True)
         if columns.tags is None:
             return [], {}
         texts = trace.texts() if plan.has_texts else {}
-        shown = {
+        return columns.time_ns.tolist(), {
             address: [_shown(field, value, texts) for value in values.tolist()]
             for field in plan.fields
             for address, values in field.columns(columns.tags)
             if address in names
         }
-        return columns.time_ns.tolist(), shown
 
     def follow(self) -> bool:
         """Read the new part of the trace; return whether there was one."""

@@ -111,5 +111,5 @@ def inputs_of(debugger: Debugger, scan: int) -> Inputs:
     entry, memory = debugger.latest, debugger.engine.memory
     writes = () if entry is None else entry.writes
     images = entry.images if entry is not None and memory.copies_inputs else None
-    reported = tuple((leaf.ident, index, value) for leaf, index, value in writes)
-    return Inputs(scan, reported, dict(memory.forces), images, len(debugger.edits))
+    values = tuple((leaf.ident, index, value) for leaf, index, value in writes)
+    return Inputs(scan, values, dict(memory.forces), images, len(debugger.edits))

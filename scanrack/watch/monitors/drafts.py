@@ -70,8 +70,8 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
         "routine": edit.routine,
         "rung": edit.rung,
         "text": checked.text,
-        "mistakes": [_told(each) for each in checked.mistakes],
-        "warnings": [_told(each) for each in checked.warnings],
+        "mistakes": [_row_of(each) for each in checked.mistakes],
+        "warnings": [_row_of(each) for each in checked.warnings],
     }
     if checked.rung is None:
         return reported
@@ -79,7 +79,7 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
     return {**reported, "svg": live.svg, "gaps": live.gaps}
 
 
-def _told(mistake: Mistake) -> Json:
+def _row_of(mistake: Mistake) -> Json:
     return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
 
 

@@ -79,19 +79,26 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
     return old, new
 
 
+def _both_runs(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
+    """Return what repeats the scans with either program; the new one takes the values of the old one over."""
+    engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
+    restore(engines[0].memory, given.values)
+    engines[0].scans = given.first
+    carry_over(*engines)
+    values = given.values, snapshot(engines[1].memory)
+    return [_replica(given, *each) for each in zip((old, new), values, strict=True)]
+
+
+def _common_cells(memory: Memory, other: Memory) -> list[tuple[str, CellType, CellType]]:
+    return [(ident, each, other.cells[ident]) for ident, each in memory.cells.items() if ident in other.cells]
+
+
 def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
     """Run both programs on the same inputs; return each value that differs once."""
     first, last = given.first, int(given.rows["scan"][-1])
-    engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
-    restore(engines[0].memory, given.values)
-    engines[0].scans = first
-    carry_over(*engines)
-    values = given.values, snapshot(engines[1].memory)
-    runs = [_replica(given, *each) for each in zip((old, new), values, strict=True)]
+    runs = _both_runs(given, old, new)
     memories = [each.engine.memory for each in runs]
-    pairs = _pairs(*memories)
-    other = memories[1].cells
-    cells = [(ident, cell, other[ident]) for ident, cell in memories[0].cells.items() if ident in other]
+    pairs, cells = _pairs(*memories), _common_cells(*memories)
     found: dict[str, EditEffect] = {}
     seen: set[str] = set()
     walks = (each.walk(first, last) for each in runs)

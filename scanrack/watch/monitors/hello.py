@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from scanrack.io_images.amci3601.words import is_stepper
@@ -190,19 +190,23 @@ def incidents_of(spec: RackSpec) -> list[Json]:
     found = []
     for kind, title in _TITLES.items():
         slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each)]
-        if not slots:
-            continue
-        fields: list[Json] = [
-            {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
-        ]
-        if kind in LASTING or kind is FaultKind.TORN_UPDATE:
-            fields.append({"name": "for_ms", "title": "For", "kind": "number", "default": 100, "unit": "ms"})
-        if kind is FaultKind.TORN_UPDATE:
-            words = list(range(max(len(each.words.outputs) for each in spec.slot if each.number in slots)))
-            late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
-            fields.append(late | {"choices": words})
-        found.append({"name": kind.value, "title": title, "fields": fields})
+        if slots:
+            found.append({"name": kind.value, "title": title, "fields": _fields_of(kind, spec, slots)})
     return [*found, *_conditions_of(spec)]
+
+
+def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Json]:
+    """Return what a page chooses of an incident."""
+    fields: list[Json] = [
+        {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
+    ]
+    if kind in LASTING or kind is FaultKind.TORN_UPDATE:
+        fields.append({"name": "for_ms", "title": "For", "kind": "number", "default": 100, "unit": "ms"})
+    if kind is FaultKind.TORN_UPDATE:
+        words = list(range(max(len(each.words.outputs) for each in spec.slot if each.number in slots)))
+        late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
+        fields.append(late | {"choices": words})
+    return fields
 
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:

@@ -86,8 +86,8 @@ class Subject:
         self.signals = signals_of(self.words)
         self.recent = RecentRows(dtype)
         self.timeline = Timeline(self.recent, trace)
-        self.told = ValueHistory(spec.scan_ns)
-        self.programs = Stretches(self.words, self.timeline, self.told)
+        self.history = ValueHistory(spec.scan_ns)
+        self.programs = Stretches(self.words, self.timeline, self.history)
         self.values: Json = {}
         """Values of a Python program, from the last message."""
 

@@ -61,23 +61,26 @@ def hold(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def left_pressed(monitor: Monitor) -> list[Json]:
     """Return the orders that release momentary buttons pressed by a panel but held by no page."""
-    reported = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
+    panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
     pressed, found = monitor.states.pressed_at(None), []
     held = [order for page in monitor.pages for order in page.holds]
-    for item, bound in zip(reported["items"], reported["bound"], strict=True):
+    for item, bound in zip(panel["items"], panel["bound"], strict=True):
         if item["kind"] != "momentary" or bound["broken"]:
             continue
-        if "press" in bound:
-            slot, name, rest = bound["press"]
-            key, on = f"{slot}.input.{name}", not rest
-            order: Json = {"do": "press", "slot": slot, "name": name, "on": rest, "by": "panel"}
-        else:
-            key, on = bound["write"], True
-            order = {"do": "write", "tag": key, "value": False, "by": "panel"}
+        key, on, order = _release_of(bound)
         level, by = pressed.get(key, (None, ""))
         if level is on and by.startswith("panel") and order not in held and order not in found:
             found.append(order)
     return found
+
+
+def _release_of(bound: Json) -> tuple[str, bool, Json]:
+    """Return what a momentary button sets, its value while pressed, and the order that releases it."""
+    if "press" not in bound:
+        return bound["write"], True, {"do": "write", "tag": bound["write"], "value": False, "by": "panel"}
+    slot, name, rest = bound["press"]
+    order = {"do": "press", "slot": slot, "name": name, "on": rest, "by": "panel"}
+    return f"{slot}.input.{name}", not rest, order
 
 
 PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {

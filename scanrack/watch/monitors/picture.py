@@ -89,31 +89,34 @@ class Places:
                 shown["values"][str(slot)] = {
                     name: value(each, images[each.image]) for name, each in self.values[slot].items()
                 }
-        figures = row["figures"].tolist()
         past = past or not row["wall_ns"]  # a row from a trace
         for place, slot in enumerate(self.machines):
-            shaft, encoder, levels, zero = figures[PER_SLOT * place :][:PER_SLOT]
-            module, places = self.slots[slot], self.layout.places[slot]
-            configured = not module.configures("I", words[places.columns("I")])
-            values = shown["values"].get(str(slot), {}) if configured else {}
-            if past:
-                shaft = encoder = None
-                levels = _levels(module, words[places.columns("I")])
-            known = configured or not past  # the mirror of a configuration has no levels
-            commanded = not module.configures("O", words[places.columns("O")])
-            shown["machine"][str(slot)] = {
-                "position": values.get("position"),
-                "shaft": shaft,
-                "encoder": encoder,
-                "zero": zero,  # 0 for a trace, which has no machine
-                "target": values.get("target") if commanded else None,
-                "speed": self._speed(slot, row, before, formats),
-                "inputs": {
-                    name: bool(levels & bit.value) if known and levels is not None else None
-                    for name, bit in INPUT_NAMES.items()
-                },
-            }
+            figures = row["figures"][PER_SLOT * place :][:PER_SLOT].tolist()
+            machine = self._machine(slot, words, shown["values"].get(str(slot), {}), figures, past=past)
+            shown["machine"][str(slot)] = machine | {"speed": self._speed(slot, row, before, formats)}
         return shown
+
+    def _machine(
+        self, slot: int, words: Sequence[int], values: Json, figures: Sequence[int], *, past: bool
+    ) -> Json:
+        """Return what a page shows of a machine, except its speed."""
+        shaft, encoder, levels, zero = figures
+        module, places = self.slots[slot], self.layout.places[slot]
+        inputs, outputs = words[places.columns("I")], words[places.columns("O")]
+        configured = not module.configures("I", inputs)
+        values = values if configured else {}
+        read = _levels(module, inputs) if past else levels
+        known = read if configured or not past else None  # the mirror of a configuration has no levels
+        return {
+            "position": values.get("position"),
+            "shaft": None if past else shaft,
+            "encoder": None if past else encoder,
+            "zero": zero,  # 0 for a trace, which has no machine
+            "target": None if module.configures("O", outputs) else values.get("target"),
+            "inputs": {
+                name: None if known is None else bool(known & bit.value) for name, bit in INPUT_NAMES.items()
+            },
+        }
 
     def _speed(self, slot: int, row: Row, before: Rows, formats: NumberFormats) -> int | None:
         """Return the speed of a stepper's position, steps/s; None if unknown."""

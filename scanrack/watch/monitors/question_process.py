@@ -60,18 +60,18 @@ class QuestionProcesses:
         page: Page,
         number: object,
         trace: str,
-        asked: tuple[str, object, int],
+        question: tuple[str, object, int],
         latest: Sequence[tuple[int, str]],
     ) -> None:
         """Ask what it would take to get a value; the answer goes to the page.
 
         Args:
-            asked: the tag, its desired value, and the scan after which actions are possible.
+            question: the tag, its target value, and the scan after which actions are possible.
             latest: orders, see `want_process`.
         """
-        tag, requested, scan = asked
+        tag, requested, scan = question
         command = f"scanrack why {trace} {tag} --at {scan} --want {requested} --trust"
-        given = trace, *asked, latest
+        given = trace, *question, latest
         self._begin(page, number, f"{__package__}.want_process", given, WANT_PATIENCE_S, command)
 
     def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:
@@ -161,9 +161,9 @@ class QuestionProcesses:
         self._open.remove(question)
         self._answer(question, {"refused": reason})
 
-    def _answer(self, question: _Open, told: dict[str, Any]) -> None:
-        ok = {} if "refused" in told else {"ok": True}
-        question.page.send({"answer": {"id": question.number, **ok, **told}})
+    def _answer(self, question: _Open, answer: dict[str, Any]) -> None:
+        ok = {} if "refused" in answer else {"ok": True}
+        question.page.send({"answer": {"id": question.number, **ok, **answer}})
 
 
 def _read(file: IO[bytes]) -> bytes:

@@ -108,7 +108,7 @@ class SessionMonitor(Monitor):
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
-        self._asked: dict[int, tuple[Page, object]] = {}  # page, and number of its order
+        self._unanswered: dict[int, tuple[Page, object]] = {}  # page, and number of its order
         self._mistake: Json | None = None
         self._online: Json | None = None  # state of edited rungs
         self._preview: Json | None = None  # preview of a saved program that waits to be taken over
@@ -118,7 +118,7 @@ class SessionMonitor(Monitor):
         self._left = setup.started > 0  # pages of the previous monitor may have left buttons pressed
         self._let_go: list[Json] = []  # orders that release these buttons
         self._index_to = self._ticks = 0
-        ring.asked += 1  # request initial values and the state
+        ring.requests += 1  # request initial values and the state
 
     def _add(self, ran: SessionProgram) -> None:
         self.ran = ran
@@ -231,7 +231,7 @@ class SessionMonitor(Monitor):
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
-            self._ring.asked += 1  # the lost messages may have included the state
+            self._ring.requests += 1  # the lost messages may have included the state
         for message in messages:
             for kind, content in json.loads(message).items():
                 _TAKE[kind](self, content)
@@ -239,58 +239,58 @@ class SessionMonitor(Monitor):
     # --- messages of the scan process
 
     def _take_answer(self, answer: Json) -> None:
-        page, number = self._asked.pop(answer["id"], (None, None))
+        page, number = self._unanswered.pop(answer["id"], (None, None))
         if page is not None:
             page.send({"answer": {**answer, "id": number}})
 
-    def _take_values(self, told: Json) -> None:
-        self.subject.values.update(told["values"])
-        self.subject.told.take(told["scan"], told["values"])
+    def _take_values(self, message: Json) -> None:
+        self.subject.values.update(message["values"])
+        self.subject.history.take(message["scan"], message["values"])
 
-    def _take_edit(self, told: Json) -> None:
+    def _take_edit(self, message: Json) -> None:
         """Show the edited program; earlier scans keep their programs."""
-        if told["number"] < len(self.subject.programs.all):
+        if message["number"] < len(self.subject.programs.all):
             return  # a restarted monitor already began with it
-        self._add(SessionProgram(*told["program"]))
+        self._add(SessionProgram(*message["program"]))
         self.subject.values.clear()
         self._mistake = self._preview = None
-        if told["again"]:
+        if message["again"]:
             return  # a branch repeats its parent's edits
-        self.send_all({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
+        self.send_all({"edited": {key: message[key] for key in ("text", "new", "changed", "dropped")}})
 
-    def _take_mistake(self, told: Json | None) -> None:
-        self._mistake = told
-        self.send_all({"mistake": told})
+    def _take_mistake(self, message: Json | None) -> None:
+        self._mistake = message
+        self.send_all({"mistake": message})
 
-    def _take_preview(self, told: Json | None) -> None:
-        self._preview = told
-        self.send_all({"preview": told})
+    def _take_preview(self, message: Json | None) -> None:
+        self._preview = message
+        self.send_all({"preview": message})
 
-    def _take_online(self, told: Json) -> None:
-        self._online = told
-        self.send_all({"online": told})
+    def _take_online(self, message: Json) -> None:
+        self._online = message
+        self.send_all({"online": message})
 
-    def _take_branch(self, told: Json) -> None:
+    def _take_branch(self, message: Json) -> None:
         """Start over for a branch, in which the rack continues differently from a past scan."""
         self._setup = replace(
             self._setup,
-            about=replace(self.about, record=told["record"]),
-            trace=told["trace"],
+            about=replace(self.about, record=message["record"]),
+            trace=message["trace"],
         )
         self.about = self._setup.about
         subject = self.subject
         subject.recent.clear()
         self._errors.clear()
         self._error = None
-        subject.timeline.forget(Path(told["trace"]))
+        subject.timeline.forget(Path(message["trace"]))
         subject.programs.clear()
-        subject.told.clear()
-        for each in told["programs"]:
+        subject.history.clear()
+        for each in message["programs"]:
             self._add(SessionProgram(*each))
         self.log.clear()
         self._indexer, self._earlier, self._indexed = None, None, False
         self.latest, self._late, self._missed = None, 0, 0
-        self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        self._rows_at, self._snapshots_at = message["rows"], message["snapshots"]
         self._online = None
         for page in self.pages:
             self.let_go(page)  # after the repeated scans; the page drops its presses at the greeting
@@ -318,10 +318,10 @@ class SessionMonitor(Monitor):
         """Begin the repetition of earlier scans once the first values arrive; later values are complete."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
-        first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)
-        if programs and first is None:
+        kept = [min(each.kept.scans) for each in subject.programs.all if each.kept.scans]
+        if programs and not kept:
             return
-        self._index_to = min(first - 1, end) if first is not None and programs else -1
+        self._index_to = min(kept[0] - 1, end) if programs else -1
         if self._index_to < 0 and not self._setup.started:
             self._indexed = True
             return
@@ -371,7 +371,7 @@ class SessionMonitor(Monitor):
             raise ValueError("this session is read-only: it takes no orders")
         if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
             order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
-        self._asked[self._orders + 1] = page, number
+        self._unanswered[self._orders + 1] = page, number
         self._pass_on(order)
 
     def _pass_on(self, order: Action) -> None:
@@ -390,7 +390,7 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "event": lambda monitor, event: monitor.log.take(event),
     "answer": SessionMonitor._take_answer,
     "state": lambda monitor, state: setattr(monitor, "session", state),
-    "forces": lambda monitor, told: monitor.log.forced(told["scan"], told["forces"]),
+    "forces": lambda monitor, message: monitor.log.forced(message["scan"], message["forces"]),
     "values": SessionMonitor._take_values,
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,

@@ -68,5 +68,5 @@ def _of_python(monitor: Monitor, name: str, scan: int) -> Found:
     for place in range(len(values) - 1, 0, -1):
         if not same(values[place], values[place - 1]):
             return LastChange(first + place, shown_value(values[place - 1])), first
-    reported = subject.told.last_change(name, scan)
+    reported = subject.history.last_change(name, scan)
     return None if reported is None else LastChange(*reported), first if values else 0

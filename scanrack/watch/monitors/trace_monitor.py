@@ -96,10 +96,15 @@ class TraceMonitor(Monitor):
             self._begin(extent[1])
             if first is not None and subject.timeline.row(first) is None:
                 raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
-        self._indexer: Indexer | None = None
-        programs, self._index_end = indexable(subject.programs.all)
-        if programs and (extent is None or extent[0] == 0):
-            self._indexer = Indexer(programs, subject.words, spec.scan_ns, self._recorded, subject.keep)
+        self._indexer, self._index_end = self._indexing(extent)
+
+    def _indexing(self, extent: tuple[int, int] | None) -> tuple[Indexer | None, int]:
+        """Return what repeats a recording from scan 0 on, None without a program, and where it ends."""
+        subject = self.subject
+        programs, end = indexable(subject.programs.all)
+        if not programs or (extent is not None and extent[0] != 0):
+            return None, end
+        return Indexer(programs, subject.words, subject.spec.scan_ns, self._recorded, subject.keep), end
 
     def _begin(self, last: int) -> None:
         """Initialize once the first scans are available."""

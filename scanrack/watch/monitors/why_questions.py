@@ -5,6 +5,7 @@ from __future__ import annotations
 from scanrack.ladder.debug import answer_text
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.inquiry import Inquiry
+from scanrack.runtime.live.ring import Row
 
 from ..history.timeline import columns_of
 from .asked import Said, own_name, text_in
@@ -23,17 +24,8 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
     """
     if said.get("fault") is True:
         return _why_fault(monitor, page, said, causes)
-    tag, queried = own_name(monitor, page, text_in(said, "tag")), said.get("scan")
-    if queried is not None and type(queried) is not int:
-        raise ValueError("scan must be a scan number")
-    past = page.past if queried is None else queried
-    row = (
-        monitor.row_of(page)
-        if queried is None or queried == page.past
-        else monitor.subject.timeline.row(queried)
-    )
-    if row is None:
-        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
+    tag = own_name(monitor, page, text_in(said, "tag"))
+    past, row = _row_in(monitor, page, said.get("scan"), tag)
     program = monitor.subject.programs.at(past)
     scan, replica = int(row["scan"]), program.past
     if replica is None or program.catalog is None:
@@ -52,6 +44,17 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         return {"text": text, "scan": scan, "chain": []}
     finally:
         replica.show(scan)
+
+
+def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
+    """Return the scan of a question, None for the latest, and its row; without a scan those of the page."""
+    if scan is not None and type(scan) is not int:
+        raise ValueError("scan must be a scan number")
+    past = page.past if scan is None else scan
+    row = monitor.row_of(page) if past is None or past == page.past else monitor.subject.timeline.row(past)
+    if row is None:
+        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
+    return past, row
 
 
 def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:

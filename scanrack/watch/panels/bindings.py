@@ -96,18 +96,19 @@ class Bindings:
         return {"read": tag, "type": kind} | ({"write": tag} if own is None or own["writable"] else {})
 
 
-def _likely(wanted: str, names: Iterable[str]) -> list[str]:
+def _likely(name: str, names: Iterable[str]) -> list[str]:
     """Return the names that share the most letter pairs with the wanted one, or else its first letter."""
-    pairs = {f"{one}{other}" for one, other in pairwise(wanted)}
+    pairs = {f"{one}{other}" for one, other in pairwise(name)}
     return nlargest(
-        COMPARED_MOST, names, key=lambda name: (sum(map(name.__contains__, pairs)), name[:1] == wanted[:1])
+        COMPARED_MOST, names, key=lambda each: (sum(map(each.__contains__, pairs)), each[:1] == name[:1])
     )
 
 
-def _pressed(slot: int, told: Json) -> Json:
+def _pressed(slot: int, bit: Json) -> Json:
     """Return the binding of an input; an input of a card is read as a bit of its image."""
-    read = f"{slot}.input.{told['name']}"
-    if "word" in told:
-        read = f"Local:{slot}:I.Data[{told['word']}].{told['bit']}"
-    by_machine = "word" not in told and told["kind"] != "button"
-    return {"read": read, "type": "BOOL", "press": [slot, told["name"], None if by_machine else told["rest"]]}
+    read = f"{slot}.input.{bit['name']}"
+    if "word" in bit:
+        read = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
+    by_machine = "word" not in bit and bit["kind"] != "button"
+    rest = None if by_machine else bit["rest"]
+    return {"read": read, "type": "BOOL", "press": [slot, bit["name"], rest]}

@@ -102,19 +102,19 @@ class KeptPanel:
         found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
         return empty | found | {"mistake": "", "lacks": lacks}
 
-    def save(self, said: Mapping[str, Any]) -> None:
+    def save(self, panel: Mapping[str, Any]) -> None:
         """Write the items of a page to the file.
 
         Raises:
             ValueError: an item is refused, or the file has changed since the page read it; it is not
                 replaced.
         """
-        for refused in refusals(said.get("items")).values():
+        for refused in refusals(panel.get("items")).values():
             raise ValueError(refused)
         content, name = self.content(), self._path.name
-        if _digest(content) != said.get("base"):
+        if _digest(content) != panel.get("base"):
             raise ValueError(f"{name} was changed meanwhile: discard your changes, then edit again")
-        text = panel_text(Panel(said["items"], parse_panel(content.decode()).head))
+        text = panel_text(Panel(panel["items"], parse_panel(content.decode()).head))
         if len(text.encode()) > BYTES_MOST:
             raise ValueError(f"{name}: {len(text.encode()):,} bytes: a panel has up to {BYTES_MOST:,}")
         try:

@@ -121,13 +121,13 @@ def parse_panel(text: str) -> Panel:
         ValueError: it is not TOML, or an item is refused; the message has item, value and allowed values.
     """
     try:
-        said = _plain(toml_tables(text))
+        tables = _plain(toml_tables(text))
     except ValueError as error:
         raise ValueError(f"not TOML: {error}") from None
-    for key in said:
+    for key in tables:
         if key != "item":
             raise ValueError(f"no key {key}: a panel has [[item]] tables only")
-    items = said.get("item", [])
+    items = tables.get("item", [])
     for refused in refusals(items).values():
         raise ValueError(refused)
     head, comments = _comments(text)
@@ -217,19 +217,23 @@ def _check(item: Json, place: int) -> None:
     takes, _ = FIELDS["name"]
     who = f"item {item['name'] if takes(item.get('name')) else place + 1}"
     kind = KINDS.get(str(item.get("kind")))
-    fields = ALWAYS if kind is None else (*ALWAYS, *kind.needs, *kind.may)
+    needs, may = ((), ()) if kind is None else (kind.needs, kind.may)
+    fields = (*ALWAYS, *needs, *may)
     for key, value in item.items():
         if key in FIELDS and not FIELDS[key][0](value):
             raise ValueError(f"{who}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
         if kind is not None and key not in (*fields, COMMENT):
             raise ValueError(f"{who}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
-    for key in (*ALWAYS, *(kind.needs if kind is not None else ())):
+    for key in (*ALWAYS, *needs):
         if key not in item:
             raise ValueError(f"{who}: it needs {key}, {FIELDS[key][1]}")
-    comment = item.get(COMMENT, [])
+    _check_comment(item.get(COMMENT, []), who)
+    _check_together(item, who)
+
+
+def _check_comment(comment: object, who: str) -> None:
     if not isinstance(comment, list) or not all(_text(1000)(each) and each[0] == "#" for each in comment):
         raise ValueError(f"{who}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
-    _check_together(item, who)
 
 
 def _check_together(item: Json, who: str) -> None:

@@ -64,18 +64,18 @@ class ChangeLists:
             parts: parts of a frame whose lists are compared.
             scans: scans that both have.
         """
-        found: dict[str, int] = {}
-        for key in self._lists.keys() & other._lists.keys():
-            if key.partition("\n")[0] in parts and self._lists[key] != other._lists[key]:
-                changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}
-                for scan in sorted(each for each in changes if each in scans):
-                    if self.at(key, scan) != other.at(key, scan):
-                        found[key] = scan
-                        break
+        keys = [each for each in self._lists.keys() & other._lists.keys() if each.partition("\n")[0] in parts]
+        found = {key: scan for key in keys if (scan := self._first_unequal(other, key, scans)) is not None}
         if not found:
             return None
         first = min(found.values())
         return Difference(first, sorted(key for key, scan in found.items() if scan == first))
+
+    def _first_unequal(self, other: ChangeLists, key: str, scans: range) -> int | None:
+        if self._lists[key] == other._lists[key]:
+            return None
+        changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}.intersection(scans)
+        return next((each for each in sorted(changes) if self.at(key, each) != other.at(key, each)), None)
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
         """Return the lists for a page: values, and scans as differences, the first from a given scan.

@@ -13,6 +13,7 @@ from scanrack.ladder.debug.causes import Causes
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.machine.spec import INPUT_NAMES
 
+from ..history.catalog import Catalog, PageRoutine
 from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
@@ -48,7 +49,7 @@ class SharedStretch(NamedTuple):
 
 def collect(
     monitor: TraceMonitor,
-    wanted: SharedStretch,
+    stretch: SharedStretch,
     tags: Sequence[str] = (),
     others: int = OTHER_ANSWERS,
     failed: Callable[[ChangeLists], Json] | None = None,
@@ -61,8 +62,8 @@ def collect(
         others: number of further tags to explain: the last to change before the scan.
         failed: returns the page's data about a failed test.
     """
-    subject, (first, last, scan) = monitor.subject, wanted
-    lists, lead, own, events, programs = gathered(monitor, wanted)
+    subject, (first, last, scan) = monitor.subject, stretch
+    lists, lead, own, events, programs = gathered(monitor, stretch)
     before = [each for each in events if each["scan"] < first][-EVENTS_MOST:]
     hello = subject.described(monitor.about, subject.programs.at(scan))
     if failed is not None:
@@ -102,22 +103,22 @@ class StretchValues(NamedTuple):
     programs: Sequence[Json]
 
 
-def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
+def gathered(monitor: TraceMonitor, stretch: SharedStretch) -> StretchValues:
     """Return the values and programs of a stretch, after the monitor has read everything."""
     subject, lists = monitor.subject, ChangeLists()
     start = subject.timeline.extent[0] if subject.timeline.extent else 0
-    if wanted.first == 0:
+    if stretch.first == 0:
         monitor.run_once()
     while monitor.tick():
         pass
-    lead = max(start, wanted.first - SPEED_SCANS)
-    rows = subject.timeline.between(lead, wanted.last)
+    lead = max(start, stretch.first - SPEED_SCANS)
+    rows = subject.timeline.between(lead, stretch.last)
     take_words(lists, rows, subject.spec.layout)
     _take_times(lists, rows, subject.spec.scan_ns)
-    own = rows[np.searchsorted(rows["scan"], wanted.first) :]
-    events = monitor.states.up_to(wanted.last, MOST_EVENTS)
+    own = rows[np.searchsorted(rows["scan"], stretch.first) :]
+    events = monitor.states.up_to(stretch.last, MOST_EVENTS)
     _take_events(lists, monitor, own, events)
-    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, wanted)]
+    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, stretch)]
     return StretchValues(lists, lead, own, events, programs)
 
 
@@ -125,11 +126,11 @@ def _is_impure(program: Stretch) -> bool:
     return program.past is not None and program.past.is_impure
 
 
-def _shown(monitor: TraceMonitor, wanted: SharedStretch) -> Iterable[Stretch]:
+def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
     """Return the programs that ran any of the scans."""
     programs = monitor.subject.programs
     return [
-        each for each in programs.all if each.first <= wanted.last and programs.end_of(each) >= wanted.first
+        each for each in programs.all if each.first <= stretch.last and programs.end_of(each) >= stretch.first
     ]
 
 
@@ -160,6 +161,17 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
     take_states(lists, readers, sorted(each for each in reported if first <= each <= last))
 
 
+def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
+    """Return the answers to a page's questions about routines, by width, and what they show."""
+    shows, drawn = {}, []
+    for each in routines:
+        widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]
+        answers = {width: catalog.show(each["name"], width) for width in widths}
+        shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
+        drawn.append(answers[widths[0]][0])
+    return shows, drawn
+
+
 def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans: Sequence[int]) -> Json:
     """Return a program with its drawings and uses; collect its power and values."""
     subject, number = monitor.subject, program.number
@@ -175,13 +187,8 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
             shows[answer["routine"]] = {WIDTHS[0]: answer}
         take_recorded(lists, number, subject.timeline, subject.values, own)
     else:
-        drawn = []
-        for each in described["routines"]:
-            widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]
-            answers = {width: program.catalog.show(each["name"], width) for width in widths}
-            shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
-            drawn.append(answers[widths[0]][0])
-            names += drawn[-1].names
+        shows, drawn = _drawings(program.catalog, described["routines"])
+        names += [name for each in drawn for name in each.names]
         replica = program.past
         assert replica is not None
         walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))

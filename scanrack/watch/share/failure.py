@@ -38,24 +38,24 @@ class Failure:
     tag: str | None = None
     passed: Path | None = None
 
-    def described(self, wanted: SharedStretch, passed: TraceMonitor | None, lists: ChangeLists) -> Json:
+    def described(self, stretch: SharedStretch, passed: TraceMonitor | None, lists: ChangeLists) -> Json:
         """Return the page's data about the failure.
 
         Args:
-            wanted: the scans of the page.
+            stretch: the scans of the page.
             passed: monitor of the run that passed.
             lists: values of the run that failed.
         """
-        row = {"test": self.test, "message": self.message, "tag": self.tag, "scan": wanted.scan}
+        row = {"test": self.test, "message": self.message, "tag": self.tag, "scan": stretch.scan}
         extent = None if passed is None else passed.subject.timeline.extent
-        if passed is None or extent is None or extent[1] < wanted.first:
+        if passed is None or extent is None or extent[1] < stretch.first:
             return row
-        last = min(wanted.last, extent[1])
-        others = gathered(passed, SharedStretch(wanted.first, last, last)).lists
-        found = lists.first_difference(others, COMPARED, range(wanted.first, last + 1))
+        last = min(stretch.last, extent[1])
+        others = gathered(passed, SharedStretch(stretch.first, last, last)).lists
+        found = lists.first_difference(others, COMPARED, range(stretch.first, last + 1))
         if found is None:
             return row | {"against": {"equal_to": last}}
-        before = found.scan == wanted.first > extent[0]  # the page does not include earlier scans
+        before = found.scan == stretch.first > extent[0]  # the page does not include earlier scans
         names = _named(found.keys, passed.subject.spec.layout)
         return row | {"against": {"scan": found.scan, "before": before, **names}}
 

@@ -166,9 +166,7 @@ def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     """Return a function that reads integers or bits directly from a list; None for any other tag."""
     (ident, elements), *more = _places(where, memory)
     cell, kind = memory.cells.get(ident), where.type
-    is_whole = isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)
-    is_bit = isinstance(where, Place) and where.bit is not None
-    if cell is None or not isinstance(cell.cell_contents, list) or more or is_bit or not is_whole:
+    if cell is None or not isinstance(cell.cell_contents, list) or more or not _is_whole(where):
         return None
     if isinstance(where, Group):
         column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
@@ -177,3 +175,9 @@ def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     if kind is BOOL:
         return lambda: bool(cell.cell_contents[at])
     return lambda: cell.cell_contents[at]
+
+
+def _is_whole(where: Place | Group) -> bool:
+    """Whether a tag is of whole numbers or bits, and no bit of a number."""
+    kind, bit = where.type, where.bit if isinstance(where, Place) else None
+    return bit is None and isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)

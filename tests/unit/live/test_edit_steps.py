@@ -212,7 +212,7 @@ def test_a_new_monitor_is_told_the_state_of_the_edit(session):
     live = session.live
     live.tap.lasting = session.editor.lasting
     at = live.ring.messages.read(0)[1]
-    live.ring.asked += 1
+    live.ring.requests += 1
     live.tap.attend()
     told = [json.loads(each) for each in live.ring.messages.read(at)[0]]
     assert [each["online"]["stage"] for each in told if "online" in each] == ["accepted"]

@@ -463,7 +463,7 @@ def test_a_restarted_monitor_lets_go_what_was_left_pressed_once(rack, last, rele
     rack.with_suffix(".panel").write_text(panel_text(Panel([STOP, SWITCH, JOG])), encoding="utf-8")
     order = {"by": "panel, page 3", **last}
     session = LiveSession([(1, order)], rack.with_suffix(".mcap"), rack)
-    session.ring.asked += 1  # the monitor before: for values
+    session.ring.requests += 1  # the monitor before: for values
     session.play(20)
     by = {"by": "panel, after a restart"}
     for started, expected in ((0, []), (1, [{**each, **by} for each in released])):
@@ -481,7 +481,7 @@ def test_a_restarted_monitor_knows_presses_of_the_whole_recording(rack, monkeypa
     rack.with_suffix(".panel").write_text(panel_text(Panel([STOP])), encoding="utf-8")
     on, write = {**PRESS, "by": "panel, page 3"}, {"do": "write", "tag": "Homing", "value": True, "by": "x"}
     session = LiveSession([(1, on), (2, write)], rack.with_suffix(".mcap"), rack)
-    session.ring.asked += 1
+    session.ring.requests += 1
     session.play(20)
     for _ in range(8):  # what the monitor before has read is overwritten
         session.ring.messages.write(b'{"note":""}' + b" " * (1 << 17))

@@ -1,4 +1,4 @@
-"""Capabilities of a networked drive behind the adapter."""
+"""Capabilities of a networked drive with the adapter."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
 
 
 def _no_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    """Whether no jerk of the drive is as gentle as the S-curve, or, if strict, none the same."""
+    """Whether the drive has no jerk that is as gentle as the S-curve, or, if strict, equal to it."""
     if not has_ramps(request):
         return False
     profile = request.command.profile(request.configuration.starting_speed)

@@ -48,7 +48,7 @@ class DriveAxis(LinkedAxis[DriveProfile]):
     @property
     @override
     def ramp(self) -> int:
-        """As the drive last said."""
+        """The ramp state that the drive reported last."""
         task = self.task
         if task is None or task.model is None:
             return super().ramp
@@ -59,7 +59,7 @@ class DriveAxis(LinkedAxis[DriveProfile]):
     @property
     @override
     def encoder(self) -> int:
-        """Encoder count as last read; the position as a substitute for diagnostic feedback; else 0."""
+        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
         if self.configuration is None or not self.configuration.quadrature_encoder:
             return super().encoder
         return self.driver.encoder + self._encoder_offset
@@ -106,12 +106,12 @@ class DriveAxis(LinkedAxis[DriveProfile]):
 
     @override
     def watch_steps(self, steps: int) -> None:
-        """Note the minimum distance of the registration move that begins."""
+        """Store the minimum distance for the registration move that begins."""
         self.driver.minimum = steps - 1
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the drive's own stays."""
+        """Set the present encoder count to `value`; the drive's own count is not changed."""
         if self.configuration is not None and self.configuration.quadrature_encoder:
             self._encoder_offset = value - self.driver.encoder
         else:

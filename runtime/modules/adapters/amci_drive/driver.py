@@ -3,9 +3,9 @@
     out     words A    words A    words B    words B    ...      function 23
     in      before A   after A    after A    after B
 
-Changed words go out, and the answer to them is read, at once; otherwise rpi_ms pass between exchanges. An
-answer has the data from before its own write, so the words in count for a command from the second exchange
-with it on. A bit that is still on makes no second edge: any exchange may be repeated, a start, too.
+Changed words are sent, and their answer is read, at once; otherwise rpi_ms pass between exchanges. An
+answer has the data from before its own write, so the input words are valid for a command from the second
+exchange with it on. A bit that stays on makes no second edge: any exchange may be repeated, even a start.
 
     configure   stop, configuration mode, command mode with the driver enabled, position := B
     idle        no command bit
@@ -37,14 +37,14 @@ from .amci_drive_options import AmciDriveOptions
 from .units import DriveProfile, segments_of
 
 LINE_FORMAT = LineFormat(100_000_000)
-"""Ethernet has no characters: the format only says that the bytes take no time."""
+"""Ethernet has no characters: this format only makes the bytes take no time."""
 
 LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
 
 NS_PER_MS = 1_000_000
 COUNTER_END = 8_000_000
 ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Least steps to the end of the counter's range at the start of a motion without a target."""
+"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
 
 STARTS = {
     TaskKind.INDEX: (CommandBit.RELATIVE_MOVE, CommandBit.RELATIVE_MOVE),
@@ -77,16 +77,16 @@ COMPLAINTS: dict[StatusBit, tuple[int, str]] = {
     StatusBit.CONNECTION_LOST: (0, "the drive has lost its connection meanwhile"),
     StatusBit.ENCODER_ERROR: (0, "the drive reports an error of its encoder"),
 }
-"""Bits of the drive that appear, with the 3601's bits that show them; input errors show at the inputs."""
+"""Error bits of the drive with the 3601's bits for them; input errors appear at the inputs."""
 
 FUNCTIONS = {role: function for function, role in ROLES.items()}
 """The drive's function of an input of the 3601."""
 
 LOOKS = 3
-"""Images at rest without an end of the motion that are not believed."""
+"""Number of ignored images in which the drive rests without reporting the end of the motion."""
 
 HANDSHAKES_MAX = 50
-"""Exchanges in which a drive has to answer a bit of the handshakes."""
+"""Maximum exchanges until a drive answers a handshake bit."""
 
 CONFIGURES = CommandBit.MODE_CONFIG.value
 ENABLED = Modifier.ENABLE_DRIVER.value
@@ -96,12 +96,12 @@ Words = tuple[int, ...]
 
 
 class AmciDriver(Driver[DriveProfile]):
-    """A networked drive as the link knows it.
+    """The driver's view of a networked drive.
 
     Attributes:
-        status: as last read.
-        encoder: as last read.
-        late: exchanges that took longer than the RPI, those without an answer included.
+        status: the status bits that were read last.
+        encoder: the encoder count that was read last.
+        late: exchanges that took longer than the RPI, including exchanges without an answer.
         changed: new values for the running jog are requested.
         minimum: minimum distance of the registration move that begins.
         found_home: whether the last search has ended at home.
@@ -127,12 +127,12 @@ class AmciDriver(Driver[DriveProfile]):
         self._transaction = 0
         self._due_ns = 0
         self._words = IDLE
-        self._taken: Words | None = None  # words that an answered exchange has written last
-        self._fresh = False  # the last image is one after the words in force, and has not been looked at
+        self._taken: Words | None = None  # words written by the last answered exchange
+        self._fresh = False  # the last image follows the words in force, and is still unprocessed
         self._counter = 0
         self._zeroing = False
-        self._unseen = self._began_at = 0  # looks that have to show an end before rest counts; where it began
-        self._holds = False  # a refused Hold is no news: the move has ended meanwhile
+        self._unseen = self._began_at = 0  # images at rest still to be ignored; start of the motion
+        self._holds = False  # a refused Hold is ignored: the move has already ended
         self._refuses = False
 
     def note_configuration(self, configuration: Configuration) -> None:
@@ -183,7 +183,7 @@ class AmciDriver(Driver[DriveProfile]):
             began_ns = self.master.now_ns
             self._due_ns = began_ns + self._rpi_ns
             reply = yield from self.ask(self._question(words))
-            self.master.expect_nothing_late()  # an answer names its request
+            self.master.expect_nothing_late()  # an answer identifies its request
             if reply is None or self.master.now_ns > self._due_ns:
                 self._note_late()
             if reply is not None:
@@ -232,19 +232,19 @@ class AmciDriver(Driver[DriveProfile]):
                 self.findings.complain(bits, text)
 
     def _put(self, words: Words) -> Talk:
-        """Have words in force, and read what the drive answers to them; a bit that is on gets an edge."""
+        """Write words, and read the drive's answer to them; a bit that is already on is given an edge."""
         self._words = words
         if self._taken is not None and self._taken != words and self._taken[0] & words[0] & ~CONFIGURES:
             yield from self._exchange(IDLE)
         yield from self._refresh()
 
     def _keep(self, words: Words) -> Talk:
-        """Have changed words in force whose command bit stays on, and read the answer."""
+        """Write changed words whose command bit stays on, and read the answer."""
         self._words = words
         yield from self._refresh()
 
     def _refresh(self) -> Talk:
-        """Read the drive's words, as they are after the words in force."""
+        """Read the input words that follow the output words in force."""
         if not (self._was_ready or self.setup):
             yield from self._poll(None)  # nothing is written before a configuration
         elif self._taken != self._words:
@@ -255,7 +255,7 @@ class AmciDriver(Driver[DriveProfile]):
             yield from self._poll(self._words)
 
     def _poll(self, words: Words | None) -> Talk:
-        """Make an exchange that changes nothing, at its turn."""
+        """Make an exchange that changes nothing, when the next one is due."""
         yield LinePause(max(0, self._due_ns - self.master.now_ns))
         yield from self._exchange(words)
 
@@ -285,14 +285,14 @@ class AmciDriver(Driver[DriveProfile]):
     def stop(self) -> Talk:
         """Stop at once; the bit gets an edge each time."""
         if self._taken is None or self.setup or not self._was_ready:
-            yield from self._exchange(IDLE)  # what is in force there is not known
+            yield from self._exchange(IDLE)  # the words in force there are unknown
         yield from self._put((CommandBit.IMMEDIATE_STOP.value, *IDLE[1:]))
 
     # -- reading ------------------------------------------------------------------------------
 
     @override
     def read_status(self) -> Talk:
-        """Read the image, unless the one after the last command has not been looked at."""
+        """Read the image, unless the image after the last command is still unprocessed."""
         fresh, self._fresh = self._fresh, False
         if not fresh or self._taken != self._words:
             yield from self._refresh()
@@ -300,13 +300,13 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
-        """Return the counter of the last image: status, position and inputs are of one instant."""
+        """Return the counter of the last image, whose status, position and inputs are simultaneous."""
         yield from ()
         return self._counter
 
     @override
     def read_inputs(self) -> Talk:
-        """Do nothing: they are part of the image."""
+        """Do nothing: the inputs are part of the image."""
         yield from ()
 
     @property
@@ -387,7 +387,7 @@ class AmciDriver(Driver[DriveProfile]):
         )
 
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
-        """Store the segments of a blend move in the drive; return whether it has them."""
+        """Store the segments of a blend move in the drive; return whether the drive accepted them."""
         assert drive.program is not None
         programs = CommandBit.PROGRAM_ASSEMBLED
         yield from self._put(_command(programs, ENABLED, 0, (0, 0, 0), (0, 0)))
@@ -435,7 +435,7 @@ class AmciDriver(Driver[DriveProfile]):
                 profile = drive.profile
                 rates = profile.acceleration_spmss, profile.deceleration_spmss
                 task.model = change_speed(task.model, now_ns, drive.speed_sps, *rates, profile.shape)
-            self.busy = True  # the image that ends the jog is one after the change
+            self.busy = True  # the image that ends the jog follows the change
         if not self.busy and self._unseen:
             self._unseen -= 1
             self.busy = not self._shows_an_end(task)
@@ -445,7 +445,7 @@ class AmciDriver(Driver[DriveProfile]):
             self.busy = not (yield from self._rests_long())
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
-        """Whether a drive at rest has taken the start: it may do so after the answer to it."""
+        """Whether a drive at rest has processed the start, which it may do after its answer."""
         moved = self.position != self._began_at
         ended = self.status & FAILED or task.stopping or task.marked
         return bool(ended) or (task.kind is not TaskKind.INDEX and moved) or self._is_there(task)
@@ -464,7 +464,7 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def slow_down(self, task: Task[DriveProfile]) -> Talk:
-        """Release a jog; hold a move until it stands; stop what can't be held without a ramp."""
+        """Release a jog; hold a move until it is at rest; stop any other motion without a ramp."""
         if task.kind is TaskKind.SLEW and not task.registers:
             yield from self._keep(IDLE)
             if task.model is not None:
@@ -489,7 +489,7 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def set_mark(self, task: Task[DriveProfile]) -> Talk:
-        """Release the bit of a registration move: its steps count from there, or from its earlier input."""
+        """Release the bit of a registration move: its steps count from then, or from an earlier input."""
         words = self._words_of(task)
         yield from self._keep((0, *words[1:]))
         if task.model is not None and task.model.end_ns is None:
@@ -514,7 +514,7 @@ def _command(
 
     Args:
         values: speed in steps/s, acceleration and deceleration in steps/ms/s.
-        last: words 8 and 9.
+        last: words 8 and 9 of the output.
     """
     speed, *rates = values
     split = NumberFormat.THOUSANDS.split

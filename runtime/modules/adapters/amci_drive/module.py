@@ -20,7 +20,7 @@ def open_network(port: str) -> Link:
     """Connect to a drive at tcp:HOST:PORT.
 
     Raises:
-        ValueError: another kind of port.
+        ValueError: the port is of another kind.
         LinkError: it can't be connected.
     """
     from ....line.clients.modbus_tcp import ModbusTcpLink

@@ -2,7 +2,7 @@
 
     adapter --request, whole--> drive --reply, whole--> adapter        each takes 250 us
 
-A damaged segment is a lost one: the checksum of TCP does not let it through.
+A damaged segment counts as lost, since the checksum of TCP rejects it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .driver import LINE_FORMAT
 
 
 class DriveDevice:
-    """A stack of drives behind its Modbus TCP server, of which one axis has a machine.
+    """A stack of drives with its Modbus TCP server; one axis has a machine.
 
     Attributes:
         drive: the axis that the adapter uses.
@@ -38,7 +38,7 @@ class DriveDevice:
 
     @property
     def line_format(self) -> LineFormat:
-        """That of the adapter."""
+        """The line format of the adapter."""
         return LINE_FORMAT
 
     @property
@@ -100,7 +100,7 @@ class SimulatedDrive:
         self.line = SimulatedLine(FaultyNetwork(self.device), SegmentBus)
 
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return the next arrival of a segment: the drive itself needs no look in between."""
+        """Return the next arrival of a segment: the drive needs no processing in between."""
         return self.line.next_event_ns()
 
     def run_until(self, now_ns: int) -> None:
@@ -113,7 +113,7 @@ class SimulatedDrive:
         self.device.drive.look_again()
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Do nothing: the options are the wiring."""
+        """Do nothing: the options define the wiring."""
 
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the power of the stack; a reply on the network is lost."""

@@ -1,4 +1,4 @@
-"""A profile of the 3601 in the words of a drive.
+"""Converts a profile of the 3601 to the words of a drive.
 
 starting speed  of the drive's configuration; no motion is slower
 speed, rates    the same, in the same units
@@ -28,7 +28,7 @@ class DriveProfile:
 
     Attributes:
         jerk: 0 = constant rates.
-        program: of a blend move.
+        program: blend program, for a blend move.
     """
 
     start_sps: int
@@ -46,7 +46,7 @@ class DriveProfile:
 
 
 def exact_jerk(profile: Profile) -> Fraction:
-    """Return the jerk of a profile's S-curve, of the ramp that needs the lower one; 0 without S-curve.
+    """Return the jerk of a profile's S-curve, the lower one of its two ramps; 0 without an S-curve.
 
     >>> exact_jerk(Profile(1000, 11_000, 100, 100, Shape.TRAPEZOIDAL))
     Fraction(3000, 1)
@@ -70,7 +70,7 @@ def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
     """Convert a profile; a jerk is rounded down, which is gentler.
 
     Args:
-        start_sps: of the drive's configuration: slower motions are made at it.
+        start_sps: starting speed in the drive's configuration; slower motions run at it.
 
     >>> drive_profile(Profile(1000, 4000, 20, 10, Shape.TRIANGULAR), 1000)
     DriveProfile(start_sps=1000, speed_sps=4000, acceleration=20, deceleration=10, jerk=333, program=None)

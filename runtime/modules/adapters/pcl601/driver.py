@@ -33,7 +33,7 @@ LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
 
 COUNTER_END = 8_000_000
 ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Least steps to the end of the counter's range at the start of a motion without a target."""
+"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
 
 STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
@@ -57,7 +57,7 @@ BOTH_SIDES = 2
 
 
 class Pcl601Driver(Driver[Drive]):
-    """A PCL601 as the link knows it.
+    """The driver's view of a PCL601.
 
     Args:
         options: wiring, and whether the controller's own program is kept from restarting.
@@ -69,7 +69,7 @@ class Pcl601Driver(Driver[Drive]):
         self.encoder = self.inputs = 0
         self.errors = NO_ERROR
         self.limit_side = 0  # the active hard limit: +1, -1, 0 for none, `BOTH_SIDES`
-        self.direction = 0  # of the last motion, 0 before the first
+        self.direction = 0  # direction of the last motion, 0 before the first
         self.clear_errors = False  # a request to clear the error bits
         self.clear_encoder = False  # a request to set the encoder to 0
         self.estop_on_limits = False  # an active input 4 also activates both hard limits
@@ -178,7 +178,7 @@ class Pcl601Driver(Driver[Drive]):
         return True
 
     def _disobeyed(self) -> None:
-        """Complain once, until the controller obeys again."""
+        """Complain once, then not again until the controller has obeyed."""
         if not self._disobeys:
             self._disobeys = True
             self.findings.complain(0, "the controller refuses what is written, and a stop has not helped")
@@ -253,7 +253,7 @@ class Pcl601Driver(Driver[Drive]):
     def _side_by(self, task: Task[Drive]) -> int:
         """Return the limit that a motion reveals by continuing or stopping.
 
-        A motion stopped for another speed always stops; the one that follows reveals the limit.
+        A motion that is stopped for another speed always stops; only the next motion reveals the limit.
         """
         if self.busy:
             return -self.direction

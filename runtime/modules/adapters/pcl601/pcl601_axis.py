@@ -58,7 +58,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
     @property
     @override
     def encoder(self) -> int:
-        """Encoder count as last read; the position as a substitute for diagnostic feedback; else 0."""
+        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
         if self.configuration is None or not self.configuration.quadrature_encoder:
             return super().encoder
         return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
@@ -76,7 +76,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @property
     def _limit_side(self) -> int:
-        """The active limit; while a motion determines its side, the one left behind."""
+        """The side of the active limit; while a motion determines it, the limit that the motion leaves."""
         task = self.task
         if self.driver.limit_side == BOTH_SIDES and task is not None:
             return -task.direction
@@ -110,7 +110,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the controller's own is set to 0."""
+        """Set the present encoder count to `value`; the controller's own count is set to 0."""
         if self.configuration is not None and self.configuration.quadrature_encoder:
             self.driver.clear_encoder = True
             self._encoder_offset = value

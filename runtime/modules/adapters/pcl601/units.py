@@ -1,4 +1,4 @@
-"""A profile of the 3601 in the PCL601's registers.
+"""Converts a profile of the 3601 to the PCL601's registers.
 
     starting speed  base speed, steps/s; one less than the speed if the speed is not above it
     speed           maximum speed, steps/s
@@ -28,7 +28,7 @@ class Drive:
 
     base_sps: int  # speed at which a motion begins and ends
     speed_sps: int  # maximum speed, above the base speed
-    accel_sps2: int  # of both ramps, steps/s/s
+    accel_sps2: int  # acceleration of both ramps, steps/s/s
 
     @property
     def rate_spmss(self) -> Fraction:

@@ -36,7 +36,7 @@ LATCHES = (
     (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
     (EXT2_STOP, Status1.EXT2, "clear_ext2_flag"),
 )
-"""External stops, their latches, and the instructions that clear those."""
+"""External stops, their latches, and the instructions that clear the latches."""
 
 POLLS_PER_CHECKUP = 10
 
@@ -47,7 +47,7 @@ OVERHEATED = "the controller is too hot"
 
 
 class Pmc006Driver(Driver[Pmc006Speeds]):
-    """A PMC006x3s as the link knows it.
+    """The driver's view of a PMC006x3s.
 
     Args:
         options: the longest homing, and the current of the motor.
@@ -139,7 +139,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
 
     def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
-        """Complain about a new ailment; a reply that may be another request's tells nothing."""
+        """Complain about a new fault; ignore a reply that may belong to another request."""
         if self.master.overdue:
             return
         if is_so and not self._ailments.get(text):
@@ -213,7 +213,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._zeroing = False
 
     def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
-        """Return the external stops that may end a motion, without one that it leaves."""
+        """Return the external stops that may end a motion, without a stop that the motion leaves."""
         ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
             return self._limits & ahead

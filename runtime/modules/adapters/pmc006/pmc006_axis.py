@@ -75,7 +75,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
 
     @property
     def _on_fset(self) -> int:
-        """The input that is wired to FSET: the one that is used."""
+        """The input that is wired to FSET, which is the one in use; 0 = none."""
         used = 0 if self.configuration is None else self.configuration.inputs_used
         return next((bit.value for bit in FSET_INPUTS if used & bit.value), 0)
 

@@ -48,7 +48,7 @@ class SimulatedPmc006(Plant):
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire FSET to the input that is used."""
+        """Wire FSET to the input that the configuration uses."""
         used = [bit for bit in FSET_INPUTS if configuration.inputs_used & bit.value]
         wired = used[0] if used else self._on_fset
         if wired is not self._on_fset:

@@ -1,4 +1,4 @@
-"""A profile of the 3601 in the PMC006's parameters.
+"""Converts a profile of the 3601 to the PMC006's parameters.
 
     starting speed  start and stop speed, steps/s; the speed itself if that is lower
     speed           maximum speed, steps/s; less for a move that is shorter than its ramps
@@ -22,7 +22,7 @@ from ....kinematics import Profile, Rate
 START_MIN, START_MAX = 65, 30_000
 SPEED_MAX = 256_000
 RATE_MIN = 6
-"""Least rate in steps/ms/s: the table has no lower one."""
+"""Minimum rate in steps/ms/s: the table has no lower one."""
 
 
 def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:

@@ -1,4 +1,4 @@
-"""Find Home on an axis that does a part of the search itself, such as a controller behind an adapter.
+"""Find Home on an axis that does a part of the search itself, such as the controller of an adapter.
 
 `homing` has the rest of the search; an axis selects one of these by its capabilities.
 """
@@ -45,7 +45,7 @@ class HomingByAxis(Homing):
     """
 
     _search_start = 0
-    """Position at the begin of the axis's own search."""
+    """Position at the start of the axis's own search."""
 
     @override
     def _begin_seek(self, now_ns: int) -> None:
@@ -100,7 +100,7 @@ class HomingByAxis(Homing):
 
     @override
     def _met_a_limit(self, now_ns: int) -> bool:
-        """Handle a limit; one that stops the axis on the very edge of the switch does so at home."""
+        """Handle a limit; if it stops the axis exactly on the edge of the switch, the axis is at home."""
         on_the_edge = self.phase is Phase.CREEP and self._signal
         if on_the_edge and self.state.active & limit_of(self.direction):
             return False
@@ -154,7 +154,7 @@ class HomingSlowedByProximity(Homing):
 
     @override
     def _is_home(self, home_risen: bool) -> bool:
-        return False  # the axis stands at home
+        return False  # the axis is at home
 
     @override
     def _approach(self, now_ns: int, home_risen: bool) -> None:
@@ -183,7 +183,7 @@ class SeeksHome(Protocol):
 
 
 class HomingByDrive(Homing):
-    """A search that the axis makes from its start to its end, and says whether it has found home."""
+    """A search that the axis makes entirely; it reports whether it has found home."""
 
     @override
     def start(self, now_ns: int) -> None:
@@ -191,7 +191,7 @@ class HomingByDrive(Homing):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Take over the result at rest."""
+        """Adopt the result when the axis is at rest."""
         if not self.axis.moving:
             assert isinstance(self.axis, SeeksHome)
             self.found = self.axis.found_home

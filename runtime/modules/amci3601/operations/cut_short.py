@@ -27,7 +27,7 @@ class CutShort(Operation):
         how: the outcome, for the recording.
     """
 
-    limits: ClassVar[Limits] = Limits.OWN  # a limit can't cut it once more
+    limits: ClassVar[Limits] = Limits.OWN  # a limit can't cut it again
 
     def __init__(self, host: Host, now_ns: int, cut: Operation, completion: int, how: str) -> None:
         super().__init__(host, cut.started_ns)

@@ -7,7 +7,7 @@ owed. With rates of zero all owed steps are output at once (up to the module's
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
     v grows by no more than acceleration * tick
 
-At rest, with no step owed and the encoder still, every scan ends as the one before: the
+At rest, with no step owed and the encoder still, every scan ends as the previous one: the
 mode sleeps until its words change or something turns the encoder.
 """
 
@@ -169,7 +169,7 @@ class EncoderFollower(Operation):
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
         self._speed_msps = max(before - change, min(before + change, target))
-        if 0 < change <= abs(target - before):  # else it only keeps up with the encoder
+        if 0 < change <= abs(target - before):  # otherwise it only keeps up with the encoder
             self.shown_ramp = 1 if growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:

@@ -24,7 +24,7 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
 
 "Reversed" means by an end limit. Before that the opposite limit counts by its
 change, since one that is active at the start has no effect [note 2]. Only
-an axis that would have to begin with BACK into it does not start: HOM-05
+an axis that would begin with BACK into that limit does not start: HOM-05
 (reading A-106). Home has precedence over a limit of the same tick, so a limit can be the home switch, too.
 """
 
@@ -64,7 +64,7 @@ SEARCHING = frozenset({Phase.SEEK, Phase.FINAL, Phase.CREEP, Phase.STOP_BEFORE_B
 """Phases whose motion is in the commanded direction."""
 
 TURNING = frozenset({Phase.STOP_BEFORE_BACK, Phase.STOP_BEFORE_CREEP})
-"""Phases that end when the axis stands still."""
+"""Phases that end when the axis is at rest."""
 
 
 class Homing(Operation):
@@ -92,7 +92,7 @@ class Homing(Operation):
     @property
     @override
     def over(self) -> bool:
-        """Whether home is found, and the axis stands; stops and waits are part of the search."""
+        """Whether home is found and the axis is at rest; stops and waits are part of the search."""
         return self.found and not self.axis.moving
 
     @property
@@ -217,7 +217,7 @@ class Homing(Operation):
             self._final(now_ns)
 
     def _look_behind(self, now_ns: int) -> None:
-        """Wait on the way back for the signal to be on, then off (a narrow switch may lie behind)."""
+        """Wait on the way back for the signal to be on, then off: a narrow switch may have been passed."""
         if self._signal:
             self._signal_was_on = True
         elif self._signal_was_on:

@@ -56,10 +56,10 @@ class ProfileMove(Operation):
     def _hold(self, now_ns: int) -> None:
         axis, profile = self.axis, self.profile
         if self.holding or axis.ramp < 0:
-            return  # it is stopping already
+            return  # it is already stopping
         left = abs(self.target - axis.position)
         if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
-            return  # the ramp ends at the target: the move completes as it is
+            return  # the ramp ends at the target, so the move completes
         self.holding = self.resumable = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
 

@@ -1,22 +1,22 @@
-"""Collectors of a program in Python: functions of the scan, and classes with sequences.
+"""Collectors for a Python program: functions of the scan, and classes with sequences.
 
-nodes.py        the walk over nodes, and what they are
-reader.py       constants and calls in a text
-functions.py    a function of the scan: its commands
-sequences.py    a class with sequences: its declarations
-calls.py        calls of an axis in it
+nodes.py        walks over syntax tree nodes, and tests of their kind
+reader.py       constants and calls in a program text
+functions.py    a function of the scan, with its commands
+sequences.py    a class with sequences, with its declarations
+calls.py        calls of axis methods in that class
 loops.py        loops that never wait
-sequence_summaries.py   the commands of each sequence in their order, and its locks
-numbers.py, conditions.py   ranges and conditions in a text
-locks.py        locks, and their orders
-scans.py        slots and words of a function of the scan
-images.py       what its expressions are: slots, images
-steps.py        steps, and what it does in them
-names.py        fields and terminals, and what reads and writes them
+sequence_summaries.py   the commands of each sequence in order, and its locks
+numbers.py, conditions.py   ranges and conditions in a program text
+locks.py        the orders in which locks are taken
+scans.py        how a function of the scan uses slots and words
+images.py       which of its expressions are slots and images
+steps.py        steps, and what the program does in them
+names.py        fields and terminals, and what accesses them
 flow.py         mistakes that show in one function: conditions, lines never reached, numbers
-scopes.py       names that nothing reads, or that hide others
-attributes.py   names and attributes that do not exist, calls that do not fit
-reals.py        calculated fractions that are compared for equality
-counting.py     counters that nothing counts, subscripts without a bound
+scopes.py       names that nothing reads or that hide others
+attributes.py   names and attributes that do not exist, and calls that do not fit
+reals.py        equality comparisons of calculated fractions
+counting.py     counters that nothing counts, and subscripts without a bound
 chance.py       calls that differ from run to run
 """

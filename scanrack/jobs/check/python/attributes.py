@@ -1,4 +1,4 @@
-"""Names, attributes and calls in a text that fail when they are reached.
+"""Names, attributes and calls in a program text that fail when they run.
 
 scan.now                        the scan has no `now`
 scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
@@ -28,7 +28,7 @@ from .scans import missing
 def note_names(reader: Reader, facts: Facts) -> None:
     """Note names that do not exist, attributes of modules and classes, and calls that do not fit."""
     if not reader.names:
-        return  # the program is no function of its file
+        return  # the program is not a function in its own file
     known = {*reader.names, *vars(builtins), "__class__", "__file__", "__name__"}
     for function, owner in functions_in(reader.tree):
         own = {*known, *_bound(function), *([] if owner is None else ["super"])}
@@ -57,7 +57,7 @@ def _unknown_name(node: ast.Name, known: Collection[str], reader: Reader, facts:
 
 
 def _bound(function: Function) -> Iterator[str]:
-    """Yield all names that a function binds, in functions within it, too."""
+    """Yield all names that a function and its inner functions bind."""
     for node in ast.walk(function):
         match node:
             case ast.arg(arg=name) | ast.Name(id=name, ctx=ast.Store()):
@@ -77,7 +77,7 @@ def _bound(function: Function) -> Iterator[str]:
 
 
 def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) -> None:
-    """Note an attribute that a module or a class does not have."""
+    """Note an attribute that its module or class does not have."""
     root = ast.unparse(node).partition(".")[0]
     owner = None if root in local else resolved(node.value, reader.names)
     if isinstance(owner, ModuleType | type) and is_loaded(node) and not hasattr(owner, node.attr):
@@ -88,7 +88,7 @@ def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) 
 
 
 def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts: Facts) -> None:
-    """Note an attribute that a parameter of a data class does not have."""
+    """Note an attribute that a parameter's dataclass does not have."""
     name = node.value.id if isinstance(node.value, ast.Name) else ""
     annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
     kind = None if annotation is None else resolved(annotation, reader.names)
@@ -105,7 +105,7 @@ def _assigns(function: Function, name: str) -> bool:
 
 
 def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
-    """Note a constant key, or index, that a table of the module does not have."""
+    """Note a constant key or index that a table of the module does not have."""
     is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
     table = resolved(node.value, reader.names) if is_table else None
     keys = (node.slice.body, node.slice.orelse) if isinstance(node.slice, ast.IfExp) else (node.slice,)
@@ -116,7 +116,7 @@ def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
 
 
 def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
-    """Return that a table does not have a key or an index; "" if it may have it."""
+    """Return a message that a table lacks a key or index; "" if it may have it."""
     if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
         return f"`{name}` has {len(table)} elements, and no [{key}]"
     if isinstance(table, dict) and table and key is not None:
@@ -127,7 +127,7 @@ def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
 
 
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
-    """Return the keys that a table may have; None if something else may add others."""
+    """Return the keys that a table may have; None if other code may add keys."""
     used = [each for each in nodes_in(tree, ast.Subscript) if ast.unparse(each.value) == name]
     changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
     stored = [each.slice for each in filter(is_stored, used) if id(each) not in changed]
@@ -137,7 +137,7 @@ def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[ob
 
 
 def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:
-    """Note a call whose arguments do not fit."""
+    """Note a call whose arguments do not fit its parameters."""
     own, skipped = _called(call, reader, owner)
     if own is None or unpacks(call):
         return
@@ -153,7 +153,7 @@ def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Fac
 
 
 def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple[object, int]:
-    """Return the function or class of a call, and how many arguments come by themselves; None if unknown."""
+    """Return the called function or class, None if unknown, and how many arguments Python adds (`self`)."""
     method = field_of(call.func)
     if method and owner is not None:
         kind = reader.names.get(owner.name)
@@ -165,7 +165,7 @@ def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple
 
 
 def _is_ours(found: object, reader: Reader) -> bool:
-    """Whether a function or class is of this program, or of scanrack."""
+    """Whether a function or class belongs to this program or to scanrack."""
     module = str(getattr(found, "__module__", ""))
     return module.startswith("scanrack") or module == reader.names.get("__name__")
 

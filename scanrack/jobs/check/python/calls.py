@@ -1,9 +1,9 @@
-"""Calls in a program with sequences whose constants an axis refuses, or that fail when they are reached.
+"""Calls in a program with sequences that an axis refuses for their constants, or that fail when they run.
 
 self.axis.move_to(9_000_000, ...)     refused: out of range
 self.axis.move_to(4000, speed=200)    refused by the module: below the starting speed
 self.axis.moveto(4000)                fails: no such method
-dwell("2 seconds")                    fails: no time
+dwell("2 seconds")                    fails: not a valid time
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ NEUTRAL: Mapping[str, object] = {
     "numerator": 1,
     "denominator": 1,
 }
-"""A legal value for each argument of a command, in place of an unknown one."""
+"""Legal values to use for unknown arguments of a command."""
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
-"""Expressions that are no function."""
+"""Expressions that are not functions."""
 
 SEARCH = "home"
 """The method of an axis that starts a home search."""
@@ -50,11 +50,11 @@ FROM_STARTING_SPEED = (SEARCH, "move_to", "move_by")
 
 
 class Calls:
-    """The calls in a text.
+    """The calls in a program text.
 
     Args:
-        axes: the axes of the program by name.
-        classes: the class of the program and its bases; `self` of another class has other axes.
+        axes: axes of the program by name.
+        classes: the class of the program and its bases. Other classes have other axes under `self`.
     """
 
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
@@ -64,7 +64,7 @@ class Calls:
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
     def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
-        """Yield the starts of home searches, with their axes."""
+        """Yield the calls that start a home search, with their axes."""
         for axis, call in self._commands:
             if _method(call) == SEARCH:
                 yield self._reader.place(call), axis
@@ -77,7 +77,7 @@ class Calls:
                 yield Violation(self._reader.place(call), f"{_method(call)}: {text}")
 
     def failing(self) -> Iterator[Violation]:
-        """Yield the calls that raise when they are reached."""
+        """Yield the calls that raise an exception when they run."""
         for axis, call in self._commands:
             text = _misfit(axis, call) or _fraction(call)
             if text:
@@ -104,7 +104,7 @@ class Calls:
                 yield Violation(self._reader.place(call), text)
 
     def _times(self) -> Iterator[tuple[ast.Call, int]]:
-        """Yield the waits for a known time, ns."""
+        """Yield the waits for a known time, with the time in ns."""
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             if kind in (dwell, steady, within) and not unpacks(call):
@@ -114,14 +114,14 @@ class Calls:
                         yield call, parse_time(str(self._reader.value(node)))
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
-        """Return why the constants of a command are refused, or an empty text."""
+        """Return why the constants of a command are refused; "" if they are not."""
         starting_speed = axis.starting_speed
         neutral = {**NEUTRAL, "speed": starting_speed}
         arguments = self._arguments(axis, call, neutral)
         for each in variants(arguments) if arguments else ():
             try:
                 command = getattr(axis, _method(call))(**each)
-            except (TypeError, ValueError):  # the call itself fails, at its line
+            except (TypeError, ValueError):  # the call itself fails, which is reported elsewhere
                 return ""
             if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
                 return command.detail
@@ -133,7 +133,7 @@ class Calls:
     def _arguments(
         self, axis: Axis3601, call: ast.Call, neutral: Mapping[str, object]
     ) -> Mapping[str, Sequence[object]] | None:
-        """Return the values of the arguments, legal ones for unknown ones; None if it can't be tried."""
+        """Return the values to try for each argument, legal ones if unknown; None if that is impossible."""
         method = getattr(axis, _method(call), None)
         if not callable(method) or unpacks(call) or _misfit(axis, call):
             return None
@@ -148,7 +148,7 @@ class Calls:
         return arguments
 
     def _no_condition(self, call: ast.Call) -> str:
-        """Return that a wait gets a value in place of a function; empty if it does not, or if unknown."""
+        """Return a message if a wait has a value where it needs a function; "" if not, or if unknown."""
         given = call.args[0] if call.args else None
         name = "" if given is None else field_of(given)
         field = getattr_static(self._classes[0], name, None) if name and self._classes else None
@@ -160,7 +160,7 @@ class Calls:
         return ""
 
     def _no_time(self, kind: Any, call: ast.Call) -> str:
-        """Return the problem of a wait's time; empty if it has none, or is unknown."""
+        """Return the problem with a wait's time; "" if there is none, or if the time is unknown."""
         if unpacks(call):
             return ""
         try:
@@ -179,7 +179,7 @@ def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collectio
 
 
 def _owner(call: ast.Call) -> str:
-    """Return `axis` of a call of `self.axis.method(...)`; empty for another call."""
+    """Return `axis` for a call of `self.axis.method(...)`; "" for another call."""
     return field_of(call.func.value) if isinstance(call.func, ast.Attribute) else ""
 
 
@@ -188,13 +188,13 @@ def _method(call: ast.Call) -> str:
 
 
 def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
-    """Return the arguments of a call by the names of the parameters; TypeError if they do not fit."""
+    """Return the arguments of a call by parameter name; TypeError if they do not fit."""
     named = {str(each.arg): each.value for each in call.keywords}
     return dict(of.bind(*call.args, **named).arguments)
 
 
 def _misfit(axis: Axis3601, call: ast.Call) -> str:
-    """Return why a method of an axis can't be called with these arguments; empty if it can, or if unknown."""
+    """Return why a method of an axis can't be called with these arguments; "" if it can, or if unknown."""
     name = _method(call)
     method = getattr(axis, name, None)
     if not callable(method):
@@ -210,7 +210,7 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
 
 
 def _fraction(call: ast.Call) -> str:
-    """Return which argument of a command is a fraction; empty if none is."""
+    """Return which argument of a command is a fraction; "" if none is."""
     named = ((each.arg or "", each.value) for each in call.keywords)
     for _, node in (*(("", each) for each in call.args), *named):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):

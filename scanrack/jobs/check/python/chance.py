@@ -1,4 +1,4 @@
-"""Calls whose results differ from run to run: chance, the clock, files, threads."""
+"""Calls whose results differ from run to run: random numbers, clocks, files, threads."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ CHANCE = frozenset(
 """Modules whose results differ from run to run, or that wait on the wall clock."""
 
 CHANCE_OF = frozenset({("os", "urandom"), ("os", "getpid"), ("os", "times"), ("numpy", "random")})
-"""Functions of other modules that do so."""
+"""Functions of other modules that do the same."""
 
 
 def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
     """Whether the result of a call differs from run to run.
 
     Args:
-        names: of the module, with their values.
+        names: global names of the module, with their values.
     """
     name = ast.unparse(call.func)
     found = resolved(call.func, names)
@@ -45,7 +45,7 @@ def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
 
 
 def resolved(node: ast.expr, names: Mapping[str, Any]) -> object:
-    """Return what a name, or attributes of it, mean in the module; None if that is unknown."""
+    """Return the object that a name or a dotted name refers to in the module; None if it is unknown."""
     if isinstance(node, ast.Name):
         return names.get(node.id)
     if isinstance(node, ast.Attribute):

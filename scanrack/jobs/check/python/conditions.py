@@ -1,6 +1,6 @@
-"""Conditions in the text of a Python program.
+"""Conditions in a Python program text.
 
-A name has one value from one wait or assignment to the next: `Names.forget` gives every name another one.
+A name keeps its value from one wait or assignment to the next. `Names.forget` then renames every value.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ RELATIONS: dict[type[ast.cmpop], str] = {
 
 
 class ConditionNames:
-    """Names values of expressions in conditions; equal names mean equal values."""
+    """Names the values of expressions in conditions; equal names mean equal values."""
 
     def __init__(self) -> None:
-        self.turn = self._last = 0  # values of one turn are the same
+        self.turn = self._last = 0  # a turn is a time in which values do not change
         self._texts: dict[object, int] = {}
 
     def forget(self) -> None:
-        """Note that any value may be another one from here on."""
+        """From now on, treat every value as a new one."""
         self._last += 1
         self.turn = self._last
 
@@ -38,21 +38,21 @@ class ConditionNames:
         return f"{ast.unparse(node)}#{self.turn}"
 
     def number(self, value: object) -> float | None:
-        """Return a number that is equal for equal constants; None for None."""
+        """Return a number for a constant, the same one for equal constants; None for None."""
         if isinstance(value, int | float):
             return value
         return None if value is None else self._texts.setdefault(value, len(self._texts))
 
 
 def is_plain(node: ast.expr) -> bool:
-    """Whether an expression is a name, or attributes of a name: reading it runs nothing."""
+    """Whether an expression is a name, or an attribute of one, so that reading it runs no code."""
     while isinstance(node, ast.Attribute):
         node = node.value
     return isinstance(node, ast.Name)
 
 
 def condition(node: ast.expr, names: ConditionNames) -> Condition:
-    """Return the condition that an expression is."""
+    """Return an expression as a condition."""
     match node:
         case ast.Constant(value):
             return FixedTruth(bool(value))
@@ -84,7 +84,7 @@ def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: ConditionNam
 
 
 def _with_constant(node: ast.expr, relation: str, value: object, names: ConditionNames) -> Condition:
-    """Return the condition that a comparison with a constant is."""
+    """Return a comparison with a constant as a condition."""
     number = names.number(value) if is_plain(node) else None
     is_equality = relation in ("=", "<>")
     if isinstance(value, bool) and is_plain(node) and is_equality:
@@ -104,7 +104,7 @@ def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Cond
 
 
 def constant_of(node: ast.expr) -> ast.Constant | None:
-    """Return a constant, a negative number and the member of an enumeration included."""
+    """Return the constant that an expression is, including negative numbers and members of enumerations."""
     match node:
         case ast.Constant():
             return node

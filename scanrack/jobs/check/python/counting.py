@@ -1,8 +1,8 @@
 """Counters that nothing counts, and subscripts that count without a bound.
 
-if self.parts >= 10:             and parts is 0 in the class, and nothing assigns it
-if self.full:                    of `full = Counter(10)`, and nothing calls self.full(...)
-WEIGHTS[self.next]               after `self.next += 1`, and nothing compares next, or takes it back
+if self.parts >= 10:             but the class sets parts to 0, and nothing else assigns it
+if self.full:                    with `full = Counter(10)`, but nothing calls self.full(...)
+WEIGHTS[self.next]               after `self.next += 1`, but nothing compares or resets next
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FAILS: Mapping[type[ast.cmpop], Callable[[Any], bool]] = {
     ast.GtE: lambda number: number > 0,
     ast.Eq: lambda number: number != 0,
 }
-"""Whether 0 never meets a comparison with a number."""
+"""By comparison: whether 0 never satisfies it with a number."""
 
 _TESTS = (
     *(ast.Attribute, ast.BoolOp, ast.UnaryOp, ast.Compare, ast.If, ast.While, ast.IfExp, ast.Lambda),
@@ -41,7 +41,7 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
     """Note counters that nothing counts, and subscripts without a bound.
 
     Args:
-        recorded: fields that people read, and may write.
+        recorded: fields that people read and may write.
     """
     if not {"setattr", "vars", "globals"}.isdisjoint(names_in(reader.tree)):
         return
@@ -55,7 +55,7 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
 
 
 def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
-    """Note blocks whose result is read, and that nothing calls.
+    """Note blocks whose result is read but that nothing calls.
 
     Args:
         blocks: names of fields that are timers, edges and counters.
@@ -70,12 +70,12 @@ def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
 
 
 def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
-    """Whether a block is tested, or its result is read: it is not called, and not handed to anything."""
+    """Whether a use of a block only tests it or reads its result, and neither calls it nor passes it on."""
     return isinstance(parent, _TESTS) or (isinstance(parent, ast.Assign) and parent.value is node)
 
 
 def _never_counted(reader: Reader, facts: Facts, recorded: Collection[str]) -> None:
-    """Note comparisons of a field that stays 0: its class declares 0, and all that is assigned to it is 0."""
+    """Note comparisons of a field that stays 0: its class and all assignments set it to 0."""
     zero = _zero_fields(reader.tree) - set(recorded)
     for node in nodes_in(reader.tree, ast.Compare):
         left, right = node.left, node.comparators[0]
@@ -88,7 +88,7 @@ def _never_counted(reader: Reader, facts: Facts, recorded: Collection[str]) -> N
 
 
 def _zero_fields(tree: ast.Module) -> set[str]:
-    """Return the fields to which classes and assignments only give 0."""
+    """Return the fields that classes and assignments never set to anything but 0."""
     zero: dict[str, bool] = dict(_declared(tree))
     values = {
         id(target): _is_zero(node.value) for node in nodes_in(tree, ast.Assign) for target in node.targets
@@ -99,7 +99,7 @@ def _zero_fields(tree: ast.Module) -> set[str]:
 
 
 def _never_set(reader: Reader, facts: Facts) -> None:
-    """Note a bit of an object of the module that a class declares as False, and that nothing assigns."""
+    """Note a bit of a module's object that its class declares as False and that nothing assigns."""
     kinds = {name: type(value) for name, value in reader.names.items() if name not in reader.local}
     own = {name: kind for name, kind in kinds.items() if kind.__module__ == reader.names.get("__name__")}
     seen = stored_attributes(reader.tree)
@@ -112,7 +112,7 @@ def _never_set(reader: Reader, facts: Facts) -> None:
 
 
 def _declared(tree: ast.Module) -> Iterator[tuple[str, bool]]:
-    """Yield the fields that classes declare, and whether with 0."""
+    """Yield the fields that classes declare, each with whether its value is 0."""
     for kind in tree.body:
         if isinstance(kind, ast.ClassDef):
             for target, value in assignments_in(kind.body):
@@ -125,9 +125,9 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def _unbounded(reader: Reader, tables: _Tables, facts: Facts) -> None:
-    """Note subscripts that only count, and that nothing compares."""
+    """Note subscripts that only count and that nothing compares."""
     if any(nodes_in(reader.tree, ast.ExceptHandler)):
-        return  # IndexError may be its end
+        return  # an IndexError may be how it ends
     counting = list(_counting(reader.tree))
     fields = {ast.unparse(each): each.attr for each in counting if isinstance(each, ast.Attribute)}
     for text, name in fields.items():
@@ -137,7 +137,7 @@ def _unbounded(reader: Reader, tables: _Tables, facts: Facts) -> None:
 
 
 def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables, facts: Facts) -> None:
-    """Note a local subscript that counts in a loop without an end, and that nothing in it limits."""
+    """Note a local subscript that counts in an endless loop, if nothing in the loop limits it."""
     if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
     changed = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
@@ -148,7 +148,7 @@ def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables, facts: Facts
 
 
 def _only_counts(own: Iterable[ast.expr], counting: Iterable[ast.expr]) -> bool:
-    """Whether a number is only assigned where it counts."""
+    """Whether a number is assigned only where it counts."""
     return {id(node) for node in own if is_stored(node)} <= {id(node) for node in counting}
 
 
@@ -159,11 +159,11 @@ def _note_unbounded(
     reader: Reader,
     facts: Facts,
 ) -> None:
-    """Note a number that is only read as a subscript of tables.
+    """Note a number that is read only as a subscript of tables.
 
     Args:
-        own: where it is read and assigned.
-        elements: those of tables with this subscript.
+        own: the expressions that read or assign it.
+        elements: the elements of tables with this subscript.
     """
     if elements and len(elements) == len([node for node in own if not is_stored(node)]):
         where = f"`{ast.unparse(elements[0])}`: {text} counts, and nothing keeps it within the table"
@@ -171,24 +171,24 @@ def _note_unbounded(
 
 
 def _counting(tree: ast.AST | Iterable[ast.AST]) -> Iterator[ast.expr]:
-    """Yield the targets to which a text adds a constant, or from which it takes one."""
+    """Yield the targets that a text increments or decrements by a constant."""
     for node in nodes_in(tree, ast.AugAssign):
         if isinstance(node.op, ast.Add | ast.Sub) and isinstance(node.value, ast.Constant):
             yield node.target
 
 
 class _Tables:
-    """The lists and tuples of a text: of the module, and of fields."""
+    """The lists and tuples in a text: globals of the module, and fields."""
 
     def __init__(self, reader: Reader) -> None:
         self._reader = reader
-        self._values: dict[str, list[ast.expr | None]] = {}  # None for a declaration without a value
+        self._values: dict[str, list[ast.expr | None]] = {}  # None for a declaration without value
         for node in nodes_in(reader.tree, ast.Assign, ast.AnnAssign):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                 self._values.setdefault(last_name(target), []).append(node.value)
 
     def elements(self, tree: ast.AST | Iterable[ast.AST], index: str) -> list[ast.Subscript]:
-        """Return the elements of tables with an index as it is written."""
+        """Return the elements of tables whose index is written as given."""
         found = (node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.slice) == index)
         return [node for node in found if self._is_table(node.value)]
 
@@ -201,6 +201,6 @@ class _Tables:
 
 
 def _is_row(node: ast.expr | None) -> bool:
-    """Whether an expression is a list or a tuple, or a product of one."""
+    """Whether an expression is a list, a tuple, or a multiple of one."""
     first = node.left if isinstance(node, ast.BinOp) else node
     return isinstance(first, ast.List | ast.Tuple)

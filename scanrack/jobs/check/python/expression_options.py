@@ -1,10 +1,10 @@
-"""What an expression of a Python program may be, one option after the other: constants, tables, helpers.
+"""The possible values of an expression in a Python program, one by one: constants, tables, helpers.
 
-target = STOPS[line.at]                  one of the elements of STOPS
-outputs[2] = target // 1000              one of their thousands
-outputs[2], outputs[3] = split(target)   what the helper `split` makes of each
+target = STOPS[line.at]                  each element of STOPS
+outputs[2] = target // 1000              the thousands of each element
+outputs[2], outputs[3] = split(target)   what the helper `split` returns for each element
 
-Nothing of the program is called: helpers are read, statement by statement.
+No code of the program is called. Helpers are interpreted statement by statement.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .nodes import Function, parameters_of, unpacks
 from .reader import Reader, UnknownError
 
 DEPTH = 8
-"""Levels of helpers, and of names, that are followed."""
+"""Maximum depth of helpers and names that are followed."""
 
 MOST = 64
-"""Options that are looked at."""
+"""Maximum number of options."""
 
 OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
@@ -58,7 +58,7 @@ PURE: Mapping[object, Callable[..., Any]] = {
     **{each: each for each in (abs, int, round, min, max, divmod, bool, len, sum, split_thousands, Image)},
     **{each: lambda *given, of=each: tuple(of(*given)) for each in (range, enumerate, zip, tuple, list)},
 }
-"""Functions whose result depends on their arguments alone."""
+"""Functions whose result depends only on their arguments."""
 
 CHANGING = ("append", "pop", "extend", "insert", "update", "clear", "remove", "sort")
 """Methods that change a table."""
@@ -67,22 +67,22 @@ PLAIN = (int, float, str, bool, Enum)
 
 
 Names = Mapping[str, "ast.expr | Choices | None"]
-"""What local names are: an expression of outer names, values, or unknown."""
+"""The meaning of local names: an expression of outer names, values, or unknown."""
 
 
 class _ReturnedError(Exception):
-    """A helper returns."""
+    """A helper returns a value."""
 
     def __init__(self, value: object) -> None:
         self.value = value
 
 
 class Options:
-    """The options of the expressions in a text.
+    """The possible values of the expressions in a text.
 
     Args:
-        functions: by name; helpers among them are read.
-        stored: what the text assigns, by target.
+        functions: functions by name; those that are helpers are interpreted.
+        stored: expressions that the text assigns, by target.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Options:
         }
 
     def of(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
-        """Return the options of an expression; an `UnknownError` if the text does not determine them."""
+        """Return the options of an expression; UnknownError if the text does not determine them."""
         if depth == 0:
             raise UnknownError
         match node:
@@ -149,7 +149,7 @@ class Options:
         return _each([table, index], lambda found, at: found[at])
 
     def _any_element(self, node: ast.Subscript, table: Choices) -> Choices:
-        """Return the elements of a table at an unknown index."""
+        """Return the elements of a table, for an unknown index."""
         found = table.options[0]
         if len(table.options) > 1 or not isinstance(found, tuple | list | dict) or not found:
             raise UnknownError
@@ -172,7 +172,7 @@ class Options:
         return Choices((_plain(getattr(owner, node.attr)),))
 
     def _assigned(self, text: str, depth: int) -> Choices:
-        """Return what a text assigns to an attribute, as far as it is known."""
+        """Return the options that a text assigns to an attribute, as far as they are known."""
         options: list[Any] = []
         names: list[str] = []
         for value in self._stored[text]:
@@ -202,7 +202,7 @@ class Options:
         return _each(given, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
 
     def _function(self, name: str, depth: int) -> Callable[..., Any]:
-        """Return what a call by this name does; an `UnknownError` if it may depend on more than arguments."""
+        """Return the function of a name; UnknownError if its result may depend on more than its arguments."""
         helper = self._functions.get(name)
         if isinstance(helper, ast.FunctionDef):
             own = helper
@@ -218,7 +218,7 @@ class Options:
     def _run(
         self, helper: ast.FunctionDef, given: Sequence[Any], named: Mapping[str, Any], depth: int
     ) -> object:
-        """Return what a helper makes of values."""
+        """Return the result of a helper for given values."""
         parameters = parameters_of(helper)
         if len(given) > len(parameters):
             raise UnknownError
@@ -268,7 +268,7 @@ _BUILT_IN: Mapping[str, object] = {str(getattr(each, "__name__", "")): each for 
 
 
 def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
-    """Return a function of options; an `UnknownError` if they have several sources, or it fails."""
+    """Apply a function to options; UnknownError if sources differ or the call fails."""
     found = combined(parts, of)
     if not found.options:
         raise UnknownError
@@ -276,7 +276,7 @@ def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of the module that nothing changes; an `UnknownError` for another one."""
+    """Return a value of the module if nothing can change it; otherwise raise UnknownError."""
     is_row = isinstance(value, tuple | list) and all(map(_is_plain, value))
     is_table = isinstance(value, dict) and all(map(_is_plain, value.values()))
     if is_row or is_table or _is_plain(value):
@@ -300,7 +300,7 @@ def _is_hashable(value: object) -> bool:
 
 
 def _changed(tree: ast.Module) -> Sequence[str]:
-    """Return the names of tables that the text changes, and of globals that functions assign."""
+    """Return the names of tables that the text changes, and of globals that its functions assign."""
     found = []
     for node in ast.walk(tree):
         match node:

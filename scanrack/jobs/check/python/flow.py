@@ -1,4 +1,4 @@
-"""Mistakes that show in one function of a Python program: its conditions, its lines, its numbers."""
+"""Mistakes within one function of a Python program: its conditions, lines and numbers."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 
 
 class Flow:
-    """Notes the mistakes of the functions in a text."""
+    """Notes the mistakes of each function in a text."""
 
     def __init__(self, reader: Reader, facts: Facts) -> None:
         self._reader, self._facts = reader, facts
         self._names = ConditionNames()
 
     def note(self) -> None:
-        """Note them all."""
+        """Note the mistakes of all functions."""
         for function, _ in functions_in(self._reader.tree):
             self._names.forget()
             self._body(function.body, TRUE)
         for statement in self._reader.tree.body:
             if isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test):
-                continue  # no part of the logic
+                continue  # not part of the logic
             for node in nodes_in(statement, ast.BinOp):
                 self._number(node)
             for call in nodes_in(statement, ast.Call):
@@ -79,13 +79,13 @@ class Flow:
                 self._names.forget()
 
     def _branches(self, *bodies: Sequence[ast.stmt]) -> None:
-        """Note the bodies of a statement, before each of which any value may change."""
+        """Note mistakes in the given bodies of a statement; before each body, any value may have changed."""
         for body in bodies:
             self._names.forget()
             self._body(body, TRUE)
 
     def _test(self, test: ast.expr, reached: Condition) -> Condition:
-        """Note a test that never holds, or always does; return its condition."""
+        """Note a test that always or never holds; return its condition."""
         own = condition(test, self._names)
         found = constant_condition(own)
         if found is None and own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
@@ -98,7 +98,7 @@ class Flow:
         return UNKNOWN
 
     def _expressions(self, node: ast.AST) -> None:
-        """Note the conditions in the expressions of a statement, such as those of `until` and `and`."""
+        """Note mistakes in conditions in a statement's expressions, such as those of `until` and `and`."""
         outer: set[int] = set()
         for each in nodes_in(node, ast.BoolOp, ast.IfExp, ast.Compare):
             if id(each) in outer:
@@ -114,7 +114,7 @@ class Flow:
     # --- numbers
 
     def _number(self, node: ast.BinOp) -> None:
-        """Note a division by 0, and one that always gives 0."""
+        """Note a division by 0, or one that always gives 0."""
         is_division = isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod)
         divisor = self._reader.number(node.right) if is_division else None
         is_whole = isinstance(node.op, ast.FloorDiv) and isinstance(divisor, int)
@@ -124,11 +124,11 @@ class Flow:
             self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
     def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
-        """Whether a constant, or the rest of a division, is smaller than a divisor."""
+        """Whether the dividend, a constant or a remainder, is smaller than the divisor."""
         is_rest = isinstance(dividend, ast.BinOp) and isinstance(dividend.op, ast.Mod)
         most = dividend.right if is_rest and isinstance(dividend, ast.BinOp) else dividend
         found = self._reader.number(most)
-        is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # the thousands of a name may be 0
+        is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # a named value may be small
         return is_literal and isinstance(found, int) and 0 < found <= divisor - (not is_rest)
 
 
@@ -141,7 +141,7 @@ def _leaves(body: Sequence[ast.stmt]) -> bool:
 
 
 def _never_ends(node: ast.stmt) -> bool:
-    """Whether what follows a statement is never reached."""
+    """Whether the code after a statement is never reached."""
     if isinstance(node, _LEAVES):
         return True
     if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:
@@ -152,7 +152,7 @@ def _never_ends(node: ast.stmt) -> bool:
 
 
 def _breaks(node: ast.AST) -> bool:
-    """Whether a statement leaves the loop that it is directly in."""
+    """Whether a statement leaves its innermost loop."""
     if isinstance(node, ast.Break):
         return True
     if isinstance(node, ast.For | ast.While | ast.AsyncFor):

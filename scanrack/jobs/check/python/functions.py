@@ -28,10 +28,10 @@ from .times import waits_below_one_scan
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
-    """Read the facts of a Python program.
+    """Return the facts of a Python program.
 
     Args:
-        names: the names of its module, with their values.
+        names: global names of its module, with their values.
     """
     tree = ast.parse(read_input_text(path, TextKind.PYTHON))
     reader = Reader(str(path), tree, names)
@@ -64,7 +64,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
 
 
 def _note_commands(reader: Reader, facts: Facts) -> None:
-    """Note the commands that a text makes, and those whose arguments are refused."""
+    """Note the commands that a text constructs, and those whose arguments are refused."""
     moves: list[tuple[FileLine, str, int]] = []
     least: list[int] = []
     for kind, call in reader.calls():
@@ -87,7 +87,7 @@ def _note_commands(reader: Reader, facts: Facts) -> None:
 def _too_slow(
     moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]
 ) -> Iterator[Violation]:
-    """Yield the moves and home searches that are slower than the starting speed of every configuration."""
+    """Yield the moves and home searches that are slower than the starting speed in every configuration."""
     least = min(starting_speeds, default=0)
     for place, kind, speed in moves:
         if speed < least:

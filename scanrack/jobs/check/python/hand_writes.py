@@ -1,8 +1,8 @@
-"""Writes of a function of the scan to output words of 3601s.
+"""Writes to output words of 3601s in a function of the scan.
 
 axis.outputs.load(MOVE.to_image())                all eight words
-axis.outputs[2], axis.outputs[3] = split(target)  two words, of the same source
-axis.outputs.set_bit(0, 7, plus and not minus)    a bit, and when it is set
+axis.outputs[2], axis.outputs[3] = split(target)  two words from the same source
+axis.outputs.set_bit(0, 7, plus and not minus)    a bit, with its condition
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from .steps import BITS, PythonSteps, callee_of
 
 _WORD = 0xFFFF
 LOOP = 16
-"""Passes of a loop that are followed one by one."""
+"""Maximum number of loop passes that are followed one by one."""
 
 
 @dataclass(frozen=True, slots=True)
 class _WalkPlace:
-    """Where a walk is: its condition as the steps have it, and of what local names stand for."""
+    """The state of a walk: its condition as the steps see it, and the same in terms of inputs and fields."""
 
     when: Condition = TRUE
     free: Condition = TRUE
     depth: int = 4
 
     def where(self, own: Condition, free: Condition) -> _WalkPlace:
-        """Return a place within this one."""
+        """Return the state inside a condition."""
         return _WalkPlace(AllOf((self.when, own)), AllOf((self.free, free)), self.depth)
 
 
 class HandWrites:
-    """The writes of a text.
+    """The writes in a text.
 
     Args:
-        slots: those with 3601s.
+        slots: slots with 3601s.
     """
 
     def __init__(self, reader: Reader, steps: PythonSteps, slots: Sequence[int]) -> None:
@@ -55,12 +55,12 @@ class HandWrites:
         self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
         self._options = Options(reader, self._functions, steps.values)
         self._names = LocalNames(self._options)
-        self.actions: list[StepAction] = []  # those on command words
+        self.actions: list[StepAction] = []  # writes of command words
         self.outputs: list[OutputWrite] = []
-        self.remarks: list[Violation] = []  # words that are given another number than they can hold
+        self.remarks: list[Violation] = []  # numbers that do not fit into their word
 
     def writes(self) -> Iterator[WordWrite]:
-        """Yield the writes of all functions that no other one calls."""
+        """Yield the writes of all functions that no other function calls."""
         called = set(map(callee_of, nodes_in(self._reader.tree, ast.Call)))
         for name, function in self._functions.items():
             if name not in called:
@@ -133,7 +133,7 @@ class HandWrites:
             self._names.bind(target, value)
 
     def _changed(self, node: ast.AugAssign, place: _WalkPlace) -> Iterator[WordWrite]:
-        """Yield a write of bits: `outputs[0] |= 1`, `outputs[0] &= ~1`."""
+        """Yield a write of bits, such as `outputs[0] |= 1` or `outputs[0] &= ~1`."""
         target = node.target
         if isinstance(target, ast.Name):
             self._names.forget(target.id)
@@ -158,7 +158,7 @@ class HandWrites:
             yield from self._method(call, slot, place)
 
     def _method(self, call: ast.Call, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
-        """Yield the writes of a method of an output image."""
+        """Yield the writes that a method of an output image makes."""
         match callee_of(call), call.args:
             case "clear", _:
                 yield from (self._word(call, slot, word, Choices((0,)), place) for word in range(WORDS))
@@ -170,7 +170,7 @@ class HandWrites:
                     yield self._bit(call, slot, word, 1 << number, on, place)
 
     def _within(self, inner: Function, call: ast.Call, place: _WalkPlace) -> Iterator[WordWrite]:
-        """Yield the writes of a function that is called."""
+        """Yield the writes of a called function."""
         outer, caller = self._names.enter(inner, call), self._steps.function
         self._steps.function = inner
         yield from self._body(inner.body, _WalkPlace(place.when, place.free, place.depth - 1))
@@ -178,7 +178,7 @@ class HandWrites:
         self._names.swap(outer)
 
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
-        """Yield the writes of a whole image."""
+        """Yield the writes that load a whole image."""
         try:
             found = self._options.of(self._names.closed(image), {})
             images = [tuple(each) for each in found.options if len(tuple(each)) == WORDS]
@@ -244,7 +244,7 @@ class HandWrites:
     # --- what expressions are
 
     def _outputs(self, node: ast.expr) -> int | None:
-        """Return the slot of a 3601 whose outputs an expression is."""
+        """Return the slot of a 3601 if an expression is its output image; None for another one."""
         found = self._names.closed(node)
         if not isinstance(found, ast.Attribute) or found.attr != "outputs":
             return None
@@ -255,7 +255,7 @@ class HandWrites:
         return slot if slot in self._slots else None
 
     def _output_word(self, node: ast.expr) -> tuple[int | None, int | None]:
-        """Return slot and word of an element of outputs; None for what is unknown, or no word."""
+        """Return the slot and word of an output element; None for each that is unknown or does not exist."""
         if not isinstance(node, ast.Subscript):
             return None, None
         word = self._number(node.slice)
@@ -289,7 +289,7 @@ class HandWrites:
         return condition(test, self._steps.names)
 
     def _free(self, test: ast.expr) -> Condition:
-        """Return the condition that an expression is of inputs and fields."""
+        """Return an expression as a condition on inputs and fields."""
         return condition(self._names.inputs(test), ConditionNames())
 
 

@@ -1,4 +1,4 @@
-"""What expressions in a function of the scan are: the scan, its slots, their images; and what these lack.
+"""Finds which expressions of a function are the scan, its slots or images, and what is missing in them.
 
 scan.now                                     the scan has no `now`
 scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
@@ -21,22 +21,22 @@ from .reader import Reader, functions_in
 from .scans import missing
 
 KINDS: Mapping[str, type] = {"scan": LogicScan, "slot": Slot, "inputs": Image, "outputs": Image}
-"""Classes of what a function of the scan works with."""
+"""Classes of the objects that a function of the scan uses."""
 
 PARTS = {("scan", "slot"): "slots", ("slot", "inputs"): "inputs", ("slot", "outputs"): "outputs"}
-"""What an attribute of one of them is."""
+"""What each attribute of these objects is."""
 
 BITS = 16
 """Bits of a word."""
 
 What = tuple[str, int | None]
-"""What an expression is, and the slot that it belongs to if that is known."""
+"""What an expression is, and its slot if that is known."""
 
 NOTHING: What = ("", None)
 
 
 class Images:
-    """Notes attributes, words and bits that the scan and its slots do not have."""
+    """Notes attributes, words and bits that the scan or its slots do not have."""
 
     def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
         self._reader, self._facts = reader, facts
@@ -47,8 +47,8 @@ class Images:
         }
 
     def note(self) -> None:
-        """Note them all."""
-        for function in (*self._functions, *self._functions):  # what a call hands on, and what it is then
+        """Note the mistakes of all functions."""
+        for function in (*self._functions, *self._functions):  # pass 2 knows the parameters from pass 1
             for call in nodes_in(function, ast.Call):
                 self._hand_on(call, self.locals_of(function))
         for function in self._functions:
@@ -82,7 +82,7 @@ class Images:
             self._facts.remark("no-place", self._reader.place(node), f"`{ast.unparse(node)}`: {text}")
 
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
-        """Return that an image does not have a word or a bit; "" if it has, or if that is unknown."""
+        """Return a message that an image lacks a word or bit; "" if it has it, or if that is unknown."""
         known = [self._words[slot]] if slot in self._words else self._words.values()
         words = max((len(each.named(image)) for each in known), default=WORDS)
         if not -words <= word < words:
@@ -102,7 +102,7 @@ class Images:
     # --- what names are
 
     def _hand_on(self, call: ast.Call, local: Mapping[str, What]) -> None:
-        """Note what a call of a function of this text gets."""
+        """Note what a call passes to a function in this text."""
         name = last_name(call.func)
         for function in self._functions:
             if function.name == name:
@@ -112,7 +112,7 @@ class Images:
                         self._given.setdefault((name, parameter), set()).add(what)
 
     def locals_of(self, function: Function) -> dict[str, What]:
-        """Return what the names of a function are, as far as each is one thing."""
+        """Return what the local names of a function are, if each is only one thing."""
         found: dict[str, What] = {
             name: next(iter(kinds))
             for (owner, name), kinds in self._given.items()
@@ -124,7 +124,7 @@ class Images:
         return found
 
     def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
-        """Return what an expression is: "scan", "slot", "inputs", "outputs" or ""; and of which slot."""
+        """Return what an expression is, "scan", "slot", "inputs", "outputs" or "", and its slot."""
         match node:
             case ast.Name(id=name):
                 return local.get(name, NOTHING)
@@ -137,7 +137,7 @@ class Images:
 
 
 def _assigned(function: Function) -> Iterator[tuple[str, ast.expr | None]]:
-    """Yield what a function assigns: the text of the target, and the value; None for a loop's."""
+    """Yield the assignments of a function as target and value; the value is None for a loop variable."""
     for node in ast.walk(function):
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):

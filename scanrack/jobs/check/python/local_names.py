@@ -1,4 +1,4 @@
-"""Local names of a function of the scan, and what they stand for at a place of its text."""
+"""What local names of a function mean at a place in its text."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from .nodes import Function, given_to, parameters_of
 from .reader import UnknownError
 
 MOST = 400
-"""Nodes of an expression that are followed."""
+"""Maximum number of nodes of an expression that is followed."""
 
 Names = dict[str, ast.expr | None]
 
 
 class LocalNames:
-    """The local names at a place: expressions without local names, None for an unknown value."""
+    """The local names at a place, each with an expression without local names, or None if unknown."""
 
     def __init__(self, options: Options) -> None:
         self._options = options
         self._names: Names = {}
 
     def begin(self) -> None:
-        """Begin a function."""
+        """Start a function."""
         self._names = {}
 
     def copy(self) -> Names:
-        """Return the names at this place."""
+        """Return the names at the present place."""
         return dict(self._names)
 
     def swap(self, names: Names) -> Names:
-        """Go to the names of another place; return those of this one."""
+        """Switch to the names of another place; return the names of the present one."""
         self._names, here = names, self._names
         return here
 
     def join(self, other: Names, test: ast.expr) -> None:
-        """Join the names after the two arms of a statement; `other` are those after the first arm."""
+        """Join the names after the two arms of a statement; `other` has those after the first arm."""
         for name in {*other, *self._names}:
             one, two = other.get(name), self._names.get(name)
             if one is two or (one is not None and two is not None and ast.dump(one) == ast.dump(two)):
@@ -47,11 +47,11 @@ class LocalNames:
             self._names[name] = both
 
     def forget(self, name: str) -> None:
-        """Note that a name has an unknown value."""
+        """Make the value of a name unknown."""
         self._names[name] = None
 
     def bind(self, target: ast.expr, value: ast.expr | None) -> None:
-        """Note what a target gets; None for an unknown value."""
+        """Set what a target means; None for unknown."""
         if isinstance(target, ast.Tuple):
             parts = [None] * len(target.elts) if value is None else self.parts(value, len(target.elts))
             for each, part in zip(target.elts, parts, strict=True):
@@ -60,7 +60,7 @@ class LocalNames:
             self._names[target.id] = None if value is None else _short(self.closed(value))
 
     def parts(self, value: ast.expr, count: int) -> Sequence[ast.expr]:
-        """Return the elements of a value that is unpacked."""
+        """Return the elements of a value that is being unpacked."""
         if isinstance(value, ast.Tuple) and len(value.elts) == count:
             return [self.closed(each) for each in value.elts]
         closed = self.closed(value)
@@ -70,19 +70,19 @@ class LocalNames:
         ]
 
     def enter(self, function: Function, call: ast.Call) -> Names:
-        """Begin a function that is called; return the names of the place of the call."""
+        """Enter a called function; return the names at the call."""
         parameters = parameters_of(function)
         given = {name: _short(self.closed(value)) for name, value in given_to(parameters, call).items()}
         return self.swap({**given, **{name: None for name in parameters if name not in given}})
 
     def closed(self, node: ast.expr) -> ast.expr:
-        """Return an expression in which local names are what they stand for."""
+        """Return an expression with local names replaced by their meaning."""
         found = _Closing(self._names).visit(_copy(node))
         assert isinstance(found, ast.expr)
         return found
 
     def inputs(self, node: ast.expr) -> ast.expr:
-        """Return the same with the bits of input images as names."""
+        """Return the same with bits of input images replaced by names."""
         found = _InputNames(self._options).visit(self.closed(node))
         assert isinstance(found, ast.expr)
         return found
@@ -101,7 +101,7 @@ class _Closing(ast.NodeTransformer):
 
 
 class _InputNames(ast.NodeTransformer):
-    """`scan.slot[2].inputs.bit(0, 3)` becomes the name of an input."""
+    """Replaces `scan.slot[2].inputs.bit(0, 3)` with the name of an input."""
 
     def __init__(self, options: Options) -> None:
         self._options = options
@@ -122,5 +122,5 @@ def _short(node: ast.expr) -> ast.expr | None:
 
 
 def _copy(node: ast.expr) -> ast.expr:
-    """Return a copy of an expression: a transformer changes its nodes."""
+    """Return a copy of an expression, because a transformer changes its nodes."""
     return copy.deepcopy(node)

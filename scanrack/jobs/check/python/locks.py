@@ -1,4 +1,4 @@
-"""Locks that sequences take while they hold others: orders in which they block each other for good."""
+"""Finds sequences that take locks in orders that can block each other forever."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ class Locks:
     """The locks of a class.
 
     Args:
-        names: of all of them.
+        names: names of all locks.
     """
 
     def __init__(self, names: Sequence[str], facts: Facts) -> None:
         self.names = names
         self._facts = facts
-        self._after: dict[str, dict[str, FileLine]] = {}  # by lock held: those taken, and where
+        self._after: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, and where
 
     def take(self, owner: str, name: str, held: Sequence[str], at: FileLine) -> None:
-        """Note that a sequence takes a lock while it holds others."""
+        """Note that a sequence takes a lock; remark if its order can block."""
         if name in held:
             text = f"{owner} takes {name}, which it holds: it waits for itself"
             self._facts.remark("lock-order", at, text)
@@ -33,7 +33,7 @@ class Locks:
             self._after.setdefault(each, {}).setdefault(name, at)
 
     def _way(self, first: str, last: str) -> FileLine | None:
-        """Return where the way from a lock to another one begins, over any number of others."""
+        """Return where a chain of lock orders from one lock to another begins; None if there is none."""
         seen, todo = {first}, [(each, at) for each, at in self._after.get(first, {}).items()]
         while todo:
             name, at = todo.pop(0)

@@ -1,7 +1,7 @@
 """Loops of sequences that never wait.
 
 while True: self.count += 1         no end and no await
-while not self.start: pass          an input is constant for the whole scan
+while not self.start: pass          an input does not change during a scan
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _VALUES = (ast.Name, ast.Attribute, ast.Subscript)
 
 
 def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, str]]:
-    """Yield the loops of `async def` functions that have no end and no await: line and problem.
+    """Yield the loops of `async def` functions that neither end nor await, each as line and problem.
 
     Args:
-        inputs: the names of inputs, which are constant for the whole scan.
+        inputs: names of inputs, which do not change during a scan.
     """
     for function in nodes_in(tree, ast.AsyncFunctionDef):
         for loop in nodes_in(function, ast.While):
@@ -32,10 +32,10 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
 
 
 def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple[int, str]]:
-    """Yield loops without a wait in which nothing changes what they test: line and problem.
+    """Yield loops that do not wait and in which nothing changes what they test, each as line and problem.
 
     Args:
-        parts: fields that the scan keeps as they are: inputs, axes.
+        parts: fields that do not change during a scan: inputs and axes.
     """
     for function in nodes_in(tree, *FUNCTIONS):
         for loop in nodes_in(function, ast.While):
@@ -45,7 +45,7 @@ def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple
 
 
 def _is_fixed(loop: ast.While, parts: Collection[str]) -> bool:
-    """Whether nothing in a loop changes what it tests, which is no constant."""
+    """Whether a loop tests something other than a constant, and nothing in the loop changes it."""
     tested = list(nodes_in(loop.test, *_VALUES))
     if not tested or not _has_only(loop.test, *_FIXED_FORMS, ast.Subscript):
         return False
@@ -57,19 +57,19 @@ def _is_fixed(loop: ast.While, parts: Collection[str]) -> bool:
 
 
 def _has_only(test: ast.expr, *forms: type[ast.expr]) -> bool:
-    """Whether an expression has only expressions of these forms in it."""
+    """Whether an expression consists only of these kinds of expressions."""
     return all(isinstance(node, forms) for node in nodes_in(test, ast.expr))
 
 
 def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
-    """Whether this calls a method of a part, such as an axis, or one of an image."""
+    """Whether a call is one of a part's methods, such as an axis's, or one of an image's."""
     owner = call.func.value if isinstance(call.func, ast.Attribute) else None
     is_part = isinstance(owner, ast.Attribute) and owner.attr in parts
     return is_part or (isinstance(call.func, ast.Attribute) and call.func.attr in _OF_IMAGES)
 
 
 def skips_wait(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield `continue` in a loop before anything is awaited or changed: line and problem."""
+    """Yield each `continue` in a loop before anything is awaited or changed, as line and problem."""
     for function in nodes_in(tree, ast.AsyncFunctionDef):
         for loop in nodes_in(function, ast.While):
             for node in loop.body if isinstance(loop.test, ast.Constant) else ():
@@ -80,7 +80,7 @@ def skips_wait(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _only_continues(node: ast.stmt) -> TypeGuard[ast.If]:
-    """Whether a statement begins the next pass, and its condition can't change until then."""
+    """Whether a statement only starts the next pass, under a condition that can't change before it."""
     match node:
         case ast.If(body=[ast.Continue()], test=test):
             return _has_only(test, *_FIXED_FORMS)
@@ -88,7 +88,7 @@ def _only_continues(node: ast.stmt) -> TypeGuard[ast.If]:
 
 
 def _stays(test: ast.expr, inputs: Collection[str]) -> bool:
-    """Return whether a condition can't change within a scan and may hold: it is a constant, or of inputs."""
+    """Return whether a condition may hold and can't change within a scan: it is a constant, or of inputs."""
     if isinstance(test, ast.Constant):
         return bool(test.value)
     parts = {node.attr for node in nodes_in(test, ast.Attribute)}

@@ -1,4 +1,4 @@
-"""Fields, inputs and outputs of a class of `Logic`, and what reads and writes them."""
+"""Fields, inputs and outputs of a `Logic` class, and the code that reads and writes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .conditions import ConditionNames, condition
 from .nodes import Function, bodies_of, field_of, is_loaded, nodes_in, targets_of
 
 DEPTH = 4
-"""Helpers in helpers that are followed."""
+"""Maximum depth of helpers that are followed."""
 
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
 
@@ -41,7 +41,7 @@ class Accesses:
     """Collects the accesses of a class.
 
     Args:
-        owners: sequences that reach a method, by name; "" among them for `every_scan`.
+        owners: the sequences that reach each method; "" stands for `every_scan`.
     """
 
     def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
@@ -50,7 +50,7 @@ class Accesses:
         self._file, self._function = "", ""
 
     def note(self, file: str, function: Function) -> None:
-        """Note what a method does with fields and terminals."""
+        """Note the accesses of a method to fields and terminals."""
         self._file, self._function = file, function.name
         self._names.forget()
         once = function.name == "__init__"
@@ -88,7 +88,7 @@ class Accesses:
                 self._simple(node, reached, once=once, top=top)
 
     def _inner(self, reached: Condition, *bodies: Sequence[ast.stmt], once: bool) -> None:
-        """Note the bodies of a statement, which run under a condition."""
+        """Note the accesses in the bodies of a statement, under its condition."""
         for body in bodies:
             self._body(body, reached, once=once, top=False)
 
@@ -132,7 +132,7 @@ class Accesses:
             self._switched(name, place, reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
-        """Note what switches an output on in every scan."""
+        """Note the condition under which an output is switched on."""
         is_off = isinstance(value, ast.Constant) and not value.value
         if value is None or is_off or self._facts.variables[name].role is not Role.OUTPUT:
             return
@@ -140,7 +140,7 @@ class Accesses:
         self._facts.outputs.append(OutputWrite(place, name, name, free))
 
     def _freed(self, found: Condition) -> Condition:
-        """Return a condition in which inputs are named as such, and fields without what tells their turns."""
+        """Return a condition in which inputs have their name prefix, and no name has its turn suffix."""
 
         def of(leaf: Condition) -> Condition:
             if not isinstance(leaf, Bit):
@@ -164,7 +164,7 @@ def _use(value: ast.expr | None) -> Touch:
 
 
 def _unwrapped(value: ast.expr) -> ast.expr:
-    """Return the argument of `bool(...)`."""
+    """Return the argument of `bool(...)`; any other expression unchanged."""
     is_bool = isinstance(value, ast.Call) and ast.unparse(value.func) == "bool" and len(value.args) == 1
     return value.args[0] if is_bool and isinstance(value, ast.Call) else value
 
@@ -172,7 +172,7 @@ def _unwrapped(value: ast.expr) -> ast.expr:
 def called_twice(
     function: Function, blocks: Mapping[str, Block], methods: Mapping[str, Function]
 ) -> Iterator[tuple[ast.Call, str]]:
-    """Yield the second call of a block in a method that every scan executes, and in its helpers."""
+    """Yield repeated calls of a block in a method that every scan executes, and in its helpers."""
     calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
     own = [(call, arms) for call, arms in calls if field_of(call.func) in blocks]
     for at, (call, arms) in enumerate(own):
@@ -183,7 +183,7 @@ def called_twice(
 
 
 Arms = tuple[tuple[int, int], ...]
-"""The arms of statements around a call: statement and number of the arm."""
+"""The arms of statements that contain a call, each as statement and arm number."""
 
 
 def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
@@ -198,7 +198,7 @@ def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arm
 def _with_helpers(
     calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
 ) -> Iterator[tuple[ast.Call, Arms]]:
-    """Yield calls, and after the call of a helper the calls in it."""
+    """Yield calls; after the call of a helper, also the calls inside it."""
     for call, arms in calls:
         yield call, arms
         helper = methods.get(field_of(call.func))
@@ -208,5 +208,5 @@ def _with_helpers(
 
 
 def _exclude(one: Arms, other: Arms) -> bool:
-    """Whether two calls are in different arms of a statement."""
+    """Whether two calls are in different arms of the same statement."""
     return any(a == b and m != n for a, m in one for b, n in other)

@@ -1,4 +1,4 @@
-"""Nodes of the text of a Python program: walks over them, and what they are."""
+"""Walks over the syntax tree of a Python program, and tests of what its nodes are."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]: ...
 
 
 def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]:
-    """Yield the nodes of these kinds in a tree, or in the trees of several statements."""
+    """Yield the nodes of the given kinds in a tree, or in the trees of several statements."""
     for each in [tree] if isinstance(tree, ast.AST) else tree:
         for node in ast.walk(each):
             if isinstance(node, kinds):
@@ -49,22 +49,22 @@ def names_in(tree: ast.AST) -> Iterator[str]:
 
 
 def is_stored(node: ast.AST) -> bool:
-    """Whether a statement assigns a name, an attribute or an element."""
+    """Whether a node is a name, attribute or element that is assigned."""
     return isinstance(getattr(node, "ctx", None), ast.Store)
 
 
 def is_loaded(node: ast.AST) -> bool:
-    """Whether an expression reads a name, an attribute or an element."""
+    """Whether a node is a name, attribute or element that is read."""
     return isinstance(getattr(node, "ctx", None), ast.Load)
 
 
 def stored_attributes(tree: Trees) -> set[str]:
-    """Return the attributes that a text assigns, of any object."""
+    """Return the attributes, of any object, that a text assigns."""
     return {node.attr for node in nodes_in(tree, ast.Attribute) if is_stored(node)}
 
 
 def targets_of(node: ast.AST) -> Sequence[ast.expr]:
-    """Return what an assignment of a value assigns to; nothing for another statement."""
+    """Return the targets of an assignment with a value; nothing for another statement."""
     if isinstance(node, ast.Assign):
         return node.targets
     return [node.target] if isinstance(node, ast.AnnAssign) and node.value is not None else []
@@ -74,7 +74,7 @@ def assignments_in(nodes: Trees) -> Iterator[tuple[ast.expr, ast.expr]]:
     """Yield the targets of assignments with their values.
 
     Args:
-        nodes: a tree; or statements, whose inner statements do not count.
+        nodes: a tree; or statements, of which inner statements are ignored.
     """
     for node in ast.walk(nodes) if isinstance(nodes, ast.AST) else nodes:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
@@ -88,7 +88,7 @@ def outer_names(tree: ast.AST) -> set[str]:
 
 
 def bodies_of(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
-    """Yield the bodies of a compound statement in their order, those of its handlers and cases included."""
+    """Yield the bodies of a compound statement in order, including those of its handlers and cases."""
     for name in statement._fields:
         if name in ("body", "orelse", "finalbody"):
             yield getattr(statement, name)
@@ -102,19 +102,19 @@ def parents_in(tree: ast.AST) -> dict[int, ast.AST]:
 
 
 def unpacks(call: ast.Call) -> bool:
-    """Whether a call unpacks arguments, so that it is not known which parameters they are."""
+    """Whether a call unpacks arguments, so that their parameters are unknown."""
     is_starred = any(isinstance(each, ast.Starred) for each in call.args)
     return is_starred or any(each.arg is None for each in call.keywords)
 
 
 def given_to(parameters: Iterable[str], call: ast.Call) -> dict[str, ast.expr]:
-    """Return the arguments of a call by the names of its parameters, without those that it unpacks."""
+    """Return the arguments of a call by parameter name, without those that it unpacks."""
     named = {each.arg: each.value for each in call.keywords if each.arg is not None}
     return {**dict(zip(parameters, call.args, strict=False)), **named}
 
 
 def parameters_of(function: Function) -> list[str]:
-    """Return the names of the parameters that a call by position gives, without `self`."""
+    """Return the names of the parameters that positional arguments fill, without `self`."""
     return [each.arg for each in function.args.args if each.arg != "self"]
 
 
@@ -124,10 +124,10 @@ def is_self(node: ast.AST) -> bool:
 
 
 def field_of(node: ast.AST) -> str:
-    """Return `name` of `self.name`; "" for another expression."""
+    """Return `name` for `self.name`; "" for another expression."""
     return node.attr if isinstance(node, ast.Attribute) and is_self(node.value) else ""
 
 
 def last_name(node: ast.AST) -> str:
-    """Return the name of a function, an attribute or a variable, without what it belongs to."""
+    """Return the last part of a dotted name: that of a function, attribute or variable."""
     return ast.unparse(node).rpartition(".")[2]

@@ -1,4 +1,4 @@
-"""Ranges of the numbers in the text of a Python program."""
+"""Ranges of the numbers in a Python program text."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ NONE: Mapping[str, tuple[Range, ...]] = MappingProxyType({})
 NO_FUNCTIONS: Mapping[str, Function] = MappingProxyType({})
 
 DEPTH = 8
-"""Levels of names that a name gets its value from."""
+"""Maximum number of names that are followed to find a value."""
 
 
 class Numbers:
-    """The numbers of a text.
+    """The numbers in a text.
 
     Args:
-        stored: expressions that the text assigns, by the name of a field or of a local variable; None
-            among them for a value that is not known.
+        stored: expressions that the text assigns, by the name of a field or local variable; None among them
+            for an unknown value.
     """
 
     def __init__(self, reader: Reader, stored: Mapping[str, Sequence[ast.expr | None]]) -> None:
@@ -50,7 +50,7 @@ class Numbers:
         return joined(*self.choices(node, given, depth))
 
     def sequence(self, node: ast.expr) -> Sequence[object] | None:
-        """Return the elements of a sequence that the text determines; None if it does not."""
+        """Return the elements of a sequence; None if the text does not determine them."""
         is_listed = isinstance(node, ast.Tuple | ast.List)
         try:
             found = self._evaluated(node) if is_listed else self._reader.value(node)
@@ -59,7 +59,7 @@ class Numbers:
         return found if isinstance(found, tuple | list) else None
 
     def _evaluated(self, node: ast.expr) -> object:
-        """Return the value of an expression whose calls only make sequences; None for another one."""
+        """Return the value of an expression whose calls only construct sequences; None for any other."""
         names = (ast.unparse(call.func) for call in nodes_in(node, ast.Call))
         called = [self._reader.names.get(name, name) for name in names]
         if not all(each is BlendSegment or each in ("range", "tuple", "list") for each in called):
@@ -69,12 +69,12 @@ class Numbers:
         try:
             return eval(compile(ast.Expression(node), self._reader.file, "eval"), dict(self._reader.names))
         except Exception:
-            return None  # a name of the function, or a segment that is refused when it is made
+            return None  # a local name, or a segment that is refused
 
     def choices(
         self, node: ast.expr, given: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH
     ) -> tuple[Range, ...]:
-        """Return the ranges of the values that an expression gets one after the other."""
+        """Return the range of each value that an expression can have."""
         if isinstance(node, ast.IfExp):
             return (*self.choices(node.body, given, depth), *self.choices(node.orelse, given, depth))
         if isinstance(node, ast.Name) and node.id in given:
@@ -88,13 +88,13 @@ class Numbers:
         return (found,) if found != ANY else self._options_of(node)
 
     def _known(self, node: ast.expr) -> list[ast.expr]:
-        """Return all that the text assigns to a name or an attribute; nothing if not all of it is known."""
+        """Return all values that the text assigns to a name or attribute; empty if any of them is unknown."""
         is_named = isinstance(node, ast.Name | ast.Attribute)
         values = self._stored.get(ast.unparse(node), ()) if is_named else ()
         return [] if None in values else [value for value in values if value is not None]
 
     def _options_of(self, node: ast.expr) -> tuple[Range, ...]:
-        """Return what elements of tables may be, and what helpers make of them."""
+        """Return the ranges of the options of an expression, such as the elements of tables."""
         stored = {
             name: [each for each in values if each is not None] for name, values in self._stored.items()
         }
@@ -120,7 +120,7 @@ class Numbers:
         return ANY
 
     def _of_loop(self, name: str, given: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
-        """Return the range of the variable of `for i in range(...)`."""
+        """Return the range of a loop variable in `for i in range(...)`."""
         iterable, at = self._reader.loops[name]
         if not (isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range") or at is not None:
             return ANY

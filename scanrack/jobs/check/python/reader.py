@@ -1,11 +1,11 @@
-"""The text of a Python program, read without a call of it.
+"""Reads a Python program text without calling its code.
 
-A command is a call of a class of `io_images.amci3601` by its name:
+A command is a call of a class in `io_images.amci3601` by its name:
 
     Move(MoveKind.ABSOLUTE, STATIONS[line.station], speed=5000, acceleration=1, deceleration=1)
 
-Constants and names of the module are values; `STATIONS[...]` may be any of its values, and so may the
-variable of a loop over them. Anything else is unknown, and legal.
+Constants and global names have known values. `STATIONS[...]` may be any of the table's values, and so may the
+variable of a loop over it. Anything else is unknown, and counts as legal.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ NEUTRAL: Mapping[str, object] = {
     "deceleration": 1,
     "starting_speed": 1,
 }
-"""A legal value for each required argument, in place of an unknown one."""
+"""A legal value for each required argument, to use if it is unknown."""
 
 GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
-"""Commands with a bit in word 0."""
+"""Command classes that set a bit in word 0."""
 
 CHECKED = (*GIVEN, "Configuration")
 """Classes whose arguments are checked."""
 
 ZEROING = frozenset({"Idle", "Hold", "ImmediateStop", "Image"})
-"""Classes without a command bit in word 0."""
+"""Classes that set no command bit in word 0."""
 
 WRITING = frozenset({"clear", "set_bit", "words", "raw"})
-"""Attributes of an image with which it is written."""
+"""Attributes of an image that are used to write it."""
 
 NO_FIELDS: Mapping[str, object] = MappingProxyType({})
 
@@ -55,15 +55,15 @@ _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.un
 
 
 class UnknownError(Exception):
-    """An argument whose value the text does not determine."""
+    """The text does not determine the value of an argument."""
 
 
 class Reader:
-    """Reads the text of a Python program.
+    """Reads a Python program text.
 
     Args:
-        names: the names of its module, with their values.
-        fields: the values of `self` that the program never changes, by name.
+        names: global names of its module, with their values.
+        fields: values of `self` that the program never changes, by name.
     """
 
     def __init__(
@@ -79,14 +79,14 @@ class Reader:
         return FileLine(self.file, node.lineno)
 
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
-        """Yield the calls of command classes, by the class's name."""
+        """Yield the calls of command classes, each with the name of the class."""
         for node in nodes_in(self.tree, ast.Call):
             name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
             if name in CHECKED and (name not in self.names or self.names[name] is _class(name)):
                 yield name, node
 
     def make(self, kind: str, call: ast.Call) -> object | None:
-        """Make a command from the known arguments; None if a required one can't be replaced.
+        """Make a command from the known arguments; None if an unknown required argument has no default here.
 
         Raises:
             ValueError: an argument is out of range.
@@ -102,12 +102,12 @@ class Reader:
                     arguments[name] = (NEUTRAL[name],)
         try:
             made = [] if unpacks(call) else [_class(kind)(**each) for each in variants(arguments)]
-        except TypeError:  # the call itself would fail, or an argument is unknown
+        except TypeError:  # the call itself fails, or an argument is unknown
             return None
         return made[0] if made else None
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
-        """Return the arguments of a call with a single value."""
+        """Return the arguments of a call that have a single value."""
         found = {}
         for name, node in given_to(signature(_class(kind)).parameters, call).items():
             with suppress(UnknownError):
@@ -115,7 +115,7 @@ class Reader:
         return found
 
     def possible(self, node: ast.expr) -> Sequence[object]:
-        """Return the possible values of an expression: one, or those of the sequence that it iterates over.
+        """Return the possible values of an expression: one, or the elements of the sequence it is taken from.
 
         Raises:
             UnknownError: the text does not determine them.
@@ -140,10 +140,10 @@ class Reader:
         return self._elements(node) if isinstance(node, ast.Tuple | ast.List) else self.value(node)
 
     def value(self, node: ast.expr) -> object:
-        """Return the value of an expression of constants and names of the module.
+        """Return the value of an expression that consists of constants and global names.
 
         Raises:
-            UnknownError: it has other parts, or no value.
+            UnknownError: it contains anything else, or has no value.
         """
         if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "self":
             if node.attr not in self.fields:
@@ -159,7 +159,7 @@ class Reader:
             raise UnknownError from error
 
     def number(self, node: ast.expr) -> int | float | None:
-        """Return the number that an expression is; None for another value, or an unknown one."""
+        """Return the number that an expression is; None if it is not a number, or unknown."""
         try:
             found = self.value(node)
         except UnknownError:
@@ -167,7 +167,7 @@ class Reader:
         return found if isinstance(found, int | float) else None
 
     def held(self) -> Iterator[Violation]:
-        """Yield the last command of a program that never zeroes word 0."""
+        """Yield the last command of a program that never clears word 0."""
         given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
         if given and not self._may_zero():
             line, kind = max(given)
@@ -184,7 +184,7 @@ class Reader:
         )
 
     def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
-        """Return a test whether the program names a terminal; None if it names none, and may use numbers."""
+        """Return a test of whether the program names a terminal; None if it uses no terminal names."""
         words = {node.value for node in nodes_in(self.tree, ast.Constant)}
         words |= {node.attr for node in nodes_in(self.tree, ast.Attribute)}
         if words.isdisjoint(terminals):
@@ -202,7 +202,7 @@ def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | No
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
-    """Yield arguments: the first value of each, then each other value of one with the first of the others.
+    """Yield sets of arguments: all first values, then each other value with the first values of the others.
 
     >>> list(variants({"a": (1, 2), "b": (3,)}))
     [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]
@@ -215,7 +215,7 @@ def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, An
 
 
 def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
-    """Yield the variables of a single loop: its sequence, and their place in its rows, if any."""
+    """Yield each variable of exactly one loop, with the loop's sequence and the place in its rows, if any."""
     stored = Counter(node.id for node in filter(is_stored, nodes_in(functions, ast.Name)))
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
@@ -238,6 +238,6 @@ def _class(name: str) -> Any:
 
 
 def _bound(function: Function | ast.Lambda) -> Iterator[str]:
-    """Yield the names that a function assigns."""
+    """Yield the names that a function binds."""
     yield from (node.arg for node in nodes_in(function, ast.arg))
     yield from (node.id for node in nodes_in(function, ast.Name) if is_stored(node))

@@ -1,6 +1,6 @@
-"""Calculated fractions that a text compares for equality: `self.total == 0.3` after `self.total += 0.1`.
+"""Equality comparisons of calculated fractions, such as `self.total == 0.3` after `self.total += 0.1`.
 
-Copies, constants and whole numbers are exact. A divisor may be compared with 0, and `!= 0` is always legal.
+Copies, constants and whole numbers are exact. A divisor may be compared with 0, and `!= 0` is always fine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ DEPTH = 6
 
 
 def note_reals(reader: Reader, facts: Facts) -> None:
-    """Note the comparisons of a calculated fraction for equality."""
+    """Note the equality comparisons of a calculated fraction."""
     reals = _PythonReals(reader.tree)
     for function, _ in functions_in(reader.tree):
         for node in nodes_in(function, ast.Compare):
@@ -42,7 +42,7 @@ class _PythonReals:
         }
 
     def differ(self, node: ast.Compare, function: Function) -> bool:
-        """Whether one of two values is a calculated fraction that is not exact."""
+        """Whether one of the compared values is a calculated fraction, which is not exact."""
         one, other = sides = (node.left, node.comparators[0])
         if self._is_exact(sides, node.ops[0]):
             return False
@@ -51,7 +51,7 @@ class _PythonReals:
         return not copies and any(self._is_calculated(each, local, DEPTH) for each in sides)
 
     def _is_exact(self, sides: Sequence[ast.expr], op: ast.cmpop) -> bool:
-        """Whether a constant among two values is no number; or is 0, and may be compared for equality."""
+        """Whether a compared constant is not a number, or is a 0 that may be compared for equality."""
         found = [each.value for each in map(constant_of, sides) if each is not None]
         if not all(isinstance(each, int | float) for each in found):
             return True
@@ -59,13 +59,13 @@ class _PythonReals:
         return may_be_zero and not all(found)
 
     def _copies(self, copy: ast.expr, source: ast.expr, local: Mapping[str, list[ast.expr]]) -> bool:
-        """Whether one value gets the other."""
+        """Whether one value is assigned from the other."""
         name = ast.unparse(copy)
         values = (*local.get(name, ()), *self._attributes.get(name, ()))
         return ast.unparse(source) in map(ast.unparse, values)
 
     def _is_calculated(self, node: ast.expr, local: Mapping[str, list[ast.expr]], depth: int) -> bool:
-        """Whether an expression has a division, or a fraction in its arithmetic."""
+        """Whether an expression contains a division, or a fraction in its arithmetic."""
         match node:
             case ast.BinOp(op=ast.Div()):
                 return True
@@ -82,7 +82,7 @@ class _PythonReals:
 
 
 def _assigned(tree: ast.AST) -> dict[str, list[ast.expr]]:
-    """Return all that a text assigns to each target: of `x += 1`, the sum."""
+    """Return all values that a text assigns to each target; for `x += 1`, the sum."""
     found: dict[str, list[ast.expr]] = {}
     for node in nodes_in(tree, ast.Assign, ast.AnnAssign, ast.AugAssign):
         if isinstance(node, ast.AugAssign):

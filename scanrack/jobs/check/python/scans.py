@@ -1,4 +1,4 @@
-"""What a function of the scan does with slots and with the objects that keep its state."""
+"""How a function of the scan uses slots and the objects that keep its state."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ KINDS = {
     "BlendHeader": "program_blend",
     "Configuration": "configure",
 }
-"""Commands by their class; a `Move` is absolute or relative by its first argument."""
+"""Commands by class; for a `Move`, its first argument tells whether it is absolute or relative."""
 
 WORD = (-32_768, 65_535)
-"""Values that a word takes, signed or unsigned."""
+"""Values that fit into a word, signed or unsigned."""
 
 _WRITING = ("load", "set_bit", "clear")
 """Methods that write an image."""
 
 
 class Scans:
-    """Notes what a text does with `scan.slot[...]`."""
+    """Notes how a text uses `scan.slot[...]`."""
 
     def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
         self._reader, self._spec, self._facts = reader, spec, facts
@@ -42,7 +42,7 @@ class Scans:
         self._slot = used[0] if len(used) == 1 else None
 
     def note(self) -> None:
-        """Note all of it."""
+        """Note the mistakes and the commands in the text."""
         for node in ast.walk(self._reader.tree):
             match node:
                 case ast.Subscript():
@@ -60,7 +60,7 @@ class Scans:
         self._facts.remark(rule, self._reader.place(node), text)
 
     def _subscript(self, node: ast.Subscript) -> None:
-        """Note a slot that the rack lacks, and an input that is written."""
+        """Note a slot that the rack does not have, and a write to an input."""
         owner, index = node.value, node.slice
         if isinstance(owner, ast.Attribute) and owner.attr == "slot" and isinstance(index, ast.Constant):
             there = [slot.number for slot in self._spec.slot]
@@ -79,7 +79,7 @@ class Scans:
         return ".slot[" in text and text.endswith(end)
 
     def _assigned(self, target: ast.expr, value: ast.expr) -> None:
-        """Note a word that is given another number than it can hold."""
+        """Note a number that does not fit into its word."""
         if not (isinstance(target, ast.Subscript) and self._is_image(target.value, ".outputs")):
             return
         text = word_lost(value, _range(value))
@@ -89,7 +89,7 @@ class Scans:
     # --- state
 
     def _attributes(self) -> None:
-        """Note attributes that objects of the module's own classes, and views of a status, do not have."""
+        """Note attributes that objects of the module's own classes, or status views, do not have."""
         classes = {node.name: node for node in self._reader.tree.body if isinstance(node, ast.ClassDef)}
         for name, value in self._reader.names.items():
             kind = type(value)
@@ -104,13 +104,13 @@ class Scans:
             self._missing(self._reader.tree, name, set(dir(view)))
 
     def _missing(self, tree: ast.AST, name: str, known: set[str]) -> None:
-        """Note the attributes that an object does not have, in a text in which it has this name."""
+        """Note attributes that an object does not have, in a text where it has this name."""
         for node in nodes_in(tree, ast.Attribute):
             if node.attr not in known and ast.unparse(node.value) == name:
                 self._remark("unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known))
 
     def _views(self) -> dict[str, object]:
-        """Return the classes of views of a status by the name of the view, such as `status`."""
+        """Return the classes of status views by variable name, such as `status`."""
         views: dict[str, object] = {}
         for node in nodes_in(self._reader.tree, ast.Assign):
             if len(node.targets) == 1 and isinstance(node.value, ast.Call):
@@ -122,7 +122,7 @@ class Scans:
     # --- commands
 
     def _commands(self) -> None:
-        """Note the commands, given as words."""
+        """Note the commands that are given as words."""
         tree = self._reader.tree
         if self._slot is not None:
             zeroed = {id(each) for node in nodes_in(tree, ast.Assign) for each in _zeroed(node)}
@@ -135,7 +135,7 @@ class Scans:
             self._facts.at_once.append(Violation(self._reader.place(load), "load writes all eight words"))
 
     def _given(self, slot: int) -> Iterator[Command]:
-        """Yield the commands that the text makes."""
+        """Yield the commands that the text constructs."""
         for call in nodes_in(self._reader.tree, ast.Call):
             name = last_name(call.func)
             kind = KINDS.get(name, "")
@@ -145,14 +145,14 @@ class Scans:
                 yield Command(kind, f"slot {slot}", slot, self._reader.place(call), name, words=True)
 
     def _loads_motion(self, call: ast.Call) -> bool:
-        """Whether a call loads a motion to an output image."""
+        """Whether a call loads a motion into an output image."""
         match call.func:
             case ast.Attribute(value=image, attr="load"):
                 return self._is_image(image, ".outputs") and self._is_motion(call)
         return False
 
     def _is_motion(self, load: ast.Call) -> bool:
-        """Whether a call loads a motion, made there or under the name that it has in the text."""
+        """Whether a call loads a motion, constructed in place or assigned to a name."""
         text = " ".join(map(ast.unparse, load.args))
         name = text.partition(".")[0]
         assignments = (node for node in nodes_in(self._reader.tree, ast.Assign))
@@ -160,7 +160,7 @@ class Scans:
         return any(f"{kind}(" in each for kind in ("Move", "FindHome", "Manual") for each in (text, *named))
 
     def _is_used(self, made: ast.Call) -> bool:
-        """Whether a configuration is used: in place, or by the name that it has in the module."""
+        """Whether a configuration is used, in place or by its global name."""
         assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
         own = [node for node in assignments if made in ast.walk(node.value)]
         names = {ast.unparse(each) for node in own for each in node.targets}
@@ -174,7 +174,7 @@ def _zeroed(node: ast.Assign) -> list[ast.expr]:
 
 
 def _aliases(tree: ast.Module) -> Iterator[tuple[str, str]]:
-    """Yield names of slots and images with what they stand for: `inputs = scan.slot[2].inputs`."""
+    """Yield the names assigned to slots and images, with their meaning: `inputs = scan.slot[2].inputs`."""
     for node in nodes_in(tree, ast.Assign):
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=ast.Attribute() | ast.Subscript() as value):
@@ -184,7 +184,7 @@ def _aliases(tree: ast.Module) -> Iterator[tuple[str, str]]:
 
 
 def _fields(kind: ast.ClassDef) -> Iterator[str]:
-    """Yield the names that the body of a class, and its `__init__`, declare."""
+    """Yield the names that the body of a class, or its `__init__`, declares."""
     for node in kind.body:
         match node:
             case ast.Assign(targets=targets):
@@ -198,13 +198,13 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 
 def missing(text: str, name: str, names: Collection[str]) -> str:
-    """Return that the attribute does not exist, with the closest name."""
+    """Return a message that an attribute does not exist, with the closest existing name."""
     near = difflib.get_close_matches(name, [each for each in names if not each.startswith("_")], n=1)
     return f"no {text}" + (f"; did you mean {near[0]}?" if near else "")
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
-    """Return what is lost when an expression is assigned to a word; "" if it fits, or is unknown."""
+    """Return a message that an expression does not fit into a word; "" if it fits, or if unknown."""
     if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div):
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:

@@ -1,4 +1,4 @@
-"""Names in a text: parameters and variables that nothing reads, names that hide others, recursion."""
+"""Names in a text: unused parameters and variables, names that hide others, and recursion."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from .reader import Reader, functions_in
 _USUAL = frozenset(
     ["id", "input", "type", "help", "exit", "quit", "license", "format", "dir", "vars", "object", "property"]
 )
-"""Names of built-in functions that many programs use for something else."""
+"""Built-in names that many programs use for something else."""
 
 _HIDING = frozenset(name for name in vars(builtins) if name.islower() and name[0] != "_") - _USUAL
-"""Built-in functions that a name should not hide."""
+"""Built-in functions whose names should not be hidden."""
 
 
 class Scopes:
-    """Notes the mistakes with names in a text."""
+    """Notes mistakes with names in a text."""
 
     def __init__(self, reader: Reader, facts: Facts) -> None:
         self._reader, self._facts = reader, facts
         self._globals = {name for node in reader.tree.body for name in _declared(node)}
 
     def note(self) -> None:
-        """Note them all."""
+        """Note the mistakes of all functions, including recursion."""
         for function, owner in functions_in(self._reader.tree):
             self._parameters(function, owner)
             self._shadows(function)
@@ -39,7 +39,7 @@ class Scopes:
         self._facts.remark(rule, self._reader.place(node), text)
 
     def _parameters(self, function: Function, owner: ast.ClassDef | None) -> None:
-        """Note parameters that nothing uses."""
+        """Note unused parameters."""
         arguments = function.args
         every = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
         is_entry = owner is None and not self._is_called(function.name)
@@ -56,7 +56,7 @@ class Scopes:
         return any(isinstance(each, ast.Name) and each.id == name for each in calls)
 
     def _shadows(self, function: Function) -> None:
-        """Note local names that hide a name of the module, or a built-in function."""
+        """Note local names that hide a global name or a built-in function."""
         seen = outer_names(function)
         for name, node in _bound_in(function):
             hidden = f"{name} of the module" if name in self._globals else f"the built-in {name}"
@@ -71,7 +71,7 @@ class Scopes:
                     self._remark("shadowed-name", inner, text)
 
     def _unread(self, function: Function) -> None:
-        """Note local variables that nothing reads."""
+        """Note local variables that are never read."""
         names = nodes_in(function, ast.Name)
         used = {node.id for node in names if not is_stored(node)} | outer_names(function)
         used.update(name for node in nodes_in(function, ast.AugAssign) for name in names_in(node.target))
@@ -96,12 +96,12 @@ class Scopes:
 
 
 def _is_own(called: ast.expr, *, method: bool) -> bool:
-    """Whether a call is one of `self.name()`, in a function one of `name()`."""
+    """Whether a call has the form `self.name()`, or `name()` in a plain function."""
     return isinstance(called, ast.Name) or (method and bool(field_of(called)))
 
 
 def _is_stub(function: Function) -> bool:
-    """Whether a function only raises, passes, or returns a constant: another class fills it in."""
+    """Whether a function only raises, passes, or returns a constant, for another class to implement."""
     body = [
         each
         for each in function.body
@@ -111,7 +111,7 @@ def _is_stub(function: Function) -> bool:
 
 
 def _declared(node: ast.stmt) -> Iterator[str]:
-    """Yield the names of values that a statement of the module declares, and of functions and classes."""
+    """Yield the names of values, functions and classes that a statement of the module declares."""
     match node:
         case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
             yield name

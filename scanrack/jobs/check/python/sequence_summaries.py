@@ -1,4 +1,4 @@
-"""What each sequence of a class does, in its order: commands to axes, and locks.
+"""What each sequence of a class does, in order: commands to axes, and locks.
 
 A helper, `await self.stroke(self.feeder, 4000)`, is part of each sequence that calls it, with its arguments.
 """
@@ -21,16 +21,16 @@ from .nodes import Function, bodies_of, field_of, given_to, last_name, nodes_in,
 from .numbers import Numbers
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
-"""Commands that end by themselves; the next one must wait for it."""
+"""Commands that end by themselves; the next command must wait for the end."""
 
 TAKING = (*ENDING, "run", "gear", "register")
-"""Commands that take the axis from another one."""
+"""Commands that take over an axis from another command."""
 
 RELEASING = ("halt", "stop", "reset")
-"""Commands that end another one."""
+"""Commands that end another command."""
 
 DEPTH = 8
-"""Helpers in helpers that are followed."""
+"""Maximum depth of helpers that are followed."""
 
 Method = tuple[str, Function]
 """A method with its file."""
@@ -38,7 +38,7 @@ Method = tuple[str, Function]
 
 @dataclass(slots=True)
 class _Place:
-    """Where a sequence is: its file, what it holds, and what its names mean."""
+    """The state of a walk over a sequence: its file, its locks, and what its names mean."""
 
     file: str
     unit: str
@@ -50,11 +50,11 @@ class _Place:
 
 
 class SequenceSummaries:
-    """The sequences of a class.
+    """Summarizes the sequences of a class.
 
     Args:
-        methods: of the class, by name.
-        axes: by name.
+        methods: methods of the class by name.
+        axes: axes by name.
         locks: names of locks.
     """
 
@@ -75,7 +75,7 @@ class SequenceSummaries:
         self.reached: dict[str, set[str]] = {}
 
     def follow(self, sequence: str, owner: str) -> None:
-        """Note what a sequence does."""
+        """Note what a sequence does, under the name of its owner."""
         self._owner, self._pending = owner, {}
         self._call(sequence, _Place("", sequence), None)
 
@@ -93,7 +93,7 @@ class SequenceSummaries:
     def _arguments(
         self, function: Function, call: ast.Call, place: _Place
     ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
-        """Return the axes and the ranges of numbers that a helper gets, by parameter."""
+        """Return the axes and number ranges that a call passes to a helper, by parameter."""
         given = given_to([each.arg for each in function.args.args[1:]], call)
         axes = {name: axis for name, node in given.items() if (axis := self._axis(node, place))}
         self._followed |= {id(given[name]) for name in axes}
@@ -136,7 +136,7 @@ class SequenceSummaries:
                 self._named(node, place)
 
     def _either(self, node: ast.If, place: _Place) -> None:
-        """Note the arms of a statement: what is pending after both stays pending."""
+        """Note the arms of a statement. A command stays pending only if it is pending after both arms."""
         before = dict(self._pending)
         self._body(node.body, place)
         after, self._pending = self._pending, before
@@ -144,13 +144,13 @@ class SequenceSummaries:
         self._pending = {name: each for name, each in self._pending.items() if name in after}
 
     def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Place) -> None:
-        """Note the bodies of a statement of which some may run: no command is pending before them."""
+        """Note statement bodies that may not all run. No command is pending at the start of each."""
         for body in bodies:
             self._pending = {}
             self._body(body, place)
 
     def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
-        """Yield the place of each pass over axes, `for axis in (self.x, self.z)`; one for another loop."""
+        """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
         listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
         axes = [self._axis(each, place) for each in listed]
         if isinstance(loop.target, ast.Name) and axes and all(axes):
@@ -161,7 +161,7 @@ class SequenceSummaries:
             yield place
 
     def _named(self, node: ast.AST, place: _Place) -> None:
-        """Follow a local name of an axis, `axis = self.x`."""
+        """Follow a local name for an axis, as in `axis = self.x`."""
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
                 axis = self._axis(value, place)
@@ -170,7 +170,7 @@ class SequenceSummaries:
                     place.axes = {**place.axes, name: axis}
 
     def escaped(self) -> set[str]:
-        """Return the axes that the text hands to something that is not followed."""
+        """Return the axes that the text passes to code that is not followed."""
         found = set()
         for _, function in self._methods.values():
             parents = parents_in(function)
@@ -181,7 +181,7 @@ class SequenceSummaries:
         return found
 
     def _with(self, statement: ast.With | ast.AsyncWith, place: _Place) -> _Place:
-        """Note the locks that a statement takes; return the place in its body."""
+        """Note the locks that a statement takes; return the state in its body."""
         for item in statement.items:
             self._expression(item.context_expr, place)
             name = field_of(item.context_expr)
@@ -193,7 +193,7 @@ class SequenceSummaries:
     # --- expressions
 
     def _expression(self, node: ast.AST, place: _Place) -> None:
-        """Note the commands in an expression, in their order."""
+        """Note the commands in an expression, in order."""
         waits = list(nodes_in(node, ast.Await))
         awaited = {id(each) for each in nodes_in(waits, ast.Call)}
         in_one: dict[str, str] = {}
@@ -241,10 +241,10 @@ class SequenceSummaries:
                 self._pending[axis] = command.kind, call.lineno
 
     def _interrupted(self, command: Command, in_one: Mapping[str, str]) -> None:
-        """Note a command that takes the axis from another one, which has not ended.
+        """Note a command that takes over an axis from a command that has not ended.
 
         Args:
-            in_one: the command of each axis in the same wait.
+            in_one: commands in the same wait, by axis.
         """
         axis, kind = command.axis, command.kind
         before = self._pending.pop(axis, None) if kind in (*TAKING, *RELEASING) else None
@@ -256,7 +256,7 @@ class SequenceSummaries:
             self._facts.remark("move-interrupted", command.place, text)
 
     def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
-        """Return length, speed and rate of the segments of a blend, if the text determines them."""
+        """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
         listed = given_to(["segments"], call).get("segments")
         found = self._numbers[place.file].sequence(listed) if listed is not None else None
         if found is None or not all(isinstance(each, BlendSegment) for each in found):
@@ -264,7 +264,7 @@ class SequenceSummaries:
         return tuple((exactly(each.length), exactly(each.speed), exactly(each.rate)) for each in found)  # type: ignore[attr-defined]
 
     def _values(self, axis: str, kind: str, call: ast.Call, place: _Place) -> dict[str, tuple[Range, ...]]:
-        """Return the ranges of the arguments of a command, as far as they are known."""
+        """Return the ranges of a command's arguments, as far as they are known."""
         bound = self._bound(axis, kind, call)
         segments = bound.pop("segments", None)
         numbers = self._numbers[place.file]
@@ -275,7 +275,7 @@ class SequenceSummaries:
         return {name: each for name, each in found.items() if joined(*each) != ANY}
 
     def _bound(self, axis: str, kind: str, call: ast.Call) -> dict[str, ast.expr]:
-        """Return the arguments of a command by parameter; none if they do not fit."""
+        """Return the arguments of a command by parameter; empty if they do not fit."""
         method: Any = getattr(self._axes[axis], kind, None)
         named = {each.arg: each.value for each in call.keywords if each.arg is not None}
         try:
@@ -284,7 +284,7 @@ class SequenceSummaries:
             return {}
 
     def _axis(self, node: ast.expr, place: _Place) -> str:
-        """Return the axis that an expression is; "" if it is none."""
+        """Return the name of the axis that an expression is; "" if it is not an axis."""
         if isinstance(node, ast.Name):
             return place.axes.get(node.id, "")
         name = field_of(node)
@@ -292,7 +292,7 @@ class SequenceSummaries:
 
 
 def _calls(node: ast.AST) -> Iterator[ast.Call]:
-    """Yield the calls of an expression in order of execution; those in a lambda are executed elsewhere."""
+    """Yield the calls in an expression in order of execution, except those in a lambda."""
     if isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef):
         return
     for child in ast.iter_child_nodes(node):
@@ -306,5 +306,5 @@ def _is_dwell(node: ast.expr) -> bool:
 
 
 def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:
-    """Whether a command is a registration move: it gets a distance from the edge."""
+    """Whether a command is a registration move, which has a distance from the edge."""
     return (kind == "run" and "register" in values) or any(each.arg == "register" for each in call.keywords)

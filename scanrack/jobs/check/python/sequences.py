@@ -1,11 +1,11 @@
-"""Facts of a program with sequences, from the declarations of its class and from its text.
+"""Facts of a program with sequences, from its class declarations and its text.
 
     axis = Axis3601(1, Configuration(...))        the configuration of slot 1
-    start = Input("Local:2:I.Data.0")             a place, which the rack has or lacks
-    await self.axis.move_to(9_000_000, ...)       a command with constants; unknown values are legal
+    start = Input("Local:2:I.Data.0")             a terminal, which the rack may lack
+    await self.axis.move_to(9_000_000, ...)       a command with constants; unknown values count as legal
     while True: self.count += 1                   a loop that never waits
 
-No sequence runs. The class is attached to images without modules.
+No sequence runs. The class is attached to images without any modules.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ from .times import waits_below_one_scan
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
-    """Read the facts of a program with sequences, from an instance of its class."""
+    """Return the facts of a program with sequences, from an instance of its class."""
     logic = fresh(program)
     texts = list(_texts(type(program), path))
     trees = [tree for _, tree, _ in texts]
@@ -88,9 +88,9 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
 
 
 def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
-    """Note the configuration of an axis, and whether it sends commands in one piece."""
+    """Note the configuration of an axis, and whether the axis sends a command in one piece."""
     place = place_at(axis.declared, path)
-    if isinstance(axis.configuration, Configuration):  # the rules read the words of a 3601
+    if isinstance(axis.configuration, Configuration):  # the rules read only the words of a 3601
         words = tuple(axis.configuration.to_image().words.tolist())
         facts.configurations.append(SentCommand(place, axis.slot, words))
     if not axis.parameters_first:
@@ -117,7 +117,7 @@ def _note_loops(reader: Reader, parts: Mapping[str, object], facts: Facts) -> No
 
 
 class _SequenceReader:
-    """Reads what the methods of a class do with its fields, terminals, axes and locks."""
+    """Reads how the methods of a class use its fields, terminals, axes and locks."""
 
     def __init__(
         self, logic: Logic, readers: Mapping[str, Reader], spec: RackSpec, path: Path, facts: Facts
@@ -131,7 +131,7 @@ class _SequenceReader:
         self._methods = dict(self._all_methods())
 
     def note(self) -> None:
-        """Note all of it."""
+        """Note all facts of the class."""
         self._facts.reads_all = _uses_names(self._trees)
         own = FileLine(str(self._path), 1)
         lines = declaration_lines(self._path)
@@ -149,14 +149,14 @@ class _SequenceReader:
                 self._unused(file, function)
 
     def _unnamed(self, field: Variable) -> None:
-        """Note a field that nothing names."""
+        """Note a field that is never used."""
         is_own = field.role is Role.PLAIN and not self._is_recorded(field.name)
         if is_own and field.name not in self._attributes and field.name not in self._constants:
             text = f"field {field.name} is declared, and nothing names it"
             self._facts.remark("unused-tag", field.place, text)
 
     def _of_one_file(self, reader: Reader) -> None:
-        """Note counters and blocks that nothing runs, and steps, without what they command."""
+        """Note counters and blocks that nothing runs, and note the steps, without the commands in them."""
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
         note_counting(reader, self._facts, recorded)
         never_called(reader, self._blocks, self._facts)
@@ -165,7 +165,7 @@ class _SequenceReader:
         self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
     def _summaries(self) -> Mapping[str, set[str]]:
-        """Note what sequences do, and what methods do with fields; return the sequences by method."""
+        """Note what sequences do, and how methods use fields; return the sequences that reach each method."""
         axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
         locks = [name for name, each in self._parts.items() if isinstance(each, Lock)]
         numbers = {
@@ -184,7 +184,7 @@ class _SequenceReader:
         return summaries.reached
 
     def _all_methods(self) -> Iterator[tuple[str, tuple[str, Function]]]:
-        """Yield the methods of the class and its bases, the derived ones last."""
+        """Yield the methods of the class and its bases, derived classes last."""
         names = [kind.__name__ for kind in reversed(type(self._logic).__mro__)]
         for name in names:
             for file, reader in self._readers.items():
@@ -196,7 +196,7 @@ class _SequenceReader:
         return any(fnmatch(name, pattern.rpartition(".")[2]) for pattern in self._spec.tags)
 
     def _unused(self, file: str, function: Function) -> None:
-        """Note a helper that nothing names."""
+        """Note a helper that is never used."""
         is_entry = function.name == "every_scan" or function.decorator_list
         if function.name not in self._attributes and not is_entry:
             text = f"nothing calls {function.name}"
@@ -221,7 +221,7 @@ class _SequenceReader:
                 self._facts.remark("block-twice", FileLine(file, call.lineno), text)
 
     def _words(self, file: str, function: Function, numbers: Numbers) -> None:
-        """Note words that are given another number than they can hold."""
+        """Note numbers that do not fit into their word."""
         for node in nodes_in(function, ast.Assign):
             for target in node.targets:
                 part = self._parts.get(ast.unparse(target).removeprefix("self."))
@@ -245,10 +245,10 @@ class _SequenceReader:
                         self._facts.remark("unknown-attribute", FileLine(file, node.lineno), text)
 
     def _names_of(self, node: ast.Attribute, known: set[str], *, called: bool) -> set[str] | None:
-        """Return the attributes of the owner of an attribute; None if they are not known, or any is legal.
+        """Return the attributes of an attribute's owner; None if they are unknown, or if any name is legal.
 
         Args:
-            known: attributes of `self`.
+            known: known attributes of `self`.
         """
         match ast.unparse(node.value).split("."):
             case ["self"]:
@@ -265,7 +265,7 @@ class _SequenceReader:
 
 
 def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
-    """Return what a text assigns to each field and each local variable; None for what is not a value."""
+    """Return the values that a text assigns to each field and local variable; None for unknown values."""
     found: dict[str, list[ast.expr | None]] = {}
     simple: set[int] = set()
     for target, value in _single_assignments(reader.tree):
@@ -283,7 +283,7 @@ def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
 
 
 def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield the names and attributes that get a value, or an element of one, with the value."""
+    """Yield names and attributes that get a value, or an element of one, each with the value."""
     for target, value in assignments_in(tree):
         for at, each in enumerate(target.elts if isinstance(target, ast.Tuple) else [target]):
             if isinstance(each, ast.Name | ast.Attribute):
@@ -292,7 +292,7 @@ def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]
 
 
 def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
-    """Yield declarations that the rack lacks, or that two owners claim."""
+    """Yield declarations that the rack lacks, or that are claimed twice."""
     slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
         logic.__attach_logic__(slots)
@@ -303,7 +303,7 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
-    """Yield file, text and names of the modules of a class and of its bases."""
+    """Yield the file, syntax tree and global names of each module that defines the class or a base."""
     seen = set()
     for kind in program.__mro__:
         module = sys.modules.get(kind.__module__)
@@ -316,7 +316,7 @@ def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mappin
 
 
 def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
-    """Return whether the class declares a bit, or its word, under a name that its text uses."""
+    """Return a test of whether the class declares a bit, or its word, under a name that its text uses."""
     read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
     used = {"I": read, "O": stored_attributes(texts)}
     by_name = _uses_names(texts)
@@ -334,13 +334,13 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
 
 
 def _uses_names(texts: Iterable[ast.AST]) -> bool:
-    """Whether a text may use attributes whose names it computes."""
+    """Whether a text may compute the names of attributes that it uses."""
     by_name = ("getattr", "setattr", "vars")
     return any(node.id in by_name for node in nodes_in(texts, ast.Name))
 
 
 def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:
-    """Return the plain values in the body of the class that its text never changes, by name."""
+    """Return the plain values in the class body that its text never changes, by name."""
     kinds = [kind for kind in type(logic).__mro__ if issubclass(kind, Logic)]
     names = dict.fromkeys(name for kind in kinds for name in vars(kind)).keys() - stored_attributes(texts)
     values = {name: getattr_static(type(logic), name) for name in names}

@@ -1,8 +1,8 @@
-"""The steps of a function of the scan: a text, a number or an enumeration says the step.
+"""The steps of a function of the scan. A text, a number or an enumeration holds the step.
 
 if self.mode == "feed" and status.MOVE_COMPLETE:
-axis.outputs.load(Idle().to_image())        the command is taken back in step feed
-self.mode = "cut"                           from feed to cut
+axis.outputs.load(Idle().to_image())        step feed clears the command
+self.mode = "cut"                           the step goes from feed to cut
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from .reader import Reader, functions_in
 from .scans import KINDS as CLASSES
 
 TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
-"""In texts of values that may say that a motion has ended, or that time has passed."""
+"""Finds, in the text of a value, signs that a motion has ended or that time has passed."""
 
 BITS = {
     "move_to": CommandMsw.ABSOLUTE_MOVE,
@@ -49,26 +49,26 @@ BITS = {
     "run": CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW,
     "run_blend": CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW,
 }
-"""Bits of the command word by command."""
+"""Bits of the command word, by command."""
 
 START = "__init__"
 
 DEPTH = 4
-"""Functions in functions that are followed."""
+"""Maximum depth of functions that are followed."""
 
 
 _WORKING = (ast.If, ast.IfExp, ast.Match, ast.BinOp, ast.BoolOp, ast.Compare)
-"""What a step that depends on other conditions has in it."""
+"""Nodes in a step that depend on conditions other than the step."""
 
 
 class PythonSteps:
-    """The steps of a text."""
+    """The steps in a text."""
 
     def __init__(self, reader: Reader, images: Images, slots: Sequence[int]) -> None:
         self._reader, self._images, self._slots = reader, images, slots
         self.names = ConditionNames()
         self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
-        self.function: Function  # the one that is read
+        self.function: Function  # the function being read
         self._depth = 0
         self._assigning: set[int] = set()  # lines with an assignment of a step that `actions` has seen
 
@@ -105,7 +105,7 @@ class PythonSteps:
                 yield from self._called(call, reached)
 
     def chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
-        """Return the condition of a case."""
+        """Return the condition under which a case is chosen."""
         patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
         parts: list[Condition] = [
             condition(ast.Compare(subject, [ast.Eq()], [each.value]), self.names)
@@ -134,7 +134,7 @@ class PythonSteps:
     def commanding(
         self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
     ) -> Iterator[StepAction]:
-        """Yield a write of the command word, for each machine."""
+        """Yield an action for a write of the command word, for each machine."""
         bits, cleared = command_bits(sets, clears)
         kind = first_kind(bits)
         text = f"the command {kind}"
@@ -158,7 +158,7 @@ class PythonSteps:
         return None if there is None else frozenset(numbers[each] for each in there)
 
     def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return the steps in which a condition may hold, and whether it does in each scan of them."""
+        """Return the steps in which a condition may hold, and whether it holds in every scan of them."""
         return {
             machine: (self._there(reached, machine), is_only_of(reached, machine))
             for machine in self._machines
@@ -168,7 +168,7 @@ class PythonSteps:
         return float(self.names.number(step) or 0)
 
     def use(self, machine: str, step: Step) -> StepUse | None:
-        """Return what the text does in a step; None if it may go on in a way that is not read here."""
+        """Return what the text does in a step; None if the step may change in ways that are not analyzed."""
         name = machine.rpartition(".")[2]
         others = (text for text in self.values if text != machine and text.endswith(f".{name}"))
         if not self._stored[machine] <= self._assigning or any(others):
@@ -178,7 +178,7 @@ class PythonSteps:
         return StepUse(bool(bodies), works, chosen=True)
 
     def first(self, machine: str) -> frozenset[Step]:
-        """Return the steps in which a machine may begin: what a class or the module declares."""
+        """Return the steps in which a machine may start, as declared by the module, a class or `START`."""
         name = machine.rpartition(".")[2]
         bodies = [self._reader.tree.body]
         bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
@@ -189,7 +189,7 @@ class PythonSteps:
 
     @cached_property
     def _stored(self) -> dict[str, set[int]]:
-        """The lines that store each target, but those of a start."""
+        """The lines that assign each target, except those in the start function."""
         found: dict[str, set[int]] = {}
         for function in self._functions.values():
             for node in nodes_in(function, ast.Name, ast.Attribute) if function.name != START else ():
@@ -198,7 +198,7 @@ class PythonSteps:
         return found
 
     def _arms(self) -> Iterator[tuple[str, Step | None, Sequence[ast.stmt]]]:
-        """Yield what `if step == "feed":` and `case "feed":` execute: number or text, step and body."""
+        """Yield the machine, step and body of each `if step == "feed":` and `case "feed":`."""
         for node in nodes_in(self._reader.tree, ast.If):
             for each in nodes_in(node.test, ast.Compare):
                 if len(each.ops) == 1 and isinstance(each.ops[0], ast.Eq):
@@ -212,7 +212,7 @@ class PythonSteps:
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[Step]]:
-        """The names that only get constants and that are compared with them: their steps."""
+        """The names that get only constants, each with its steps: constants it gets or is compared with."""
         compared: dict[str, set[Step | None]] = {}
         for node in nodes_in(self._reader.tree, ast.Compare):
             if len(node.comparators) == 1:
@@ -227,7 +227,7 @@ class PythonSteps:
 
     @cached_property
     def values(self) -> Mapping[str, list[ast.expr]]:
-        """What the text assigns, by target."""
+        """The values that the text assigns, by target."""
         found: dict[str, list[ast.expr]] = {}
         for node in nodes_in(self._reader.tree, ast.Assign, ast.AugAssign):
             if isinstance(node, ast.Assign):
@@ -238,7 +238,7 @@ class PythonSteps:
         return found
 
     def kind(self, loaded: ast.expr) -> str:
-        """Return the command that an image is; "" for another one."""
+        """Return the command in an image; "" if there is none."""
         text = ast.unparse(loaded)
         name = text.partition(".")[0]
         texts = [text, *(ast.unparse(each) for each in self.values.get(name, ()))]
@@ -251,7 +251,7 @@ class PythonSteps:
         return ""
 
     def _says_end(self, part: Condition) -> bool:
-        """Whether a part of a condition may say that a motion has ended, or that time has passed."""
+        """Whether a part of a condition may show that a motion has ended or that time has passed."""
         if isinstance(part, FixedTruth):
             return False
         if not isinstance(part, Bit):
@@ -270,7 +270,7 @@ class PythonSteps:
 
 
 def callee_of(call: ast.Call) -> str:
-    """Return the name of what is called, without what it belongs to."""
+    """Return the name of a called function, without the object it belongs to."""
     return call.func.attr if isinstance(call.func, ast.Attribute) else ast.unparse(call.func)
 
 
@@ -279,7 +279,7 @@ def _last(name: str) -> str:
 
 
 def _step(node: ast.AST) -> Step | None:
-    """Return the step that an expression is; None for another one."""
+    """Return the step that an expression is; None if it is not a step."""
     found = constant_of(node) if isinstance(node, ast.expr) else None
     value = None if found is None else found.value
     return value if isinstance(value, str | int | float) and not isinstance(value, bool) else None

@@ -1,6 +1,6 @@
-"""Times in a Python program that are meant in another unit.
+"""Times in a Python program that were meant in another unit.
 
-if scan.now_ns - line.since > 500:     500 ns: over in the next scan
+if scan.now_ns - line.since > 500:     500 ns, so it holds in the next scan
 await dwell("500 us")                  shorter than a scan
 """
 
@@ -17,7 +17,7 @@ CLOCK = "now_ns"
 
 
 def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.expr, str]]:
-    """Yield comparisons of times by the scan's clock with less than a scan: expression, and problem."""
+    """Yield comparisons of an elapsed time with less than a scan, each as expression and problem."""
     for function, _ in functions_in(reader.tree):
         names = _names(function)
         for node in nodes_in(function, ast.Compare):
@@ -30,7 +30,7 @@ def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.exp
 
 
 def _names(function: Function) -> dict[str, ast.expr]:
-    """Return the local names that a function assigns once, with their values."""
+    """Return the local names that a function assigns only once, with their values."""
     found: dict[str, list[ast.expr]] = {}
     for node in nodes_in(function, ast.Assign):
         if isinstance(node.targets[0], ast.Name):
@@ -39,7 +39,7 @@ def _names(function: Function) -> dict[str, ast.expr]:
 
 
 def _unit(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:
-    """Return the nanoseconds in one of an elapsed time; None for another expression."""
+    """Return the unit of an elapsed time, ns; None for another expression."""
     if depth == 0:
         return None
     if isinstance(node, ast.Name) and node.id in names:

@@ -13,7 +13,7 @@ Check = Callable[[Subject], Iterator[Violation]]
 
 
 def _nothing(_subject: Subject) -> Iterator[Violation]:
-    """A rule whose findings are all remarks of the collectors."""
+    """Find nothing: collectors note all findings of this rule as remarks."""
     yield from ()
 
 
@@ -22,10 +22,10 @@ class Rule(NamedTuple):
 
     Attributes:
         id: its name on the command line, in JSON and in suppressions; it never changes.
-        words: what it finds.
+        words: what it finds, in a few words.
         remedy: what to do.
-        level: "error": it can't work; "warning": it is likely a mistake; "note": someone may rely on it.
-        check: finds it in the table of facts, beside the remarks of the collectors.
+        level: "error": it can't work; "warning": it is probably a mistake; "note": someone may rely on it.
+        check: finds it in the table of facts, in addition to the remarks of the collectors.
     """
 
     id: str
@@ -335,7 +335,7 @@ RULES = (
     ),
     Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
 )
-"""The rules, in the order of the report."""
+"""The rules, in the order in which they are reported."""
 
 BY_ID = {each.id: each for each in RULES}
 

@@ -43,7 +43,7 @@ def blends(subject: Subject) -> Iterator[Violation]:
 def _wrong_segment(
     segments: Sequence[Segment], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
-    """Return what is wrong with a segment; "" if nothing is, or if it is unknown."""
+    """Return what is wrong with a segment; "" if nothing is, or if its values are unknown."""
     least = min((each.starting_speed for each in configurations), default=0)
     ranges = (_out_of_range(number, each, least, limits) for number, each in enumerate(segments, 1))
     wrong = next(filter(None, ranges), "")
@@ -60,7 +60,7 @@ Segment = tuple[Range, Range, Range]
 
 
 def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Limits) -> str:
-    """Return what of a segment is out of its range; "" if nothing is, or if it is unknown."""
+    """Return which value of a segment is out of range; "" if none is, or if they are unknown."""
     for name, found, most in zip(
         ("length", "speed", "rate"), segment, (PARAMETER_MAX, limits.speed, limits.rate), strict=True
     ):
@@ -73,7 +73,7 @@ def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Li
 
 
 def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
-    """Return which segment ends before its ramp does; "" if none does."""
+    """Return which segment ends before its ramp; "" if none does."""
     before = starting_speed
     for number, (length, speed, rate) in enumerate(segments, 1):
         ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)
@@ -84,7 +84,7 @@ def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
 
 
 def without_blend(subject: Subject) -> Iterator[Violation]:
-    """Find blends that run and that nothing programs, or that nothing has programmed before."""
+    """Find blends that run although nothing programs them, or nothing has programmed them yet."""
     for commands in subject.by_axis():
         runs = [each for each in commands if each.kind == "run_blend"]
         if runs and not is_open(subject, runs[0]):
@@ -95,7 +95,7 @@ def without_blend(subject: Subject) -> Iterator[Violation]:
 def _not_programmed(
     subject: Subject, runs: Sequence[Command], programs: Sequence[Command]
 ) -> Iterator[Violation]:
-    """Find the run of an axis whose blend nothing programs, or nothing has programmed before."""
+    """Find the blend run of an axis whose blend is never programmed, or not yet."""
     if not programs:
         yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
         return
@@ -107,11 +107,11 @@ def _not_programmed(
 
 
 Early = tuple[FileLine, str, int]
-"""A run that comes too early: its place and words, and the line that programs the blend."""
+"""A run that comes too early: its place and text, and the line that programs the blend."""
 
 
 def _in_order(runs: Sequence[Command], programs: Sequence[Command]) -> Early | None:
-    """Return a run before all programming in the same sequence."""
+    """Return a run that comes before all programming in the same sequence."""
     if any(each.execute for each in (*runs, *programs)) or len({each.owner for each in programs}) > 1:
         return None
     first = min(programs, key=lambda each: each.order)
@@ -122,7 +122,7 @@ def _in_order(runs: Sequence[Command], programs: Sequence[Command]) -> Early | N
 
 
 def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | None:
-    """Return a block that runs when the one that programs starts, or that has to be done before."""
+    """Return a block that runs when the programming block starts, or that must be done before it starts."""
     for run in runs:
         name = run.text.rpartition(" ")[2].upper()
         is_early = [
@@ -136,14 +136,14 @@ def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | No
 
 
 def _first_time(on: Condition, name: str) -> Condition:
-    """Return the condition of a block's Execute before its first run: its own results are off."""
+    """Return the condition of a block's Execute before its first run, when its own result bits are off."""
     parts = on.parts if isinstance(on, AllOf) else (on,)
     own = (isinstance(each, Bit) and not each.on and each.name.startswith(f"{name}.") for each in parts)
     return all_of(*(each for each, is_own in zip(parts, own, strict=True) if not is_own))
 
 
 def _in_steps(facts: Facts, axis: str) -> Early | None:
-    """Return a run in a step that is reached without a step that programs the blend."""
+    """Return a run in a step that can be reached without passing a step that programs the blend."""
     for machine, actions in grouped(facts.actions, lambda each: each.machine).items():
         programs = list(_programming(facts, actions, axis, machine))
         before = _steps_before(programs, facts.first_steps(machine), actions)
@@ -157,7 +157,7 @@ def _in_steps(facts: Facts, axis: str) -> Early | None:
 def _programming(
     facts: Facts, actions: Sequence[StepAction], axis: str, machine: str
 ) -> Iterator[tuple[frozenset[Step] | None, FileLine]]:
-    """Yield what programs a blend: its steps (None: all), and its place."""
+    """Yield the steps (None: all) and places that program a blend."""
     for each in actions:
         if each.axis == axis and each.kind == PROGRAM:
             yield each.steps, each.place
@@ -171,7 +171,7 @@ def _steps_before(
     first: frozenset[Step],
     actions: Sequence[StepAction],
 ) -> frozenset[Step]:
-    """Return the steps that are reached without one that programs; none if it is not known which do."""
+    """Return the steps that can be reached without programming; empty if programming steps are unknown."""
     where = [steps for steps, _ in programs if steps is not None]
     if not where or len(where) < len(programs):
         return frozenset()

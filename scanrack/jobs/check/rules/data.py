@@ -1,4 +1,4 @@
-"""Rules about readers and writers of variables, in any language."""
+"""Rules about what reads and writes variables, in any language."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..subject import Subject
 
 
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
-    """Find bits that a coil writes in every scan, and that OTL or OTU writes, too."""
+    """Find bits that a coil writes in every scan and that OTL or OTU also write."""
     for variable, accesses in subject.by_variable:
         coils = [each for each in accesses if each.use is Touch.COIL]
         for each in accesses:
@@ -25,7 +25,7 @@ def coil_and_latch(subject: Subject) -> Iterator[Violation]:
 
 
 def _coil_of(latch: Access, coils: Sequence[Access], variable: Variable) -> Access | None:
-    """Return the coil of a latched bit; of a tag that others write, one in the same routine."""
+    """Return the coil of a latched bit; if others also use the variable, only a coil in the same routine."""
     own = (each for each in coils if each.part == latch.part)
     return next((each for each in own if not variable.shown or each.unit == latch.unit), None)
 
@@ -35,12 +35,12 @@ def _name(access: Access, variable: Variable) -> str:
 
 
 def _is_before(latch: Access, coil: Access) -> bool:
-    """Whether a statement is a default that later ones override, as structured text and Python have it."""
+    """Whether a statement is a default that a later one overrides, as in structured text and Python."""
     return coil.default and coil.place.file == latch.place.file and coil.place.line < latch.place.line
 
 
 def overwritten(subject: Subject) -> Iterator[Violation]:
-    """Find values that are written over in every scan before anything reads them."""
+    """Find values that every scan overwrites before anything reads them."""
     for variable, accesses in subject.by_variable:
         before: Access | None = None
         for each in accesses:
@@ -66,7 +66,7 @@ def _overwrites(later: Access, before: Access) -> bool:
 
 
 def move_over_coil(subject: Subject) -> Iterator[Violation]:
-    """Find words that are written as a whole, and bit by bit."""
+    """Find words that are written both as a whole and bit by bit."""
     for variable, accesses in subject.by_variable:
         bits = [each for each in accesses if each.use is Touch.COIL and each.part]
         for each in accesses if variable.role is not Role.BLOCK else ():
@@ -78,7 +78,7 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
 
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
-    """Return the first bit that a move may write over."""
+    """Return the first bit that a move may overwrite."""
     under = (each for each in bits if _contains(move.part, each.part) and not _exclude(move, each))
     return next(under, None)
 
@@ -88,13 +88,13 @@ def _contains(whole: str, part: str) -> bool:
 
 
 def _exclude(one: Access, other: Access) -> bool:
-    """Whether a bit that one needs on is one that the other needs off."""
+    """Whether one access needs a bit to be on that the other needs to be off."""
     bits = {base_of(each.name): each.on for each in one.needs}
     return any(bits.get(base_of(each.name), each.on) != each.on for each in other.needs)
 
 
 def never_written(subject: Subject) -> Iterator[Violation]:
-    """Find variables that the program reads, and that nothing gives a value."""
+    """Find variables that the program reads but nothing writes."""
     for variable, accesses in _own_without_value(subject):
         if not any(each.writes for each in accesses):
             text = f"{variable.name} is read, and nothing writes it: it is always {_zero(variable)}"
@@ -102,7 +102,7 @@ def never_written(subject: Subject) -> Iterator[Violation]:
 
 
 def never_set(subject: Subject) -> Iterator[Violation]:
-    """Find bits that the program reads and clears, and that nothing sets."""
+    """Find bits that the program reads and clears but nothing sets."""
     for variable, accesses in _own_without_value(subject):
         writes = [each for each in accesses if each.writes]
         if writes and all(each.use is Touch.UNLATCH and not each.part for each in writes):
@@ -111,7 +111,7 @@ def never_set(subject: Subject) -> Iterator[Violation]:
 
 
 def _own_without_value(subject: Subject) -> Iterator[tuple[Variable, list[Access]]]:
-    """Yield the variables that begin with 0 and that only the program writes."""
+    """Yield the variables that start at 0 and that only the program writes."""
     for variable, accesses in subject.own_variables:
         if variable.role is Role.PLAIN and not variable.set and not variable.shown:
             yield variable, accesses
@@ -126,11 +126,11 @@ def _zero(variable: Variable) -> str:
 
 
 INTERNAL = ("TIMER", "FBD_TIMER")
-"""Types of blocks whose result someone has to read."""
+"""Types of blocks whose result is meant to be read."""
 
 
 def never_read(subject: Subject) -> Iterator[Violation]:
-    """Find variables that the program writes, and that nothing reads."""
+    """Find variables that the program writes but nothing reads."""
     for variable, accesses in subject.own_variables:
         is_timer = variable.type in INTERNAL
         reading = (Touch.READ,) if is_timer else (Touch.READ, Touch.BOTH)
@@ -142,7 +142,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
 
 
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
-    """Find tags that SBR takes, and that nothing reads."""
+    """Find tags that SBR receives but nothing reads."""
     for variable, accesses in subject.by_variable:
         if not variable.shown and not any(each.reads for each in accesses):
             for each in accesses:
@@ -151,11 +151,11 @@ def parameters_never_read(subject: Subject) -> Iterator[Violation]:
 
 
 CLEARING = (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL)
-"""Uses that may give a bit the value 0."""
+"""Uses that may write 0 to a bit."""
 
 
 def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
-    """Find bits that are set, and that nothing clears."""
+    """Find bits that are set but never cleared."""
     for variable, accesses in subject.own_variables:
         for each in _latches(accesses):
             clearing = (other.part for other in accesses if other.use in CLEARING)
@@ -166,7 +166,7 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
 
 
 def _latches(accesses: Iterable[Access]) -> Iterable[Access]:
-    """Return the first latch of each bit that is not meant to stay."""
+    """Return the first latch of each bit, except latches that are meant to stay."""
     found: dict[str, Access] = {}
     for each in accesses:
         if each.use is Touch.LATCH and not each.once and not each.steady:
@@ -185,7 +185,7 @@ def several_tasks(subject: Subject) -> Iterator[Violation]:
 
 
 def several_writers(subject: Subject) -> Iterator[Violation]:
-    """Find outputs that two sequences write, or a sequence and every scan."""
+    """Find outputs that two sequences write, or a sequence and a statement of every scan."""
     for variable, accesses in subject.by_variable:
         if variable.role is Role.OUTPUT:
             own = [each for each in accesses if not each.task]
@@ -194,7 +194,7 @@ def several_writers(subject: Subject) -> Iterator[Violation]:
 
 
 def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterator[Violation]:
-    """Find the first write in a sequence of an output that every scan writes, too."""
+    """Find the first write in a sequence to an output that is also written in every scan."""
     always = next((each for each in accesses if each.use is Touch.COIL and not each.owner), None)
     other = next((each for each in accesses if each.writes and each.owner), None)
     if always is not None and other is not None:

@@ -1,4 +1,4 @@
-"""Outputs that exclude each other: two command bits of a 3601, two directions of a drive."""
+"""Outputs that exclude each other: two command bits of a 3601, or two directions of a drive."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ OPPOSITES = (
     ("lift", "sink"),
     ("lock", "unlock"),
 )
-"""Words in the names of outputs that must not be on together."""
+"""Opposite words in the names of outputs that must not be on together."""
 
 
 def opposite_outputs(subject: Subject) -> Iterator[Violation]:
-    """Find outputs of opposite names that inputs can switch on together."""
+    """Find outputs with opposite names that inputs can switch on together."""
     own = [each for each in subject.facts.outputs if not each.commands]
     for one, other in combinations(own, 2):
         if _are_opposite(one.name, other.name) and _meet(one, other):
@@ -57,7 +57,7 @@ def both_commands(subject: Subject) -> Iterator[Violation]:
 
 
 def _are_opposite(one: str, other: str) -> bool:
-    """Whether two names differ in opposite words only.
+    """Whether two names differ only in opposite words.
 
     >>> _are_opposite("DoorOpen", "DoorClose"), _are_opposite("open_valve_1", "close_valve_2")
     (True, False)
@@ -76,7 +76,7 @@ def _words(name: str) -> list[str]:
 
 
 def _meet(one: OutputWrite, other: OutputWrite) -> bool:
-    """Whether inputs alone can bring about the conditions of both."""
+    """Whether inputs alone can make both conditions true."""
     ways, others = alternatives(one.free), alternatives(other.free)
     both: Term = (Bit(one.key), Bit(other.key))
     return any(
@@ -87,6 +87,6 @@ def _meet(one: OutputWrite, other: OutputWrite) -> bool:
 
 
 def _is_free(parts: set[Condition]) -> bool:
-    """Whether parts of a condition are inputs, one of them on, and bits that are off from the start."""
+    """Whether parts of a condition are only inputs, one or more of them on, and bits that start off."""
     on = [each.name.startswith(INPUT) for each in parts if isinstance(each, Bit) and each.on]
     return bool(on) and all(on) and all(isinstance(each, Bit) for each in parts)

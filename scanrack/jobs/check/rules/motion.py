@@ -1,6 +1,6 @@
-"""Rules about commands to axes: what a 3601 refuses whatever its state, in any language.
+"""Rules about axis commands in any language: what a 3601 refuses in any state.
 
-The limits are those of `io_images.amci3601`, the sentences those of its rule table.
+The limits come from `io_images.amci3601`, and the sentences from its rule table.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ ENDING = ("home", "move_to", "move_by", "register", "run_blend")
 """Motions that end by themselves."""
 
 AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
-"""Commands that a program may give once and for all."""
+"""Commands that a program may give only once."""
 
 RUNNING = ("run", "register", "gear")
-"""Manual moves, registration moves and the follower: the sign of the speed is the direction."""
+"""Commands whose direction is the sign of the speed: manual moves, registration moves, and the follower."""
 
 
 def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
@@ -71,7 +71,7 @@ def out_of_range(subject: Subject) -> Iterator[Violation]:
 
 
 def _no_direction(command: Command) -> str:
-    """Return that a direction is neither 1 nor -1; "" if it is one, or unknown."""
+    """Return a message that a direction is neither 1 nor -1; "" if it is either, or unknown."""
     way = command.value("direction")
     if way.is_constant and abs(way.least) != 1:
         return f"direction is {way}: must be 1, clockwise, or -1"
@@ -79,7 +79,7 @@ def _no_direction(command: Command) -> str:
 
 
 def _possible(command: Command, name: str) -> list[Range]:
-    """Return the values that an argument gets; 0 among others is not meant for the command."""
+    """Return the values of an argument. Of several, 0 is left out: it is not meant for the command."""
     several = [each for each in command.choices.get(name, ()) if each.least or each.most]
     return several if len(several) > 1 else [command.value(name)]
 
@@ -104,7 +104,7 @@ def refused(subject: Subject) -> Iterator[Violation]:
 
 
 def _refusal(command: Command, configuration: Configuration) -> str:
-    """Return the rule of the manual that a command breaks; "" if it is none of these."""
+    """Return the rule of the manual that a command breaks; "" if it breaks none of those checked here."""
     if command.kind == "home":
         way = command.value("direction")
         limit = InputBit.CW_LIMIT if way.least > 0 else InputBit.CCW_LIMIT
@@ -118,7 +118,7 @@ def _refusal(command: Command, configuration: Configuration) -> str:
 
 
 def _stops_too_late(command: Command, starting_speed: int) -> bool:
-    """Whether the longest registration distance is shorter than the shortest stop."""
+    """Whether the longest registration distance is shorter than the shortest stopping distance."""
     distance, speed, rate = (command.value(name) for name in ("register", "speed", "deceleration"))
     if not (distance.is_known and speed.is_constant and rate.is_known and rate.most >= 1):
         return False
@@ -127,7 +127,7 @@ def _stops_too_late(command: Command, starting_speed: int) -> bool:
 
 
 def without_configuration(subject: Subject) -> Iterator[Violation]:
-    """Find axes that move, and that nothing configures before."""
+    """Find axes that move but are not configured before."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, MOTIONS)
         configuring = [each for each in commands if each.kind == "configure"]
@@ -143,7 +143,7 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
 
 
 def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collection[str]) -> Command | None:
-    """Return the first command of these kinds, None if others that are not read may reach the axis."""
+    """Return the first command of given kinds; None if commands that are not analyzed may reach the axis."""
     first = next((each for each in commands if each.kind in kinds), None)
     return None if first is None or is_open(subject, first) else first
 
@@ -151,7 +151,7 @@ def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collecti
 def _first_before(
     needed: Sequence[Command], commands: Sequence[Command], kinds: Collection[str]
 ) -> Iterator[tuple[Command, Command]]:
-    """Yield the first command of these kinds before what it needs in one sequence, and what it needs."""
+    """Yield the first command of given kinds that precedes what it needs in its sequence, and that."""
     if len({each.owner for each in needed}) != 1 or not all(each.order for each in needed):
         return
     first = min(needed, key=lambda each: each.order)
@@ -163,20 +163,20 @@ def _first_before(
 
 
 def _is_sent(subject: Subject, command: Command) -> bool:
-    """Whether words configure the module of a command."""
+    """Whether a module's configuration is sent as words."""
     sent = subject.facts.configurations
     return command.words and any(each.slot == command.slot for each in sent)
 
 
 def is_open(subject: Subject, command: Command) -> bool:
-    """Whether commands that are not read here may reach the axis."""
+    """Whether commands that are not analyzed may reach the axis."""
     facts = subject.facts
     is_open = facts.reads_all or not command.axis or command.axis in facts.escaped
     return is_open or (command.words and command.slot in facts.computed)
 
 
 def without_position(subject: Subject) -> Iterator[Violation]:
-    """Find absolute moves of axes that never home, and whose position nothing sets."""
+    """Find absolute moves of axes that never home and whose position is never set."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, ("move_to",))
         knowing = [each for each in commands if each.kind in ("home", "set_position")]
@@ -194,7 +194,7 @@ def _section(rule: str) -> str:
 
 
 def interrupted(subject: Subject) -> Iterator[Violation]:
-    """Find motions that begin before the one before them is complete."""
+    """Find motions that begin before the previous one is complete."""
     for commands in subject.by_axis():
         motions = [each for each in commands if each.kind in MOTIONS and each.execute]
         for at, each in enumerate(motions):
@@ -210,12 +210,12 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
 
 
 def _start_together(one: Command, other: Command) -> bool:
-    """Whether one bit, or one condition of bits and steps, starts two blocks."""
+    """Whether the same bit, or the same condition of bits and steps, starts two blocks."""
     return one.execute == other.execute != "1" or bool(other.starts and one.starts == other.starts)
 
 
 def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) -> Command | None:
-    """Return the motion whose Busy or Active starts another one."""
+    """Return the motion whose Busy or Active bit starts a command; None if there is none."""
     starting = {command.execute.upper(), *_needed_by(subject, command.execute)}
     for other in motions:
         name = other.text.partition(" ")[2].upper()
@@ -225,7 +225,7 @@ def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) 
 
 
 def _needed_by(subject: Subject, bit: str) -> Iterator[str]:
-    """Yield the bits that are on whenever a coil or a latch switches a bit on."""
+    """Yield the bits that must be on when a coil or latch switches a bit on."""
     tag = bit.partition(".")[0].partition("[")[0]
     for each in subject.by_key.get(tag, ()):
         if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == bit:
@@ -233,9 +233,9 @@ def _needed_by(subject: Subject, bit: str) -> Iterator[str]:
 
 
 def beyond_limits(subject: Subject) -> Iterator[Violation]:
-    """Find absolute moves beyond a limit switch, of an axis whose position comes from its home switch.
+    """Find absolute moves beyond a limit switch, for axes that get their position from a home switch.
 
-    Position 0 is where the search ends: at an end of the range of the home switch.
+    Position 0 is where the home search ends, which is at one end of the home switch's range.
     """
     for _, slot in subject.steppers:
         own = [each for each in subject.facts.commands if each.slot == slot.number]
@@ -248,7 +248,7 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
 
 
 def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
-    """Return the ends of a home switch; None without one, with several, or with an open range."""
+    """Return the ends of a home switch; None if there is none or several, or if its range is open."""
     homes = [each for each in machine.switches if each.input == InputBit.HOME]
     if len(homes) != 1 or homes[0].first is None or homes[0].last is None:
         return None
@@ -256,7 +256,7 @@ def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
 
 
 def _knows_from_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
-    """Whether only a search for the home switch, and not for a marker, gives an axis its position."""
+    """Whether an axis gets its position only from a search for the home switch, not for a marker."""
     knows = {each.kind for each in commands if each.kind in ("home", "set_position")}
     is_by_switch = bool(configurations) and not any(each.marker_home for each in configurations)
     return knows == {"home"} and is_by_switch
@@ -265,7 +265,7 @@ def _knows_from_home(commands: Sequence[Command], configurations: Sequence[Confi
 def _beyond_limit(
     subject: Subject, slot: SlotSpec, move: Command, home: tuple[float, float]
 ) -> Iterator[Violation]:
-    """Find the first position of an absolute move that a limit switch keeps it from."""
+    """Find the first position of an absolute move that lies beyond a limit switch."""
     configurations = subject.configurations(slot.number)
     for position in filter(lambda each: each.is_constant, _possible(move, "position")):
         limit = _limit_at(slot.machine, position.least + home[0], position.most + home[1])
@@ -275,7 +275,7 @@ def _beyond_limit(
 
 
 def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
-    """Return the limit beyond which all of a range of the shaft lies, None without one."""
+    """Return the limit switch beyond which a whole range of the shaft lies; None if there is none."""
     for each in machine.switches:
         if each.input == InputBit.CW_LIMIT and each.first is not None and low > each.first > 0:
             return each.input
@@ -298,7 +298,7 @@ def two_movers(subject: Subject) -> Iterator[Violation]:
 
 
 def _other_mover(command: Command, moving: Sequence[Command]) -> Command | None:
-    """Return the first motion of another sequence that holds no lock which this one holds."""
+    """Return the first motion of another sequence that shares no lock with this one."""
     others = (each for each in moving if each.owner != command.owner and not each.locks & command.locks)
     return next(others, None)
 
@@ -313,7 +313,7 @@ def execute_stays(subject: Subject) -> Iterator[Violation]:
 
 
 def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
-    """Whether a bit rises once at most; Done of a block stays as long as its Execute."""
+    """Whether a bit rises at most once. Done of a block stays on as long as its Execute."""
     if execute == "1":
         return True
     name = next((key for key in subject.facts.variables if _is_part_of(execute, key)), "")
@@ -328,7 +328,7 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
 
 
 def _execute_of(subject: Subject, block: str) -> str:
-    """Return the bit that starts a block; "" if no command is its."""
+    """Return the bit that starts a block; "" if no command has that block."""
     own = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {block}"))
     return next(own, "")
 
@@ -342,7 +342,7 @@ def _stays_on(write: Access) -> bool:
 
 
 def torn(subject: Subject) -> Iterator[Violation]:
-    """Find commands whose parameters come with them, in a rack where an update may arrive in two parts."""
+    """Find commands that are sent together with their parameters, if an update may arrive in two parts."""
     if subject.job.spec.controller != "compactlogix":
         return
     for place, text in subject.facts.at_once:

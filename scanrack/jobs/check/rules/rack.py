@@ -1,4 +1,4 @@
-"""Rules about the machine and its wiring: a rack file beside its program."""
+"""Rules about the machine and its wiring: the rack file compared with the program."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SIGN_BIT = 15
 
 
 def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
-    """Find inputs that are wired, and that no configuration uses."""
+    """Find inputs that are wired but that no configuration uses."""
     for index, slot in subject.steppers:
         sent = subject.sent_to(slot.number, subject.facts.configurations)
         used = 0
@@ -31,7 +31,7 @@ def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
 
 
 def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> FileLine:
-    """Return the line of the first part of the machine that acts on an input."""
+    """Return the line of the first machine part that operates an input."""
     machine = slot.machine
     for key in ("switches", "stations", "timeline"):
         for at, part in enumerate(getattr(machine, key)):
@@ -41,21 +41,21 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> File
 
 
 LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
-"""Inputs that are active at a place or in an emergency: at rest they must not be."""
+"""Inputs that are active at a position or in an emergency; they must not be active at rest."""
 
 
 _AT_REST = {True: ("normally closed", "high"), False: ("normally open", "low")}
-"""Kind of a contact, and the level that it has at rest, by whether that is high."""
+"""Each kind of contact and its level at rest, by whether that level is high."""
 
 
 def active_at_rest(subject: Subject) -> Iterator[Violation]:
-    """Find inputs that are active at rest: the contact and the configured level contradict each other."""
+    """Find inputs that are active at rest, because the contact does not match the configured level."""
     for index, slot in subject.steppers:
         configurations = subject.configurations(slot.number)
         for bit in LEVELS if configurations else ():
             is_high = _level_at_rest(slot.machine, bit)
             is_wired = wired_inputs(slot.machine) & bit.value
-            is_missing = not is_wired and bit is InputBit.HOME  # see search_without_switch
+            is_missing = not is_wired and bit is InputBit.HOME  # search_without_switch reports it
             if not is_missing and all(_is_active(each, bit, is_high=is_high) for each in configurations):
                 contact, level = _AT_REST[is_high]
                 found = f"{input_name(bit)} is {contact if is_wired else 'not wired'}"
@@ -65,22 +65,22 @@ def active_at_rest(subject: Subject) -> Iterator[Violation]:
 
 
 def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) -> bool:
-    """Whether a module uses an input, and takes its level for active."""
+    """Whether a module uses an input and reads a level as active."""
     is_used = bool(configuration.inputs_used & bit.value)
     return is_used and bool(configuration.active_high & bit.value) == is_high
 
 
 def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
-    """Return whether an input is energized while nothing operates its contact."""
+    """Return whether an input is energized while its contact is not operated."""
     switches = [each.normally_closed for each in machine.switches if each.input == bit]
     if switches:
-        return switches[0]  # an input has one kind
+        return switches[0]  # all switches of an input are of the same kind
     first = [each.energized for each in machine.timeline if each.input == bit and each.at_ns == 0]
     return bool(first and first[-1])
 
 
 def search_without_switch(subject: Subject) -> Iterator[Violation]:
-    """Find home searches of a machine without a home switch."""
+    """Find home searches on a machine without a home switch."""
     yield from _beyond_limit(subject)
     slots = [slot for _, slot in subject.steppers]
     without = [slot.number for slot in slots if not _has_home(slot.machine)]
@@ -97,7 +97,7 @@ def _has_home(machine: MachineSpec) -> bool:
 
 
 def _beyond_limit(subject: Subject) -> Iterator[Violation]:
-    """Find home switches that lie where a limit switch is operated: the limit ends the search before."""
+    """Find home switches within the range of a limit switch, which ends the search first."""
     searched = {each.slot for each in subject.facts.searches}
     for index, slot in subject.steppers:
         homes = [at for at, each in enumerate(slot.machine.switches) if each.input == InputBit.HOME]
@@ -123,7 +123,7 @@ def _covers(limit: Switch, home: Switch) -> bool:
 
 
 def unused_terminals(subject: Subject) -> Iterator[Violation]:
-    """Find wired terminals that the program does not use."""
+    """Find wired terminals that the program never uses."""
     uses = subject.facts.uses_bit
     for index, slot in enumerate(subject.job.spec.slot if uses is not None and not subject.alone else ()):
         for group, verb, name, at in terminals(slot):
@@ -133,9 +133,9 @@ def unused_terminals(subject: Subject) -> Iterator[Violation]:
 
 
 def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
-    """Yield the wired terminals of a card: group, use by a program, name and bit.
+    """Yield the wired terminals of a card: group, how a program uses it, name and bit.
 
-    The bit of an analog channel is one of its word: using the word uses the bit.
+    An analog channel is represented by one bit of its word, because using the word uses the bit.
     """
     words = slot.words
     for group, verb, image, names in (
@@ -146,12 +146,12 @@ def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
             yield group, verb, name, at
         channels = [word for of, word in words.profile_words.values() if of == image]
         for word in channels:
-            if names[word] != f"ch{word}_data":  # the rack file names it
+            if names[word] != f"ch{word}_data":  # the rack file names the channel
                 yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
 
 
 def unknown_tags(subject: Subject) -> Iterator[Violation]:
-    """Find patterns of recorded tags that match none."""
+    """Find patterns for recorded tags that match no tag."""
     for index, pattern in enumerate(subject.job.spec.tags):
         try:
             tags_of(subject.job.logic, [pattern], bytearray(subject.job.spec.layout.size))

@@ -1,4 +1,4 @@
-"""Rules about programs that go from step to step: what a command finds when it is reached."""
+"""Rules about programs with steps: in which state a command is reached."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .motion import ENDING, MOTIONS
 
 
 class _Machine:
-    """The steps of a program, as far as one axis is concerned."""
+    """The steps of a program, as far as they concern one axis."""
 
     def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
         self._goes = [each for each in actions if each.goes is not None and each.steps is not None]
@@ -20,21 +20,21 @@ class _Machine:
         self.motions = [each for each in self._own if each.kind in MOTIONS and each.steps is not None]
 
     def onward(self, step: Step) -> Iterator[StepAction]:
-        """Yield what continues from a step."""
+        """Yield the actions that leave a step."""
         return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
 
     def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
-        """Yield what leads on from a step of a motion: what has its condition, if anything has; else all."""
+        """Yield the actions that leave a step; if some have the same condition as its motion, only those."""
         every = list(self.onward(step))
         own = [each for each in every if each.when == motion.when]
         yield from own if own and step in (motion.steps or ()) else every
 
     def clears(self, step: Step, bits: int) -> bool:
-        """Whether something may clear bits of the command word in a step."""
+        """Whether anything may clear bits of the command word in a step."""
         return any(each.clears & bits for each in self._own if each.happens_in(step))
 
     def clears_before(self, step: Step, bits: int) -> bool:
-        """Whether something may clear bits of the command word in a step before its motion."""
+        """Whether anything may clear bits of the command word in a step before its motion starts."""
         return any(each.clears & bits for each in self._own if each.happens_in(step) and not each.moves)
 
     def motions_in(self, step: Step) -> Iterator[StepAction]:
@@ -43,7 +43,7 @@ class _Machine:
 
 
 def unfinished(subject: Subject) -> Iterator[Violation]:
-    """Find motions of a step that begin while that of an earlier step may be under way."""
+    """Find motions of a step that start while the motion of an earlier step may be under way."""
     for machine in _machines(subject):
         for first in machine.motions:
             for start in first.steps or () if first.kind in ENDING else ():
@@ -58,11 +58,11 @@ def unfinished(subject: Subject) -> Iterator[Violation]:
 
 
 State = tuple[Step, bool]
-"""A step, and what is true of the way to it."""
+"""A step, and a fact about the path to it."""
 
 
 def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first motion after a step that no condition on the way delays until the one before ends."""
+    """Return the first later motion that may start before this one ends, as nothing waits for its end."""
 
     def onward(state: State) -> Iterator[State]:
         step, is_cleared = state
@@ -80,14 +80,14 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
 
 
 FINAL = re.compile(r"done|end|finish|complete|ready|full|stop|idle|off|run", re.IGNORECASE)
-"""In names of steps that are meant to stay."""
+"""Finds, in the names of steps, words that say that the step is meant to stay."""
 
 
 def without_way_out(subject: Subject) -> Iterator[Violation]:
-    """Find steps that are entered and that nothing leaves.
+    """Find steps that are entered but never left.
 
-    The end of a start-up, in a step that continues to work, is legal; so is the end of a list of steps. In
-    rungs a step is taken for the end of a job if each step that goes there may also go elsewhere.
+    A start-up may end in a step that continues to work, and a list of steps may end. In rungs, a step counts
+    as the end of a job if each step that leads to it may also lead elsewhere.
     """
     use = subject.facts.step_use
     if use is None:
@@ -105,7 +105,7 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
 
 
 class _Graph:
-    """The steps of a machine, and the ways between them."""
+    """The steps of a machine and the transitions between them."""
 
     def __init__(self, goes: Sequence[StepAction]) -> None:
         self._goes = goes
@@ -115,7 +115,7 @@ class _Graph:
         self._never_entered = {step for each in goes for step in each.steps or ()} - entered.keys()
 
     def _ways_from(self, step: Step) -> set[Step]:
-        """Return the steps that follow a step."""
+        """Return the steps that can follow a step."""
         onward = (each.goes for each in self._goes if each.goes != step and each.happens_in(step))
         return {each for each in onward if each is not None}
 
@@ -124,17 +124,17 @@ class _Graph:
         return [each for each in self._goes if each.goes == step]
 
     def dead_ends(self) -> Iterator[Step]:
-        """Yield the steps that nothing leaves, without those whose name says so."""
+        """Yield the steps that nothing leaves, except those that are final by name."""
         for step, onward in self._ways.items():
             is_final = isinstance(step, str) and FINAL.search(step)
             if not onward and not is_final:
                 yield step
 
     def is_stuck(self, step: Step, use: StepUse, first: frozenset[Step]) -> bool:
-        """Whether the program waits in a dead end, and does not end there.
+        """Whether the program gets stuck in a dead end, rather than finishing there.
 
         Args:
-            first: steps in which the machine may begin.
+            first: steps in which the machine may start.
         """
         another_is_meant = bool(self._never_entered - first)
         is_left = use.tested or self._turns or another_is_meant
@@ -142,7 +142,7 @@ class _Graph:
         return is_left and not works_on and not (self._is_chosen_end(step) and not use.chosen)
 
     def _is_chosen_end(self, step: Step) -> bool:
-        """Whether each step that goes here may also go elsewhere."""
+        """Whether each step that leads to this one may also lead elsewhere."""
         return all(
             each.steps is not None and all(len(self._ways_from(one)) > 1 for one in each.steps)
             for each in self.entering(step)
@@ -150,7 +150,7 @@ class _Graph:
 
 
 def not_zeroed(subject: Subject) -> Iterator[Violation]:
-    """Find commands that the module does not see, since their bit is still set from the one before."""
+    """Find commands that the module does not notice because their bit is still set from the previous one."""
     for machine in _machines(subject):
         for first in machine.motions:
             for start in (first.steps or ()) if first.sets else ():
@@ -164,7 +164,7 @@ def not_zeroed(subject: Subject) -> Iterator[Violation]:
 
 
 def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first motion after a step whose bit nothing clears before, though a motion has ended."""
+    """Return the first later motion whose bit has stayed set although the previous motion has ended."""
 
     def onward(state: State) -> Iterator[State]:
         step, has_ended = state
@@ -182,7 +182,7 @@ def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepActio
 
 
 def _machines(subject: Subject) -> Iterator[_Machine]:
-    """Yield the steps of each axis, if they command it at all."""
+    """Yield the steps of each axis that they command."""
     for actions in grouped(subject.facts.actions, lambda each: each.machine).values():
         for axis in dict.fromkeys(each.axis for each in actions if each.kind in MOTIONS):
             yield _Machine(actions, axis)

@@ -1,4 +1,4 @@
-"""Rules about the output words of 3601s, in any language: what the module refuses of a whole image."""
+"""Rules about the output words of 3601s, in any language: images that the module refuses."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..words import SentImage
 
 
 def refused_images(subject: Subject) -> Iterator[Violation]:
-    """Find images that the module refuses with every configuration of the program, ranges apart."""
+    """Find images that the module refuses with every configuration of the program, except for ranges."""
     yield from (Violation(place, text) for rule, place, text in _refusals(subject) if rule not in RANGES)
 
 
 def images_out_of_range(subject: Subject) -> Iterator[Violation]:
-    """Find images with numbers that the module refuses, and configurations."""
+    """Find images with numbers out of range, and invalid configurations."""
     for image in subject.images:
         if image.command & MODE_CONFIG:
             for words, name in image.variants():
@@ -32,9 +32,9 @@ def images_out_of_range(subject: Subject) -> Iterator[Violation]:
 
 
 def _refusals(subject: Subject) -> Iterator[tuple[str, FileLine, str]]:
-    """Yield rule, place and text of what modules refuse, once per place and rule."""
+    """Yield the rule, place and text of each refusal, once per place and rule."""
     seen: set[tuple[str, FileLine]] = set()
-    several: dict[tuple[int, int], tuple[FileLine, str]] = {}  # the last line of two bits
+    several: dict[tuple[int, int], tuple[FileLine, str]] = {}  # the last line of each pair of bits
     for image, words, name, each in _breaches(subject):
         place = (image.cells[each.word].place if each.word else None) or image.place
         text = _text(image, words, name, each)
@@ -52,7 +52,7 @@ TWO_BITS = "CMD-02"
 
 
 def _breaches(subject: Subject) -> Iterator[tuple[SentImage, tuple[int | None, ...], str, Breach]]:
-    """Yield the rules that commands break: image, words, what they come from, and rule."""
+    """Yield the rules that commands break, each with image, words, the source of the words, and rule."""
     for image in subject.images:
         for words, name in image.variants() if not image.command & MODE_CONFIG else ():
             for each in _broken(subject, image, words):
@@ -77,7 +77,7 @@ def _text(image: SentImage, words: tuple[int | None, ...], name: str, found: Bre
 
 
 def _numbers(words: tuple[int | None, ...], at: tuple[int, ...]) -> str:
-    """Return the words at these places in a message; "" for command words."""
+    """Return the words at given places for a message; "" for command words."""
     given = " and ".join("?" if words[each] is None else str(words[each]) for each in at)
     if len(at) > 1:
         return f": words {at[0]} and {at[1]} are {given}"
@@ -85,7 +85,7 @@ def _numbers(words: tuple[int | None, ...], at: tuple[int, ...]) -> str:
 
 
 def _hint(words: tuple[int | None, ...], pairs: tuple[int, ...]) -> str:
-    """Return what to do about words of opposite signs."""
+    """Return what to do about words with opposite signs."""
     both = [words[at] or 0 for at in pairs]
     is_mixed = len(both) > 1 and both[0] * both[1] < 0
     return "split the absolute value, and give both words its sign" if is_mixed else ""

@@ -1,24 +1,24 @@
-"""Collectors of a ladder program: rungs, and structured text.
+"""Collectors for a ladder program: rungs and structured text.
 
-operands.py         operands of instructions: uses, parts, names
+operands.py         operands of instructions: their uses, parts and names
 number_ranges.py    ranges of numbers, from constants and from what the program writes
-conditions.py       what instructions and expressions decide
+conditions.py       the conditions that instructions and expressions test
 walk.py             each instruction with the condition under which it acts
-accesses.py         variables, and what reads and writes them
-mistakes.py         mistakes that show in one rung or statement
-structure.py        mistakes of routines, add-on instructions and tags as a whole
-controls.py         mistakes with CONTROLs, counters and bits that several instructions share
-loops.py            loops that never end, and what they count
-subscripts.py       subscripts that a loop takes out of their array
-counting.py         counters that nothing runs, subscripts that nothing limits
-reals.py            calculated REALs that are compared for equality
-add_ons.py          what the routines of an add-on instruction read, and never write
+accesses.py         variables, and what accesses them
+mistakes.py         mistakes within one rung or statement
+structure.py        mistakes in whole routines, add-on instructions and tags
+controls.py         mistakes with CONTROLs, counters and bits that several instructions use
+loops.py            endless loops, and the counts of loops
+subscripts.py       subscripts in loops that leave their array
+counting.py         counters that nothing runs, and subscripts that nothing limits
+reals.py            equality comparisons of calculated REALs
+add_ons.py          what add-on instructions read but never write
 blocks.py           commands of motion blocks
 block_mistakes.py   mistakes in calls of blocks
-terminals.py        terminals and slots: whether the rack has them
+terminals.py        terminals and slots that the rack may lack
 output_writes.py    writes to the output words of 3601s
-written_words.py    what is wrong with them
+written_words.py    mistakes in those writes
 sent_words.py       commands that are sent as words
 steps.py            steps, and what the program does in them
-program.py          all facts of a program
+program.py          collects all facts of a program
 """

@@ -26,7 +26,7 @@ from .walk import Point
 FIRST_SCAN = "S:FS"
 
 OPEN = (".py", *EXPORT_SUFFIXES)
-"""Suffixes of programs whose tags others read and write."""
+"""Suffixes of programs whose tags may be read and written from outside."""
 
 BIT_USES = {"OTE": Touch.COIL, "OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
 ASSIGNMENTS = (":=", "[:=]")
@@ -36,8 +36,8 @@ class Variables:
     """The variables of a program.
 
     Args:
-        is_recorded: whether the rack file records a tag.
-        written_outside: members of instances that the program itself writes, in capitals.
+        is_recorded: tells whether the rack file records a tag.
+        written_outside: instance members that the calling program itself writes, in capitals.
     """
 
     def __init__(
@@ -57,13 +57,13 @@ class Variables:
 
     def _tag(self, tag: Tag) -> Variable:
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
-        others = self._path.suffix in OPEN  # Python reads and writes tags, too, and so do panels
+        others = self._path.suffix in OPEN  # Python and operator panels also read and write tags
         shown = others or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
         place = FileLine(str(self._path), self._lines(tag.name))
         return Variable(tag.name, place, role, tag.type.name, tag.initial is not None, shown)
 
     def key(self, mention: Mention) -> str:
-        """Return the key of an operand's variable; "" for a part of an add-on instruction."""
+        """Return the key of an operand's variable; "" for add-on members that the caller may write."""
         leaf = first_leaf(mention.where)
         if leaf.frame:
             return self._of_instance(leaf)
@@ -77,7 +77,7 @@ class Variables:
         return key
 
     def _of_instance(self, leaf: Leaf) -> str:
-        """Return the key of a bit of an add-on instruction's instance; "" for what its caller may write."""
+        """Return the key of a bit in an add-on instruction's instance; "" if the caller may write it."""
         key = f"{leaf.frame}.{leaf.path}".upper()
         if leaf.root != OWN or leaf.path.upper() in self._written_outside:
             return ""
@@ -88,7 +88,7 @@ class Variables:
 
 
 def declaration_lines(path: Path) -> Callable[[str], int]:
-    """Return a function that finds the first line of a file that names a tag, 1 if none does."""
+    """Return a function that gives the line that declares a tag, or 1 if none does."""
     lines: dict[str, int] = {}
     text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
     for number, line in enumerate(text.splitlines(), 1):
@@ -100,7 +100,7 @@ def declaration_lines(path: Path) -> Callable[[str], int]:
 def accesses_of(
     point: Point, lowered: LoweredProgram, variables: Variables, owners: Mapping[str, str]
 ) -> Iterator[Access]:
-    """Yield what an instruction does with variables.
+    """Yield the accesses of an instruction to variables.
 
     Args:
         owners: the task of each program, in capitals.
@@ -128,7 +128,7 @@ def accesses_of(
 
 
 def gives_zero(step: LoweredStep) -> bool:
-    """Whether an instruction only writes 0."""
+    """Whether an instruction writes nothing but 0."""
     return step.name == "RES" or is_zero(written_value(step))
 
 
@@ -138,17 +138,17 @@ def _start(key: str, mention: Mention) -> str:
 
 
 def in_first_scan(bits: Iterable[Bit]) -> bool:
-    """Whether the bit of the first scan is among bits that are on."""
+    """Whether the first-scan bit is among bits that are on."""
     return any(each.on and each.name.startswith(FIRST_SCAN) for each in bits)
 
 
 def _is_steady(part: Condition) -> bool:
-    """Whether a part of a condition holds in every scan but the first one."""
+    """Whether a part of a condition holds in every scan except the first."""
     return part == TRUE or (isinstance(part, Bit) and not part.on and part.name.startswith(FIRST_SCAN))
 
 
 def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
-    """Yield the arguments by reference, which an add-on instruction may read, and write if it does so."""
+    """Yield the arguments that an add-on instruction gets by reference, and may therefore read or write."""
     frame = lowered.frames.get(call.name)
     for name, operand in call.handed.items():
         writes = frame is None or name in frame.written
@@ -156,14 +156,14 @@ def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Me
 
 
 def touch_of(mention: Mention) -> Touch:
-    """Return whether an operand is read or written."""
+    """Return whether an operand is read, written or both."""
     if mention.reads and mention.writes:
         return Touch.BOTH
     return Touch.WRITE if mention.writes else Touch.READ
 
 
 def use_of(point: Point, mention: Mention) -> Touch:
-    """Return what an instruction does with an operand."""
+    """Return how an instruction uses an operand."""
     touch = touch_of(mention)
     if touch is not Touch.WRITE:
         return touch
@@ -177,7 +177,7 @@ def use_of(point: Point, mention: Mention) -> Touch:
 
 
 def _assigned(point: Point) -> Touch:
-    """Return what an assignment does with its bit."""
+    """Return how an assignment uses its bit."""
     value = point.step.operands[1]
     if point.condition == TRUE:
         return Touch.COIL

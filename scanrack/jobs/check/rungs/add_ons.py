@@ -1,4 +1,4 @@
-"""Local tags and outputs of add-on instructions that are read, and that none of their routines writes."""
+"""Local tags and outputs of add-on instructions that are read but that none of their routines writes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .operands import part_of
 from .walk import Point
 
 OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
-"""What only the routines of an add-on instruction write."""
+"""Parameters that only the routines of an add-on instruction write."""
 
 
 def note_add_ons(
@@ -30,11 +30,11 @@ def note_add_ons(
     declared: Callable[[str], FileLine],
     facts: Facts,
 ) -> None:
-    """Note local tags and outputs of add-on instructions that are read, and that nothing writes.
+    """Note local tags and outputs of add-on instructions that are read but never written.
 
     Args:
-        written_outside: members of instances that the program itself writes, in capitals.
-        declared: returns the place of a declaration.
+        written_outside: instance members that the calling program itself writes, in capitals.
+        declared: returns the place where a name is declared.
     """
     owned = {
         (add_on.name.upper(), each.name.upper()): each
@@ -54,7 +54,7 @@ def note_add_ons(
 
 
 def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Parameter]:
-    """Yield the numbers, timers and counters that only its routines write, and that begin with 0."""
+    """Yield the numbers, timers and counters that start at 0 and that only its own routines can write."""
     others = hosts_in(add_on).union(written_outside)
     for each in add_on.parameters:
         is_simple = isinstance(each.type, Elementary) and not _is_set(each.initial)
@@ -64,12 +64,12 @@ def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Paramete
 
 
 def hosts_in(add_on: AddOn) -> set[str]:
-    """Return the parameters of which others name a part, in capitals."""
+    """Return the parameters that contain other parameters, in capitals."""
     return {each.at.upper().partition(".")[0].partition("[")[0] for each in add_on.parameters if each.at}
 
 
 def _is_set(initial: object) -> bool:
-    """Whether an initial value has a number other than 0 in it."""
+    """Whether an initial value contains a number other than 0."""
     if isinstance(initial, list):
         return any(map(_is_set, initial))
     return bool(initial)
@@ -78,7 +78,7 @@ def _is_set(initial: object) -> bool:
 def _accesses(
     owned: Collection[tuple[str, str]], points: Sequence[Point], lowered: LoweredProgram
 ) -> Iterator[tuple[tuple[str, str], Access]]:
-    """Yield what routines of add-on instructions do with these parameters."""
+    """Yield the accesses to given parameters in the routines of their add-on instructions."""
     frames = {frame for frame, _ in owned}
     for point in points:
         frame = point.routine.frame

@@ -1,4 +1,4 @@
-"""Mistakes in calls of blocks: their order, instances that are called twice, parameters out of range."""
+"""Mistakes in calls of blocks: wrong order, instances called twice, and parameters out of range."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .walk import Point
 
 
 def misordered(calls: Sequence[BlockCall], facts: Facts, *, has_other_axes: bool) -> None:
-    """Note the calls of motion blocks after the block that owns their axis, and axes without one.
+    """Note calls of motion blocks that come after the block that owns their axis, and axes without an owner.
 
     Args:
-        has_other_axes: whether something else than Amci3601 may own an axis.
+        has_other_axes: whether anything other than Amci3601 may own an axis.
     """
     owned: dict[str, BlockCall] = {}
     for each in calls:
@@ -44,7 +44,7 @@ def misordered(calls: Sequence[BlockCall], facts: Facts, *, has_other_axes: bool
 
 
 def slots_shared(calls: Iterable[BlockCall], axes: Mapping[str, int], facts: Facts) -> None:
-    """Note the slots that two axes own."""
+    """Note slots that two axes own."""
     by_slot: dict[int, str] = {}
     for each in calls:
         slot = axes.get(each.axis) if each.is_owner else None
@@ -54,7 +54,7 @@ def slots_shared(calls: Iterable[BlockCall], axes: Mapping[str, int], facts: Fac
 
 
 def called_twice(points: Iterable[Point], facts: Facts) -> None:
-    """Note the instances of blocks that are called twice in a scan."""
+    """Note block instances that are called twice in a scan."""
     first: dict[str, Point] = {}
     for point in points:
         name = _instance(point)
@@ -69,7 +69,7 @@ def called_twice(points: Iterable[Point], facts: Facts) -> None:
 def parameters_out_of_range(
     points: Iterable[Point], values: Values, tags: Mapping[str, Tag], limits: Limits
 ) -> Iterator[Violation]:
-    """Yield the numbers that the program itself writes to parameters of motion blocks."""
+    """Yield numbers out of range that the program itself writes to parameters of motion blocks."""
     target_range = (PARAMETER_MIN, PARAMETER_MAX)
     ranges = {
         "POSITION": target_range,
@@ -95,7 +95,7 @@ def _is_block(tag: Tag | None) -> bool:
 
 
 def _instance(point: Point) -> str:
-    """Return the instance that an instruction runs, in capitals; "" if it runs none."""
+    """Return the instance that an instruction runs, in capitals; "" if there is none."""
     group = point.step.operands[0] if point.step.operands else None
     is_run = isinstance(group, AddOnCall) or Use.BLOCK in point.step.uses
     if isinstance(group, AddOnCall):

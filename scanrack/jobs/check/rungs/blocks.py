@@ -1,4 +1,4 @@
-"""Commands of the motion blocks of `USE axis3601`."""
+"""Commands of the motion blocks in `USE axis3601`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .operands import first_of, is_zero, key_of, path_of
 from .walk import Point
 
 OWNER = "AMCI3601"
-"""The block that writes the module's words, as the last rung of the scan."""
+"""The block that writes the module's words, called in the last rung of the scan."""
 
 RATES = {"ACCELERATION": "acceleration", "DECELERATION": "deceleration"}
 PROFILE = {"VELOCITY": "speed", **RATES}
 
 SEGMENTS_MAX = 64
-"""Segments whose values are looked at."""
+"""Maximum number of segments whose values are read."""
 
 METHODS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "CONFIGURE3601": ("configure", {}),
@@ -45,7 +45,7 @@ METHODS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     ),
     "RUNBLEND3601": ("run_blend", {"DIRECTION": "direction"}),
 }
-"""By block: the method of `Axis3601` that does the same, and its arguments by parameter."""
+"""By block: the corresponding method of `Axis3601`, and its arguments by block parameter."""
 
 
 class BlockCall(NamedTuple):
@@ -57,7 +57,7 @@ class BlockCall(NamedTuple):
 
     @property
     def place(self) -> FileLine:
-        """Its line."""
+        """The line of the call."""
         return self.point.place
 
     @property
@@ -67,7 +67,7 @@ class BlockCall(NamedTuple):
 
     @property
     def axis(self) -> str:
-        """The tag of its axis, in capitals; "" without one."""
+        """The tag of the block's axis, in capitals; "" if it has none."""
         axis = self.call.handed.get("AXIS")
         return "" if axis is None else axis.text.upper()
 
@@ -81,7 +81,7 @@ def block_calls(points: Iterable[Point]) -> Iterator[BlockCall]:
 
 
 def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
-    """Return the slots of axes: Amci3601 joins the two."""
+    """Return the slot of each axis, as given to Amci3601."""
     found = {}
     for each in calls:
         outputs = each.call.handed.get("OUTPUTS") if each.is_owner else None
@@ -117,13 +117,13 @@ def commands_of(
 
 
 def _choices(source: Resolved, values: Values) -> tuple[Range, ...]:
-    """Return the values that an argument gets: of a table each element."""
+    """Return the values of an argument; for a table, its elements."""
     options = OperandOptions(values).of(source).options
     return tuple(map(exactly, options)) if len(options) > 1 else values.choices(source)
 
 
 def _sources(call: AddOnCall, parameters: Mapping[str, str]) -> Iterator[tuple[str, Resolved]]:
-    """Yield the arguments of a call by their names in `Axis3601`."""
+    """Yield the arguments of a call, by their names in `Axis3601`."""
     for step in (step for nodes in call.inputs for step in steps_of(nodes)):
         target = step.operands[-1]
         if step.name == "MOV" and isinstance(target, Place):
@@ -133,7 +133,7 @@ def _sources(call: AddOnCall, parameters: Mapping[str, str]) -> Iterator[tuple[s
 
 
 def _execute(call: AddOnCall) -> str:
-    """Return the name of the bit that is the argument of Execute; "1" for a constant."""
+    """Return the name of the bit passed to Execute; "1" for a constant."""
     for copies in call.inputs:
         steps = steps_of(copies)
         target = first_of(steps[-1], ("OTE",)) if steps else None
@@ -155,7 +155,7 @@ def _text(operand: Resolved) -> str:
 
 
 def _segments(call: AddOnCall, values: Values) -> tuple[tuple[Range, Range, Range], ...] | None:
-    """Return length, speed and rate of the segments of a blend, as far as they are known."""
+    """Return length, speed and rate of a blend's segments, as far as they are known."""
     source = dict(_sources(call, {"SEGMENTS": "segments"})).get("segments")
     if call.name != "PROGRAMBLEND3601" or source is None:
         return None

@@ -1,4 +1,4 @@
-"""Calls of routines: under which conditions each one runs, and what runs twice in a scan."""
+"""Calls of routines: the conditions under which they run, and what runs twice in a scan."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .operands import first_of, is_fixed, key_of, uses_of
 from .walk import Point
 
 DEPTH = 6
-"""Routines in routines that are followed."""
+"""Maximum depth of calls that are followed."""
 
 REMEMBERING = (Use.STORAGE, Use.TIMER, Use.COUNTER, Use.SLC_TIMER, Use.SLC_COUNTER, Use.BLOCK)
-"""Uses of what an instruction keeps from scan to scan."""
+"""Uses of operands in which an instruction keeps its state from scan to scan."""
 
 
 class Run(NamedTuple):
-    """A way to a routine: when it runs, and the line of its call."""
+    """A path to a routine: its condition, and the line of the call."""
 
     when: Condition
     line: int
@@ -46,7 +46,7 @@ class RoutineCalls:
         return self._of.get(routine.upper(), ())
 
     def runs(self, routine: LoweredRoutine, depth: int = DEPTH) -> list[Run]:
-        """Return the ways to a routine; none from actions of charts, whose steps exclude each other."""
+        """Return the paths to a routine, except those from chart actions, whose steps exclude each other."""
         calls = self.of(routine.name)
         if not calls or depth == 0:
             return [Run(TRUE, 0)]
@@ -58,17 +58,17 @@ class RoutineCalls:
         return found
 
     def exclude(self, one: Point, other: Point) -> bool:
-        """Whether two instructions are in routines that never run in one scan."""
+        """Whether two instructions are in routines that never run in the same scan."""
         if one.routine is other.routine:
             return False
         ways = product(self.runs(one.routine), self.runs(other.routine))
         return all(never(AllOf((a.when, b.when))) for a, b in ways)
 
     def mixed(self, *, latches: bool) -> Iterator[Violation]:
-        """Yield the assignments of structured text to bits that an OTE writes in every scan.
+        """Yield structured text assignments to bits that an OTE also writes in every scan.
 
         Args:
-            latches: whether those of constants under a condition count, see `data.coil_and_latch`.
+            latches: whether to include assignments of constants under a condition, see `data.coil_and_latch`.
         """
         coils: dict[str, Point] = {}
         for point, key in self._bits(("OTE",), in_rungs=True):
@@ -81,14 +81,14 @@ class RoutineCalls:
                 yield Violation(point.place, f"{point.text} and {coil.text} of line {line} write one bit")
 
     def _bits(self, names: Sequence[str], *, in_rungs: bool) -> Iterator[tuple[Point, str]]:
-        """Yield the instructions of these names, with the keys of the bits that they write."""
+        """Yield the instructions with the given names, each with the key of the bit it writes."""
         for point in self._points:
             bit = first_of(point.step, names) if point.is_rung is in_rungs else None
             if isinstance(bit, Place):
                 yield point, key_of(bit)
 
     def twice(self, facts: Facts) -> None:
-        """Note what keeps its state from scan to scan, in routines that run twice in one."""
+        """Note what keeps its state from scan to scan but is in a routine that runs twice in a scan."""
         ways: dict[str, tuple[Run, Run] | None] = {}
         for point in self._points:
             name = point.routine.name
@@ -102,7 +102,7 @@ class RoutineCalls:
                 facts.remark("block-twice", point.place, text)
 
     def _both_ways(self, routine: LoweredRoutine) -> tuple[Run, Run] | None:
-        """Return two ways to a routine that may be taken in one scan."""
+        """Return two paths to a routine that may both be taken in one scan; None if there are none."""
         pairs = combinations(self.runs(routine), 2)
         return next((both for both in pairs if not never(AllOf((both[0].when, both[1].when)))), None)
 
@@ -113,7 +113,7 @@ def _is_latch(point: Point) -> bool:
 
 
 def _kept(point: Point) -> str:
-    """Return the timer, counter, one-shot or instance that an instruction keeps; "" if it keeps none."""
+    """Return the timer, counter, one-shot or instance in which an instruction keeps its state; "" if none."""
     for use, operand in uses_of(point.step):
         if use in REMEMBERING and isinstance(operand, Group | Place) and is_fixed(operand):
             return operand.text
@@ -123,12 +123,12 @@ def _kept(point: Point) -> str:
 def exclusive_repeats(
     remarks: Sequence[Violation], points: Iterable[Point], calls: RoutineCalls
 ) -> Iterator[Violation]:
-    """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
+    """Yield the remarks on repeated coils and timers, except in routines that never run in the same scan."""
     writing = [point for point in points if _written(point)] if remarks else []
     at = grouped(writing, lambda point: point.place)
     writers = grouped(writing, _written)
     for each in remarks:
-        excluded = (  # the first pair that can both run decides: of n coils there are n² pairs
+        excluded = (  # the first pair that can both run decides, as n coils have n² pairs
             calls.exclude(point, other)
             for point in at.get(each.place, ())
             for other in writers[_written(point)]
@@ -139,7 +139,7 @@ def exclusive_repeats(
 
 
 def _written(point: Point) -> str:
-    """Return the bit or the timer that only one instruction should write; "" for another one."""
+    """Return the bit or timer that only this instruction should write; "" if there is none."""
     for use, operand in uses_of(point.step):
         if use in (Use.COIL, Use.TIMER, Use.STORAGE) and isinstance(operand, Group | Place):
             return operand.text.upper()

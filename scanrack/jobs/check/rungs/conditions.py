@@ -1,6 +1,6 @@
-"""What an instruction or an expression of a ladder program decides, as a condition.
+"""The conditions that instructions and expressions of a ladder program test.
 
-A bit that the program writes has another name from there on in the rung: its value may be another one.
+A bit that the program writes is renamed for the rest of the rung, because its value may have changed.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GE
 
 
 EDGE = "ONS "
-"""Begins the names of one-shots, whose power says nothing about their bits."""
+"""Prefix in the names of one-shots, whose power does not show the state of their bits."""
 
 
 @dataclass(slots=True)
 class RungConditionNames:
-    """The names of values, which change as the program writes them."""
+    """Names of values, which change whenever the program writes the value."""
 
     places: dict[str, Place]
     timers: frozenset[str]  # on-delay timers
@@ -52,13 +52,13 @@ class RungConditionNames:
         """Return the name of a value."""
         key = key_of(place)
         if "?" in key:
-            self.forget()  # another element each time
+            self.forget()  # it may be another element each time
         self.places.setdefault(key, place)
         mark = ON_DELAY if key.rpartition(".")[0] in self.timers else ""
         return f"{key}#{self.all}.{self.written.get(path_of(place), 0)}{mark}"
 
     def note(self, step: LoweredStep) -> None:
-        """Give what an instruction writes another name."""
+        """Rename what an instruction writes."""
         if step.name in ("JSR", "SBR", "FOR", ADD_ON):
             self.forget()
         for operand in written_by(step):
@@ -68,27 +68,27 @@ class RungConditionNames:
                 self.forget()
 
     def forget(self) -> None:
-        """Give every value another name."""
+        """Rename every value."""
         self.all = next(self.turns)
 
     def state(self) -> tuple[dict[str, int], int]:
-        """Return the names at this place, for `go_back`."""
+        """Return the present names, for `go_back`."""
         return dict(self.written), self.all
 
     def go_back(self, state: tuple[dict[str, int], int]) -> None:
-        """Go back to the names of another place."""
+        """Restore the names that `state` returned."""
         self.written, self.all = dict(state[0]), state[1]
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
-    """Return the keys of timers that only TON and RTO run: their DN and TT are never on together."""
+    """Return the keys of timers that are run only by TON and RTO, so that DN and TT are never on together."""
     timers = [(step.name, group_of(step, ("TON", "RTO", "TOF"))) for step in steps]
     named = [(name, timer.text.upper()) for name, timer in timers if timer is not None]
     return frozenset(text for _, text in named) - {text for name, text in named if name == "TOF"}
 
 
 class Conditions:
-    """The conditions of a program.
+    """Makes the conditions of a program.
 
     Args:
         values: ranges of the program's numbers.
@@ -97,15 +97,15 @@ class Conditions:
 
     def __init__(self, values: Values, timers: frozenset[str]) -> None:
         self._values, self._timers = values, timers
-        self.places: dict[str, Place] = {}  # operands by their keys
+        self.places: dict[str, Place] = {}  # operands by key
         self.names = RungConditionNames(self.places, timers)
 
     def begin(self) -> None:
-        """Begin a rung, or a routine: no value has another name yet."""
+        """Begin a rung or routine, in which no value has been renamed."""
         self.names = RungConditionNames(self.places, self._timers)
 
     def decided(self, step: LoweredStep) -> Condition:
-        """Return what an instruction decides."""
+        """Return the condition that an instruction tests."""
         given = step.operands
         if step.name in ("XIC", "XIO") and isinstance(given[0], Place):
             return Bit(self.names.of(given[0]), step.name == "XIC")
@@ -127,7 +127,7 @@ class Conditions:
         return UNKNOWN
 
     def condition(self, operand: Resolved) -> Condition:
-        """Return the condition that an expression is."""
+        """Return an expression as a condition."""
         match operand:
             case Constant():
                 return FixedTruth(bool(operand.value))
@@ -142,7 +142,7 @@ class Conditions:
         return UNKNOWN
 
     def compared(self, one: Resolved, relation: str, other: Resolved) -> Condition:
-        """Return the condition that a comparison is."""
+        """Return a comparison as a condition."""
         if isinstance(one, Constant) and not isinstance(other, Constant):
             return self.compared(other, MIRRORED[relation], one)
         if isinstance(other, Constant):
@@ -153,7 +153,7 @@ class Conditions:
         return UNKNOWN
 
     def _with_constant(self, one: Resolved, relation: str, value: float) -> Condition:
-        """Return the condition that a comparison with a constant is."""
+        """Return a comparison with a constant as a condition."""
         is_equality = relation in ("=", "<>")
         if isinstance(one, Place) and one.type.is_bool:
             return Bit(self.names.of(one), (relation == "=") == bool(value)) if is_equality else UNKNOWN
@@ -166,13 +166,13 @@ class Conditions:
         return UNKNOWN
 
     def _is_none_of(self, operand: Resolved, value: float) -> bool:
-        """Whether only other constants are written to a number."""
+        """Whether a number gets only constants, all different from a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
         known = len(choices) > 2 and all(each.is_constant for each in choices)
         return known and all(each.least != value for each in choices)
 
     def _limits(self, operand: Resolved) -> Range:
-        """Return the sure range of a compared number: its type's, or that of the constants written to it."""
+        """Return the range of a compared number: that of the constants written to it, or that of its type."""
         if isinstance(operand, Constant):
             return self._values.of(operand)
         if not isinstance(operand, Place):

@@ -1,4 +1,4 @@
-"""Mistakes with what several instructions share: CONTROLs, counters, bits of add-on instructions."""
+"""Mistakes with operands that several instructions share: CONTROLs, counters, bits of add-on instructions."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ FAMILIES: Mapping[str, str] = {
 """Instructions that share a CONTROL with others [1756-RM003, array (file)/shift, sequencer instructions]."""
 
 LOADS = {"FFU": "FFL", "LFU": "LFL"}
-"""By instruction that takes from a queue, the one that fills it."""
+"""By instruction that unloads a queue, the instruction that loads it."""
 
 
 def shared(points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts) -> None:
-    """Note the mistakes of instructions that share something.
+    """Note the mistakes of instructions that share an operand.
 
     Args:
         mentions: all operands of the program.
@@ -44,7 +44,7 @@ def shared(points: Sequence[Point], mentions: Sequence[Mention], read: Collectio
 
 
 def _queues(points: Sequence[Point], facts: Facts) -> None:
-    """Note queues that are filled with one CONTROL and emptied with another one."""
+    """Note queues that are loaded and unloaded with different CONTROLs."""
     filled: dict[tuple[str, str], dict[str, FileLine]] = {}
     for point in points:
         if point.step.name in LOADS.values():
@@ -62,7 +62,7 @@ def _queues(points: Sequence[Point], facts: Facts) -> None:
 
 
 def _controls(points: Sequence[Point], facts: Facts) -> None:
-    """Note a CONTROL of two instructions that do not belong together."""
+    """Note a CONTROL that two unrelated instructions share."""
     first: dict[str, Point] = {}
     for point in points:
         control = _control(point.step)
@@ -74,12 +74,12 @@ def _controls(points: Sequence[Point], facts: Facts) -> None:
 
 
 def _family(step: LoweredStep) -> str:
-    """Return the instructions with which one may share its CONTROL; its own site for a family of one."""
+    """Return the group of instructions that may share a CONTROL; an ungrouped instruction has its own."""
     return FAMILIES.get(step.name, f"{step.name} {step.site}")
 
 
 def _counters(points: Sequence[Point], facts: Facts) -> None:
-    """Note a counter that counts in two rungs of a routine: each one's edge is the other one's."""
+    """Note a counter that counts in two rungs of a routine: each takes the other's edges for its own."""
     first: dict[tuple[str, str, str], FileLine] = {}
     for point in points:
         group = group_of(point.step, ("CTU", "CTD"))
@@ -97,7 +97,7 @@ COUNTING = ("RTO", "CTU", "CTD")
 def _never_reset(
     points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts
 ) -> None:
-    """Note RTO and counters whose DN is read, and that nothing sets back: it stays on for good."""
+    """Note RTOs and counters whose DN is read but that are never reset, so that DN stays on forever."""
     kinds: dict[str, set[str]] = {}
     counting = [(group, point) for point in points if (group := group_of(point.step, COUNTING)) is not None]
     for group, point in counting:
@@ -112,14 +112,14 @@ def _never_reset(
 
 
 def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
-    """Yield the paths that something else than an RTO or a counter writes."""
+    """Yield the paths that are written by anything other than an RTO or a counter."""
     for each in mentions:
         if each.writes and each.site.instruction.partition("(")[0] not in COUNTING:
             yield path_of(each.where)
 
 
 def _outputs(points: Sequence[Point], facts: Facts) -> None:
-    """Note bits that an add-on instruction writes, and a coil or another one, too."""
+    """Note bits that an add-on instruction writes and that a coil or another instruction also writes."""
     first: dict[str, Point] = {}
     for point in points:
         target = first_of(point.step, ("OTE",))
@@ -132,12 +132,12 @@ def _outputs(points: Sequence[Point], facts: Facts) -> None:
 
 
 def _is_input(point: Point, target: Place) -> bool:
-    """Whether this copies an argument to an input of an add-on instruction."""
+    """Whether an instruction copies an argument to an input of an add-on instruction."""
     return point.argument and target.leaf.slot is None and "." in target.leaf.path
 
 
 def _control(step: LoweredStep) -> str:
-    """Return the CONTROL of an instruction; "" if it has none, or a computed one."""
+    """Return the CONTROL of an instruction; "" if it has none or a computed one."""
     controls = (operand for use, operand in uses_of(step) if use is Use.CONTROL)
     return next((each.text for each in controls if isinstance(each, Group) and is_fixed(each)), "")
 

@@ -1,9 +1,9 @@
 """Counters and timers that nothing runs, and subscripts that count without a bound.
 
-GEQ(Parts.ACC,10)        and no CTU(Parts,...) anywhere
-ADD(Next,1,Next) MOV(Weight,Weights[Next])     and nothing compares Next, or takes it back
+GEQ(Parts.ACC,10)        but no CTU(Parts,...) anywhere
+ADD(Next,1,Next) MOV(Weight,Weights[Next])     but nothing compares or resets Next
 
-A subscript that leaves its array is a major fault of type 4, code 20.
+A subscript that leaves its array is a major fault, type 4, code 20.
 """
 
 from __future__ import annotations
@@ -35,24 +35,24 @@ RUN = {
     "FBD_TIMER": "times",
     "SLC_TIMER": "times",
 }
-"""What an instruction does with a structure of these types; without it they stay as they are."""
+"""Uses that run a structure of each type; without them its members do not change."""
 
 PART = re.compile(r"(?:\.(\w+))?((?:\[[^\]]*\])*+)")
-"""A member, with the subscripts of its structure: ".DN[3]"."""
+"""Finds the member in a part, with the subscripts of its structure: ".DN[3]"."""
 
 RESULTS = frozenset(("ACC", "DN", "TT", "CU", "CD", "OV", "UN", "EN"))
-"""The members that running gives."""
+"""The members that change while it runs."""
 
 
 def never_run(facts: Facts) -> None:
-    """Note counters and timers whose result is read, and that nothing runs."""
+    """Note counters and timers whose result is read but that nothing runs."""
     for variable, accesses in facts.by_variable():
         if variable.type in RUN and not BY_PEOPLE.search(variable.name):
             is_run(variable, accesses, facts)
 
 
 def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
-    """Note a counter or timer whose result is read, and that nothing runs."""
+    """Note a counter or timer if its result is read but nothing runs it."""
     running = [each for each in accesses if _runs(each)]
     for each in accesses:
         member, element = _member(each.part)
@@ -66,22 +66,22 @@ def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None
 
 
 def _runs(access: Access) -> bool:
-    """Whether an instruction runs a counter or timer, or writes its result; to reset it is not enough."""
+    """Whether an access runs a counter or timer, or writes its result. A reset does not count."""
     return access.writes and not access.zero and _member(access.part)[0] in ("", *RESULTS)
 
 
 def _member(part: str) -> tuple[str, str]:
-    """Return the member of a part, and the element that it belongs to."""
+    """Return the member in a part, and the element that it belongs to."""
     found = PART.fullmatch(part)
     return (found[1] or "", found[2]) if found else ("?", "")
 
 
 BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
-"""In names of inputs that people press: when they do, is their choice."""
+"""Finds, in the names of inputs, words for buttons. People press these whenever they want."""
 
 
 def unbounded(points: Sequence[Point], values: Values, places: Mapping[str, Place], facts: Facts) -> None:
-    """Note subscripts that count up or down, and that nothing limits."""
+    """Note subscripts that count up or down and that nothing limits."""
     used: dict[str, Subscript] = {}
     for each in chain.from_iterable(map(_subscripts, points)):
         used.setdefault(key_of(each.number), each)
@@ -98,7 +98,7 @@ Bounds = defaultdict[str, list[Point]]
 def _bounds(
     points: Sequence[Point], used: Collection[str], places: Mapping[str, Place]
 ) -> tuple[Bounds, Bounds]:
-    """Return what limits each subscript, and what takes it back."""
+    """Return the instructions that limit each subscript, and those that reset it."""
     limits, resets = Bounds(list), Bounds(list)
     for point in points:
         own = key_of(point.target) if point.target is not None else ""
@@ -111,12 +111,12 @@ def _bounds(
 
 
 class Subscript(NamedTuple):
-    """A number in a subscript.
+    """A number that is used in a subscript.
 
     Attributes:
         number: the number.
-        text: the operand that has the subscript.
-        last: the last legal one; `sys.maxsize` if it is not known.
+        text: the operand that contains the subscript.
+        last: the last legal value; `sys.maxsize` if it is unknown.
     """
 
     number: Place
@@ -126,13 +126,13 @@ class Subscript(NamedTuple):
 
 
 def _only_counts(index: Place, values: Values) -> bool:
-    """Whether a number counts, and only known values are written to it."""
+    """Whether a number counts and gets only known values."""
     sources = values.sources(index)
     return None not in sources and any(_counts(each, key_of(index)) for each in sources)
 
 
 def _limited(point: Point, counted: str) -> Iterator[str]:
-    """Yield the numbers that an instruction reads; not those in subscripts, nor the one that it counts."""
+    """Yield the numbers that an instruction reads, except in subscripts and except the one that it counts."""
     for use, operand in uses_of(point.step):
         if operand is not point.target and use is not Use.TARGET:
             read = list(_read(operand))
@@ -140,7 +140,7 @@ def _limited(point: Point, counted: str) -> Iterator[str]:
 
 
 def _note_reached(each: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts) -> None:
-    """Note a subscript that counts: nothing limits it, or a limit beyond its array."""
+    """Note a subscript that counts if nothing limits it, or if its limit is beyond its array."""
     if not limits and not resets:
         text = f"{each.text}: {each.number.text} counts, and nothing keeps it within the array"
         facts.remark("subscript", each.place, text)
@@ -151,7 +151,7 @@ def _note_reached(each: Subscript, limits: Sequence[Point], resets: Sequence[Poi
 
 
 def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
-    """Return what a subscript that counts up reaches: the one comparison of it takes it back, or None."""
+    """Return the value that a subscript reaches before its only comparison resets it; None if unknown."""
     if len({id(each.step) for each in limits}) != 1 or not all(_asks(each.condition, key) for each in resets):
         return None
     match [each for each in leaves(limits[0].own) if isinstance(each, Compare)]:
@@ -166,7 +166,7 @@ def _asks(condition: Condition, key: str) -> bool:
 
 
 def _subscripts(point: Point) -> Iterator[Subscript]:
-    """Yield the single numbers in the subscripts of an instruction."""
+    """Yield the single numbers that are used in an instruction's subscripts."""
     for operand in (each for given in point.step.operands for each in parts_of(given)):
         if isinstance(operand, Place | Group):
             for number, last in _numbers(operand):
@@ -174,7 +174,7 @@ def _subscripts(point: Point) -> Iterator[Subscript]:
 
 
 def _numbers(operand: Place | Group) -> Iterator[tuple[Place, int]]:
-    """Yield the single numbers in subscripts, each with the last legal one; of a sum it is not known."""
+    """Yield the single numbers in subscripts, each with its last legal value; for a sum it is unknown."""
     sizes = operand.leaf.dims if isinstance(operand, Place) else operand.array
     for index, size in zip(operand.indices, chain(sizes, repeat(sys.maxsize)), strict=False):
         if isinstance(index, Calculation) and index.name in ("+", "-") and _is_single(index.operands[0]):
@@ -184,12 +184,12 @@ def _numbers(operand: Place | Group) -> Iterator[tuple[Place, int]]:
 
 
 def _is_single(operand: Resolved) -> TypeGuard[Place]:
-    """Whether an operand is one number of a program."""
+    """Whether an operand is a single number of the program."""
     return isinstance(operand, Place) and operand.bit is None and not operand.frame and not operand.can_fault
 
 
 def _counts(source: Resolved | None, key: str) -> bool:
-    """Whether a number becomes itself and a constant."""
+    """Whether a number gets the sum of itself and a constant."""
     match source:
         case Calculation("+", (Constant() as by, Place() as counted)):
             return key_of(counted) == key and not is_zero(by)
@@ -199,7 +199,7 @@ def _counts(source: Resolved | None, key: str) -> bool:
 
 
 def _read(operand: object) -> Iterator[str]:
-    """Yield the keys of the numbers that an operand reads, without those in subscripts."""
+    """Yield the keys of the numbers that an operand reads, except in subscripts."""
     given: Iterable[object] = (operand,)
     if isinstance(operand, Call | AddOnCall):
         given = operand.inputs if isinstance(operand, Call) else operand.handed.values()
@@ -209,7 +209,7 @@ def _read(operand: object) -> Iterator[str]:
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
-    """Whether an instruction only acts in the first scan, or when a person presses a button."""
+    """Whether an instruction acts only in the first scan, or when a person presses a button."""
     parts = set(leaves(point.condition)) - {TRUE}
     bits = [each for each in parts if isinstance(each, Bit)]
     levels = [each for each in bits if not each.name.startswith(EDGE)]

@@ -14,23 +14,23 @@ from .blocks import BlockCall
 
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
-    """Return the largest limits of a rack's modules: those given, and those of its drives."""
+    """Return the largest limits in a rack: the given ones or those of its drives."""
     own = [each.limits for each in models]
     speeds, rates = (each.speed for each in own), (each.rate for each in own)
     return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
 
 
 WordsOf = Callable[[object, int], Sequence[int | None] | None]
-"""Returns constant words at an operand, so many; None if the array is shorter or no constant."""
+"""Returns a number of constant words from an operand on; None if it is too short or not constant."""
 
 
 def note_drives(
     calls: Sequence[BlockCall], axes: Mapping[str, int], models: Mapping[int, Model], words_of: WordsOf
 ) -> Iterator[Violation]:
-    """Yield the calls that can't work on the drive of their axis.
+    """Yield the calls that can't work on their axis's drive.
 
     Args:
-        axes: slots of axes.
+        axes: slots by axis.
         models: drives by slot.
     """
     for each in calls:

@@ -1,4 +1,4 @@
-"""Loops of a ladder program: those that never end, and what their variables count."""
+"""Loops of a ladder program: endless ones, and the ranges of loop counts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LEAVES = ("EXIT", "RETURN", "RET", "TND", "JMP")
 def endless(
     routines: Iterable[LoweredRoutine], place_of: Callable[[LoweredLine], FileLine], facts: Facts
 ) -> None:
-    """Note the loops of the user's routines that never end."""
+    """Note endless loops in the user's routines."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             text = _why_endless(loop)
@@ -38,7 +38,7 @@ def endless(
 
 
 def _why_endless(loop: Loop) -> str:
-    """Return why a loop never ends; "" if it may."""
+    """Return why a loop is endless; "" if it may end."""
     steps = _steps(loop.body)
     if any(step.name in LEAVES for step in steps):
         return ""
@@ -53,24 +53,24 @@ def _why_endless(loop: Loop) -> str:
 
 
 def _are_fixed(places: Sequence[Place], steps: Iterable[LoweredStep]) -> bool:
-    """Whether no instruction may write one of these values, nor anything else during a scan."""
+    """Whether neither an instruction nor anything else may change the given values during a scan."""
     paths = set(map(path_of, places))
     return all(map(_is_of_program, places)) and not any(_may_write(step, paths) for step in steps)
 
 
 def _counts_by_zero(loop: Loop) -> bool:
-    """Whether a FOR adds a constant 0 after each pass."""
+    """Whether a FOR adds the constant 0 after each pass."""
     advance = loop.advance.steps[-1].operands[1] if loop.advance is not None else None
     return isinstance(advance, Calculation) and is_zero(advance.operands[1])
 
 
 def _is_of_program(place: Place) -> bool:
-    """Whether only the program changes a value during a scan, and it is always the same element."""
+    """Whether only the program can change a value during a scan, and its element is fixed."""
     return not place.leaf.output and not place.leaf.frame and not place.can_fault
 
 
 def _may_write(step: LoweredStep, paths: set[str]) -> bool:
-    """Whether an instruction may write one of these; calls may write anything."""
+    """Whether an instruction may write one of the given paths; calls may write any."""
     if step.name in ("JSR", ADD_ON, "FOR", "GSV"):
         return True
     within = {each for path in paths for each in (path, *around(path))}
@@ -78,7 +78,7 @@ def _may_write(step: LoweredStep, paths: set[str]) -> bool:
 
 
 def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
-    """Yield rungs that always jump back over rungs that never leave."""
+    """Yield rungs that always jump back, over rungs that never leave the loop."""
     for at, line in enumerate(routine.lines):
         label = _always_jumps_to(line)
         target = routine.labels.get(label, at + 1)
@@ -88,13 +88,13 @@ def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
 
 
 def _always_jumps_to(line: LoweredLine) -> str:
-    """Return the label of a JMP that begins a rung; "" without one."""
+    """Return the label of a JMP at the start of a rung; "" if there is none."""
     first = line.nodes[0] if line.nodes else None
     return str(first.operands[0]) if isinstance(first, LoweredStep) and first.name == "JMP" else ""
 
 
 def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, frozenset[int]]]:
-    """Yield each FOR counter: its tag in capitals, its range in the loop, and where FOR writes it."""
+    """Yield each count of a FOR: its tag in capitals, its range in the loop, and what counts it."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
@@ -112,7 +112,7 @@ def _counted_by_step(step: LoweredStep) -> tuple[str, Range, frozenset[int]]:
 
 
 def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Range]]:
-    """Return, by instruction in the body of a FOR, what it counts there: path in capitals, and range."""
+    """Return, for each instruction in the body of a FOR, the range of each count, by path in capitals."""
     found: dict[int, dict[str, Range]] = {}
     for routine in routines:
         for loop in loops_in(routine.body or ()):
@@ -125,7 +125,7 @@ def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Ra
 
 
 def _counted_by(loop: Loop) -> Iterator[tuple[str, Range]]:
-    """Yield what a FOR with constant bounds counts, and its range in the body."""
+    """Yield the count of a FOR with constant bounds, and its range in the body."""
     if loop.start is None or loop.test is None:
         return
     place, first = loop.start.steps[-1].operands[:2]
@@ -167,7 +167,7 @@ def _steps(body: Body) -> list[LoweredStep]:
 
 
 def lines_in(body: Body) -> Iterator[LoweredLine]:
-    """Yield the lines of statements, of each statement before those within it."""
+    """Yield the lines of statements, those of each statement before the lines inside it."""
     for each in body:
         match each:
             case Act(line) | Selection(line):

@@ -1,4 +1,4 @@
-"""Mistakes that show in one rung or statement: conditions, divisions, conversions, presets."""
+"""Mistakes within one rung or statement: in conditions, divisions, conversions, presets."""
 
 from __future__ import annotations
 
@@ -47,23 +47,23 @@ FBD_TIMERS = ("TONR", "TOFR", "RTOR")
 WITH_PRESET = frozenset((*TIMERS, *COUNTERS, *FBD_TIMERS))
 
 SHORT_MS, FEW = 10, 5
-"""A preset of fewer milliseconds, and of so few scans, is meant in another unit."""
+"""A preset below this number of ms, and of no more than this number of scans, is meant in another unit."""
 
 LOOPS = ("WHILE", "UNTIL", "FOR")
-"""Statements whose condition may be constant: EXIT ends the loop."""
+"""Statements whose condition may be constant, because EXIT ends the loop."""
 
 
 THOUSAND = 1000
-"""What splits a number into the words of a 3601: the quotient of a small number is 0 on purpose."""
+"""The divisor that splits a number into two words of a 3601; a small quotient is 0 on purpose."""
 
 
 class Mistakes:
     """Notes the mistakes of instructions.
 
     Args:
-        read: paths in capitals that the program reads, such as COUNT.DN.
-        scan_ms: time from scan to scan.
-        made: whether Python has made the rungs: their numbers have lost their radix.
+        read: paths that the program reads, in capitals, such as COUNT.DN.
+        scan_ms: time between scans, ms.
+        made: whether Python has generated the rungs, so that numbers have lost their radix.
     """
 
     def __init__(
@@ -78,10 +78,10 @@ class Mistakes:
     ) -> None:
         self._lowered, self._values, self._facts, self._read = lowered, values, facts, read
         self._is_made, self._scan_ms = made, scan_ms
-        self._dead: FileLine | None = None  # the line that is noted as one that never acts
+        self._dead: FileLine | None = None  # the line that was last noted as never acting
 
     def note(self, point: Point) -> None:
-        """Note the mistakes of an instruction."""
+        """Note the mistakes in an instruction."""
         self._condition(point)
         if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, FixedTruth):
             text = f"what goes to {point.step.operands[0].text}" if point.argument else point.text
@@ -110,7 +110,7 @@ class Mistakes:
             self._dead = place
 
     def _decided(self, point: Point, own: Condition, text: str) -> None:
-        """Note a condition that never holds, or always does."""
+        """Note a condition that never or always holds."""
         found = constant_condition(own)
         if found is not None:
             rule, says = found
@@ -122,7 +122,7 @@ class Mistakes:
         self._dead = point.place
 
     def branches(self, line: LoweredLine, conditions: Conditions, place: FileLine) -> None:
-        """Note the branches of a rung that are shorted, or of which a leg always has power."""
+        """Note branches of a rung that are shorted, or that always pass power through one leg or another."""
         for node in _parallels(line.nodes):
             legs = [steps_of(leg, copies=False) for leg in node.legs]
             deciding = [leg for leg in legs if any(step.name != "NOP" for step in leg)]
@@ -151,7 +151,7 @@ class Mistakes:
                 self._facts.remark("integer-zero", point.place, text)
 
     def _is_always_zero(self, quotient: Calculation, target: Place | None) -> bool:
-        """Whether a division of integers only gives 0, though it does not divide 0."""
+        """Whether a division of integers always gives 0, although its dividend is not 0."""
         dividend, divisor = quotient.operands
         is_real = target is not None and not target.type.is_integer
         is_split = isinstance(divisor, Constant) and divisor.value == THOUSAND
@@ -164,7 +164,7 @@ class Mistakes:
         return found.is_constant and found.least == 0
 
     def _conversion(self, point: Point) -> None:
-        """Note a number that its target can't hold."""
+        """Note a number that does not fit into its target."""
         target, source = point.target, written_value(point.step)
         if target is None or source is None or not target.type.is_integer or target.type.is_bool:
             return
@@ -175,7 +175,7 @@ class Mistakes:
             self._facts.remark("lossy-conversion", point.place, text)
 
     def _lost(self, point: Point, source: Resolved, target: Place) -> str:
-        """Return what of a number its target can't hold."""
+        """Return what is lost when a number is written to its target; "" if nothing is."""
         found, limits = self._values.of(source), type_range(target.type)
         if isinstance(source, Constant):
             return _constant_lost(source, limits, is_pattern=self._is_pattern(point, target))
@@ -207,7 +207,7 @@ class Mistakes:
             self._facts.remark("preset-zero", point.place, text)
 
     def _short(self, point: Point, timer: Group, preset: Range) -> None:
-        """Note a preset in another unit than milliseconds: it is over within a few scans."""
+        """Note a preset that was meant in a unit other than milliseconds: it ends within a few scans."""
         scans = preset.most / self._scan_ms
         is_short = preset.least > 0 and (scans <= 1 or (preset.most < SHORT_MS and scans <= FEW))
         if is_short and point.step.name not in COUNTERS and timer.type in (TIMER, FBD_TIMER):
@@ -216,10 +216,10 @@ class Mistakes:
 
 
 def sealed(points: Iterable[Point], places: Mapping[str, Place], facts: Facts) -> None:
-    """Note coils that an input switches on, and that hold themselves without a way off.
+    """Note coils that an input switches on and that then hold themselves on with no way off.
 
     Args:
-        places: operands by their keys.
+        places: operands by key.
     """
     writes = [each for each in facts.accesses if each.writes]
     first = {(each.place, each.text): each for each in reversed(writes)}
@@ -232,14 +232,14 @@ def sealed(points: Iterable[Point], places: Mapping[str, Place], facts: Facts) -
 
 
 def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
-    """Return the bit that an input switches on and that then holds itself; "" without one."""
+    """Return the bit that an input switches on and that then holds itself on; "" if there is none."""
     target = first_of(point.step, ("OTE", ":="))
     is_bit = isinstance(target, Place) and target.type.is_bool
     return target.text if is_bit and _seals_input_in(point, target, places) else ""
 
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
-    """Whether an input switches a bit on that then holds itself, whatever else is off."""
+    """Whether an input switches a bit on that then holds itself on, whatever else is off."""
     whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
     bits = [each for each in leaves(whole) if isinstance(each, Bit) and each.on]
     starts = (places.get(each.name) for each in bits if each != own)
@@ -253,7 +253,7 @@ def _is_input(place: Place | None) -> bool:
 
 
 def _others(own: Access, writes: Sequence[Access]) -> bool:
-    """Whether something else writes what an instruction writes."""
+    """Whether any other access writes what this access writes."""
     return any(
         each is not own and each.variable == own.variable and overlap(each.part, own.part) for each in writes
     )
@@ -264,14 +264,14 @@ def _is_copy(step: LoweredStep) -> bool:
 
 
 def _is_rounded(source: Resolved) -> bool:
-    """Whether an expression is an integer: it has no REAL, or a function makes one of it."""
+    """Whether an expression is an integer: it contains no REAL, or a function rounds it."""
     if isinstance(source, Calculation):
         return source.name in ("TRUNC", "TRN") or all(map(_is_rounded, source.operands))
     return is_integer(source)
 
 
 def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
-    """Return what is lost of a constant; a bit pattern such as 16#8000 is not."""
+    """Return what is lost of a constant; a bit pattern such as 16#8000 loses nothing."""
     value = source.value
     if value != int(value):
         return f"{value:g} loses its fraction"
@@ -280,7 +280,7 @@ def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
 
 
 def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str:
-    """Return what a copy to a smaller type may lose."""
+    """Return what may be lost in a copy to a smaller type; "" if nothing is."""
     if not is_integer(source):
         return f"{source.text} is a {source.type.name}: its fraction is lost"
     if source.type.bits <= target.type.bits or found.within(limits.least, limits.most):
@@ -289,14 +289,14 @@ def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str
 
 
 def _is_excluded(before: Condition, own: Condition) -> bool:
-    """Whether a condition excludes one of the same values."""
+    """Whether a condition contradicts an earlier one about the same values."""
     names = set(map(_value_name, leaves(before))) - {""}
     meet = any(_value_name(each) in names for each in leaves(own))
     return meet and never(AllOf((before, own)))
 
 
 def _value_name(part: Condition) -> str:
-    """Return the name of the value in a condition, the same for TT and DN of a timer; "" if it has none."""
+    """Return the name of the value in a condition, the same for a timer's TT and DN; "" if it has none."""
     return str(getattr(part, "name", "")).replace(".TT#", ".DN#")
 
 
@@ -313,7 +313,7 @@ def _decides(step: LoweredStep) -> bool:
 
 
 def _always_has_power(branch: Parallel, conditions: Conditions) -> bool:
-    """Whether one leg or the other of a branch without inner branches holds, and no leg always does."""
+    """Whether one leg or another of a branch without inner branches always holds, but no single leg does."""
     if not all(isinstance(each, LoweredStep) for leg in branch.legs for each in leg):
         return False
     legs = tuple(

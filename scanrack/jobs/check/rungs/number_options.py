@@ -1,4 +1,4 @@
-"""What a number of a ladder program may be, one option after the other: constants, tables, sums of them.
+"""The possible values of a number in a ladder program, one by one: constants, tables, and calculations.
 
 MOV(Stops[At],Target)DIV(Target,1000,O.Data[2])    word 2 is one of the thousands of `Stops`
 """
@@ -16,10 +16,10 @@ from .number_ranges import Values, is_whole
 from .operands import path_of
 
 DEPTH = 8
-"""Levels of tags that a tag gets its value from."""
+"""Maximum number of tags that are followed to find a value."""
 
 MOST = 64
-"""Options that are looked at."""
+"""Maximum number of options."""
 
 
 OPERATIONS: Mapping[str, Callable[..., float]] = {
@@ -33,18 +33,18 @@ OPERATIONS: Mapping[str, Callable[..., float]] = {
     "TRN": math.trunc,
     "TRUNC": math.trunc,
 }
-"""Operators and functions by their names [1756-RM003: DIV of integers truncates, MOD has its sign]."""
+"""Operators and functions by name [1756-RM003: DIV of integers truncates, MOD has the dividend's sign]."""
 
 
 class OperandOptions:
-    """The options of a program's numbers."""
+    """The possible values of a program's numbers."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
         self._busy: set[str] = set()
 
     def word(self, operand: Resolved | None) -> Choices:
-        """Return what a word gets."""
+        """Return the possible values of a word."""
         found = UNKNOWN_CHOICES if operand is None else self.of(operand)
         options = tuple(map(round, found.options))
         if not options or not all(WORD_MIN <= each <= WORD_MAX for each in options):
@@ -52,7 +52,7 @@ class OperandOptions:
         return Choices(options, found.source, found.names)
 
     def of(self, operand: Resolved, depth: int = DEPTH) -> Choices:
-        """Return the options of an operand; none if the text does not determine them."""
+        """Return the options of an operand; none if the program does not determine them."""
         if isinstance(operand, Constant):
             return Choices((operand.value,))
         if isinstance(operand, Place) and depth:
@@ -77,7 +77,7 @@ class OperandOptions:
 
 
 def _one_of(place: Place, parts: Sequence[Choices]) -> Choices:
-    """Return the options of a number to which one of the parts is written."""
+    """Return the options of a number that gets any of several values."""
     options = [value for each in parts for value in each.options][:MOST]
     names = [name for each in parts for name in each.names or _names(place.leaf.path, each.options)]
     if place.type.is_integer:
@@ -91,7 +91,7 @@ def _names(text: str, options: Iterable[float]) -> Iterator[str]:
 
 
 def _of_table(place: Place, found: Sequence[float]) -> Choices:
-    """Return the elements of a table that nothing writes."""
+    """Return the elements of a table that is never written."""
     values = tuple(found)
     if not place.indices:
         return Choices(values) if len(values) == 1 else UNKNOWN_CHOICES
@@ -103,7 +103,7 @@ def _of_table(place: Place, found: Sequence[float]) -> Choices:
 
 
 def _calculated(operand: Calculation, parts: Sequence[Choices]) -> Choices:
-    """Return the results for each option of the one source in an expression."""
+    """Return the results of an expression, one for each option of its only source."""
     found = combined(parts, OPERATIONS[operand.name])
     if operand.name == "/" and all(map(is_whole, operand.operands)):
         return found._replace(options=tuple(map(math.trunc, found.options)))

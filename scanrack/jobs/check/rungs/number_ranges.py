@@ -1,7 +1,7 @@
 """Ranges of the numbers of a ladder program.
 
-A tag's range is that of all that the program writes to it, and of its initial value; where one of these
-depends on the tag itself, or is not known, it is the range of the tag's type.
+The range of a tag covers its initial value and all values that the program writes to it. If one of these is
+unknown or depends on the tag itself, the range is that of the tag's type.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from ..ranges import ANY, OPERATIONS, Range, exactly, joined
 from .operands import around, path_of, written_by
 
 RESULTS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "NEG": "NEG", "ABS": "ABS"}
-"""Instructions that write the result of an operator to their last operand."""
+"""Instructions that write an operator's result to their last operand."""
 
 COPIES = ("MOV", "TRN")
-"""Instructions that write their first operand to the second one."""
+"""Instructions that write their first operand to their second one."""
 
 ASSIGNMENTS = (":=", "[:=]", "CPT")
-"""Instructions that write their second operand to the first one."""
+"""Instructions that write their second operand to their first one."""
 
 BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
-"""In names of tags that people read and write from outside of the program."""
+"""Finds, in the names of tags, words for what people read and write from outside the program."""
 
 DEPTH = 8
-"""Levels of tags that a tag gets its value from."""
+"""Maximum number of tags that are followed to find a value."""
 
 
 def type_range(kind: Elementary) -> Range:
@@ -48,7 +48,7 @@ def type_range(kind: Elementary) -> Range:
 
 
 def written_value(step: LoweredStep) -> Resolved | None:
-    """Return the expression that an instruction writes to its one target; None for another instruction."""
+    """Return the expression that an instruction writes to its only target; None for other instructions."""
     operands: Sequence[Any] = step.operands
     if step.name in RESULTS:
         return Calculation(RESULTS[step.name], tuple(operands[:-1]))
@@ -61,7 +61,7 @@ def written_value(step: LoweredStep) -> Resolved | None:
 
 
 def target_of(step: LoweredStep) -> Place | None:
-    """Return the one number that an instruction writes; None for another instruction."""
+    """Return the only number that an instruction writes; None for other instructions."""
     if step.name in RESULTS or step.name in COPIES:
         found = step.operands[-1]
     elif step.name in ASSIGNMENTS or step.name == "CLR":
@@ -72,14 +72,14 @@ def target_of(step: LoweredStep) -> Place | None:
 
 
 class Values:
-    """The ranges of a program.
+    """The ranges of a program's numbers.
 
     Args:
         steps: all instructions of the program.
         mentions: all operands of the program.
-        tags: by name in capitals.
-        presets: values of PRE and ACC in rungs, by path in capitals and index.
-        counted: what FOR counts: path, range in its body, and the instructions that count.
+        tags: tags by name in capitals.
+        presets: values of PRE and ACC in rungs, by path in capitals and by index.
+        counted: counts of FOR: path, range in the body, and the instructions that count.
     """
 
     def __init__(
@@ -94,9 +94,9 @@ class Values:
         self._presets: dict[str, list[float]] = {}
         for (path, _), value in presets.items():
             self._presets.setdefault(path.upper(), []).append(value)
-        self._written: dict[str, list[Resolved | None]] = {}  # by path, and by fixed element
-        self._elements: dict[str, set[str]] = {}  # the elements of a path that are written
-        self._others: set[str] = set()  # what gets other values, too
+        self._written: dict[str, list[Resolved | None]] = {}  # by path, and by element with a fixed index
+        self._elements: dict[str, set[str]] = {}  # the written elements of a path
+        self._others: set[str] = set()  # what also gets other values
         every = list(steps)
         for step in every:
             target = target_of(step)
@@ -111,10 +111,10 @@ class Values:
         self._known: dict[str, Range] = dict(_counted(every, list(counted)))
 
     def _note_write(self, mention: Mention, known: dict[str, int]) -> None:
-        """Note what else a mention writes than known values.
+        """Note a write of unknown values.
 
         Args:
-            known: the known values of each element of which no mention has been seen yet.
+            known: for each element, the number of known values whose mention has not been seen yet.
         """
         where = mention.where
         path, element = path_of(where), _element(where)
@@ -123,7 +123,7 @@ class Values:
         elif mention.stretch:
             self._others.add(path)
         elif isinstance(where, Group) and where.type in COUNTING:
-            self._others.update(f"{path}.{name}" for name in _COUNTED)  # the preset stays
+            self._others.update(f"{path}.{name}" for name in _COUNTED)  # PRE does not change
         else:
             self._others.add(element)
             self._elements.setdefault(path, set()).add(element)
@@ -141,7 +141,7 @@ class Values:
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
-        """Return the constants that a tag gets, with its initial value; one range for another operand."""
+        """Return the constants that a tag gets, with its initial value; a single range for other operands."""
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
             return (self.of(operand),)
         written = self.written(operand)
@@ -151,41 +151,41 @@ class Values:
         return (*constants, *filter(None, [self.initial(operand)]))
 
     def written(self, place: Place) -> list[Range]:
-        """Return the ranges of what is written to a number; none if other instructions write it, too."""
+        """Return the ranges of what is written to a number; empty if unknown values are written, too."""
         if self._is_other(place):
             return []
         return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._writes(place)]
 
     def sources(self, place: Place) -> Sequence[Resolved | None]:
-        """Return what is written to a number, None for no value; a None if anything else writes it."""
+        """Return the expressions that are written to a number; None among them for unknown values."""
         if self._is_other(place) or BY_PEOPLE.search(place.leaf.path):
             return (None,)
         return self._writes(place)
 
     def _is_other(self, place: Place) -> bool:
-        """Whether something else than a known value may be written to a number."""
+        """Whether anything other than a known value may be written to a number."""
         path = path_of(place)
         return self._is_in_group(path) or not self._others.isdisjoint((path, *self._same(place)))
 
     def _writes(self, place: Place) -> list[Resolved | None]:
-        """Return what is written to a number: to its element, and to elements that are computed."""
+        """Return the expressions that are written to a number's element or to a computed element."""
         keys = dict.fromkeys((path_of(place), *self._same(place)))
         return [each for key in keys for each in self._written.get(key, ())]
 
     def _same(self, place: Place) -> Iterable[str]:
-        """Return the elements that a number may be: its own, or all if it is computed."""
+        """Return the elements that a number may be: its own, or all if its index is computed."""
         path, element = path_of(place), _element(place)
         return (element,) if element != path else sorted(self._elements.get(path, ()))
 
     def constants(self, path: str) -> Sequence[float] | None:
-        """Return the initial values of a tag that nothing writes; None without any, or if it is written."""
+        """Return the initial values of a tag that nothing writes; None if it has none or is written."""
         tag = self._tags.get(path.upper())
         if tag is None or tag.initial is None or self.is_written(path) or BY_PEOPLE.search(path):
             return None
         return _numbers(tag.initial)
 
     def elements(self, operand: Place | Group, count: int) -> list[Range]:
-        """Return the first elements of an array that nothing writes; none if they are not known."""
+        """Return the ranges of elements of an array that nothing writes; empty if they are unknown."""
         path = path_of(operand)
         initial = self._tags[path].initial if path in self._tags and not self.is_written(path) else None
         start = operand.fixed_index if isinstance(operand, Place) else 0
@@ -200,7 +200,7 @@ class Values:
         return path in self._elements or path in self._others or self._is_in_group(path)
 
     def initial(self, place: Place) -> Range | None:
-        """Return the range of the initial values of a number's leaf; None if it is not a tag's."""
+        """Return the range of the initial values of a number; None if it does not belong to a tag."""
         path = path_of(place)
         tag = self._tags.get(tag_in(path))
         if tag is None or place.leaf.frame:
@@ -214,10 +214,10 @@ class Values:
         if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return limits
         if path in self._known:
-            return self._known[path]  # only FOR counts it
+            return self._known[path]  # only FOR writes it
         element = _element(place)
         if element not in self._known:
-            self._known[element] = limits  # what depends on itself
+            self._known[element] = limits  # used if the number depends on itself
             self._known[element] = self._from_writes(place, path, limits, depth)
         return self._known[element]
 
@@ -232,7 +232,7 @@ class Values:
         return every if every.within(limits.least, limits.most) else limits
 
     def _is_in_group(self, path: str) -> bool:
-        """Whether an instruction writes what contains the path."""
+        """Whether an instruction writes a structure that contains the path."""
         return "." in path and not self._others.isdisjoint(around(path))
 
 
@@ -240,13 +240,13 @@ COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
 """Types of timers and counters."""
 
 _COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
-"""Members that a timer or a counter writes itself."""
+"""Members that a timer or counter writes itself."""
 
 
 def _counted(
     steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
 ) -> Iterator[tuple[str, Range]]:
-    """Yield the ranges of numbers that only FOR writes."""
+    """Yield the paths that only FOR writes, with their ranges."""
     by_path = grouped(loops, lambda each: each[0])
     sites = frozenset().union(*(each for _, _, each in loops))
     others = (each for step in steps if step.site not in sites for each in written_by(step))
@@ -256,14 +256,14 @@ def _counted(
 
 
 def _element(where: Place | Group) -> str:
-    """Return the path of a value, with its subscripts if all are constants; without any computed ones."""
+    """Return the path of a value, with its subscripts if all of them are constants."""
     if not isinstance(where, Place) or not where.indices or where.fixed_index is None:
         return path_of(where)
     return f"{path_of(where)}[{where.fixed_index}]"
 
 
 def _member(initial: object, path: str) -> object:
-    """Return the initial value at a path of members, of all elements of arrays."""
+    """Return the initial value at a path of members, from all elements of arrays on the path."""
     for name in path.split(".") if path else ():
         rows = initial if isinstance(initial, list) else [initial]
         initial = [value for row in rows if isinstance(row, dict) for key, value in row.items()
@@ -278,7 +278,7 @@ def _numbers(initial: object) -> list[float]:
 
 
 def is_whole(operand: Resolved) -> bool:
-    """Whether an expression has integers only."""
+    """Whether an expression contains only integers."""
     if isinstance(operand, Constant | Place):
         return operand.type.is_integer
     return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))

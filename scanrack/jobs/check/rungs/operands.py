@@ -1,4 +1,4 @@
-"""Operands of instructions: their uses, their parts, and their names."""
+"""Operands of instructions: their uses, parts and names."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from scanrack.ladder.state.lowered import LoweredRoutine, LoweredStep
 
 
 def uses_of(step: LoweredStep) -> Iterable[tuple[Use, Any]]:
-    """Return the operands of an instruction with their uses."""
+    """Return the operands of an instruction, each with its use."""
     return zip(step.uses, step.operands, strict=False)
 
 
 def steps_in(*routines: LoweredRoutine) -> Iterator[LoweredStep]:
-    """Yield the instructions of routines, with the copies of add-on parameters."""
+    """Yield the instructions of routines, including copies of add-on parameters."""
     return (step for routine in routines for line in routine.lines for step in line.all_steps)
 
 
@@ -27,24 +27,24 @@ def written_by(step: LoweredStep) -> Iterator[Any]:
 
 
 def first_of(step: LoweredStep, names: Collection[str]) -> Any:
-    """Return the first operand of an instruction with one of these names; None without one."""
+    """Return the first operand of an instruction with one of the names; None for other instructions."""
     return step.operands[0] if step.name in names and step.operands else None
 
 
 def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
-    """Return the structure, such as a timer, that is the first operand of one of these instructions."""
+    """Return the structure, such as a timer, that `first_of` finds; None for any other operand."""
     found = first_of(step, names)
     return found if isinstance(found, Group) else None
 
 
 def own_group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
-    """Return the same outside of add-on instructions."""
+    """Return the same, but only outside add-on instructions."""
     found = group_of(step, names)
     return None if found is None or found.frame else found
 
 
 def parts_of(operand: object) -> Iterator[object]:
-    """Yield an operand, and of an expression all its parts: the outer ones first."""
+    """Yield an operand and all parts of its expression, outer parts first."""
     yield operand
     if isinstance(operand, Calculation):
         for each in operand.operands:
@@ -52,7 +52,7 @@ def parts_of(operand: object) -> Iterator[object]:
 
 
 def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calculation]:
-    """Yield the operators and functions of these names in the operands of an instruction."""
+    """Yield the operators and functions with the given names in an instruction's operands."""
     for operand in step.operands:
         for each in parts_of(operand):
             if isinstance(each, Calculation) and each.name in names:
@@ -70,12 +70,12 @@ def is_fixed(operand: Place | Group) -> bool:
 
 
 def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
-    """Return the path of a tag, in capitals unless as written."""
+    """Return the path of a tag, in capitals unless `as_written` is true."""
     return operand.path if as_written else operand.path.upper()
 
 
 def around(path: str) -> Iterator[str]:
-    """Yield the paths of the structures that contain a path.
+    """Yield the paths of the structures around a path.
 
     >>> list(around("LINE.AXIS.GO"))
     ['LINE.AXIS', 'LINE']
@@ -86,12 +86,12 @@ def around(path: str) -> Iterator[str]:
 
 
 def key_of(place: Place) -> str:
-    """Return the name of a value: equal for equal places; "?" in it where a subscript is computed."""
+    """Return the name of a value, the same for equal places; a computed subscript becomes "?"."""
     return f"{path_of(place)}{_subscripts(place)}"
 
 
 def part_of(operand: Place | Group, tag: str) -> str:
-    """Return what of a tag an operand is: the rest of its path, its subscripts, its bit."""
+    """Return which part of a tag an operand is: the rest of its path, its subscripts and its bit."""
     return f"{path_of(operand)[len(tag) :]}{_subscripts(operand)}"
 
 

@@ -1,6 +1,6 @@
 """Writes of a ladder program to the output words of 3601s.
 
-A write of output word 0 sets bits and clears bits:
+A write of output word 0 sets some bits and clears some:
 
     instruction              sets            clears
     OTE(bit), bit := tag     the bit         the bit
@@ -14,7 +14,7 @@ A write of output word 0 sets bits and clears bits:
 Constants are the initial values of words that no instruction writes.
 
 Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first of
-them, the command: a write to them counts as a write to the module.
+them, which is the command. A write to a staged word counts as a write to the module.
 
     COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
@@ -44,46 +44,46 @@ COPIES = ("COP", "CPS")
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
-"""Status bits of start-up and faults: a rung that needs one of them does not clear a command in operation.
+"""Status bits of start-up and faults. A rung that needs one does not clear a command in operation.
 """
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """An instruction that writes an output word of a 3601."""
+    """An instruction that writes to an output word of a 3601."""
 
     place: FileLine
     slot: int
     word: int  # 0 to 7
     sets: int  # bits that it may set
     clears: int  # bits that it may clear
-    known: bool = True  # whether the bits that it sets are known
-    first_scan: bool = False  # whether its rung needs the first scan
-    status: int = 0  # bits of input word 0 that its rung needs
-    command: int = 0  # bits of output word 0 that its rung needs
-    site: int = -1  # of the instruction, in `LoweredProgram.sites`
-    value: Choices | None = None  # of a whole word; None for bits
+    known: bool = True  # whether the set bits are known
+    first_scan: bool = False  # whether its rung requires the first scan
+    status: int = 0  # bits of input word 0 that its rung requires
+    command: int = 0  # bits of output word 0 that its rung requires
+    site: int = -1  # number of the instruction in `LoweredProgram.sites`
+    value: Choices | None = None  # value of a whole word; None for bits
 
     @property
     def commands(self) -> int:
-        """Bits of commands that it is known to set: none in a configuration."""
+        """Command bits that it is known to set; none for a configuration."""
         return self.sets if self.known and self.word == 0 and not self.sets & MODE_CONFIG else 0
 
     def takes_back(self, bit: int) -> bool:
-        """Whether this clears a command bit after the command has been given."""
+        """Whether it clears a command bit after the command has been given."""
         return bool(self.clears & bit) and not (
             self.first_scan or self.status & ELSEWHERE or self.command & ~bit
         )
 
 
 class WriteReader:
-    """Reads the writes of a program's lines.
+    """Reads the writes in a program's lines.
 
     Args:
-        slots: numbers of the 3601s.
+        slots: slot numbers of the 3601s.
         values: ranges of the program's numbers.
-        counts: what FOR counts, by instruction in its body, and by path in capitals.
-        place_of: returns file and line of a line.
+        counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
+        place_of: returns the file and line number of a line.
     """
 
     def __init__(
@@ -102,11 +102,11 @@ class WriteReader:
 
     @property
     def staged(self) -> set[int]:
-        """Slots whose output words the program copies from a tag; its initial values may be sent, too."""
+        """Slots whose output words are copied from a tag, whose initial values may also be sent."""
         return {slot for slot, _ in self._staged.values()}
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
-        """Yield the paths of tags that are copied to all output words: slot, and first word."""
+        """Yield the paths of tags that are copied to all output words, each with slot and first word."""
         for step in steps_in(*lowered.routines.values()):
             source = first_of(step, COPIES)
             is_tag = isinstance(source, Place | Group) and output_word(source) is None
@@ -115,19 +115,19 @@ class WriteReader:
                 yield path_of(source), (slot, _start_of(source) or 0)
 
     def _whole_image(self, copy: LoweredStep) -> int | None:
-        """Return the slot of a 3601 all of whose output words a copy writes; None for another copy."""
+        """Return the slot of a 3601 if a copy writes all of its output words; otherwise None."""
         slot, word = output_word(copy.operands[1]) or (0, 0)
         length = copy.operands[2]
         is_whole = isinstance(length, Constant) and length.value >= WORDS and not word
         return slot if is_whole and slot in self._slots else None
 
     def _is_written(self, source: Place | Group) -> bool:
-        """Return whether the program writes the first of the words at an operand, the command."""
+        """Return whether the program writes the first word of an operand, which is the command."""
         words = self.words_of(source)
         return words is None or words[0] is None
 
     def target(self, operand: object) -> tuple[int, int] | None:
-        """Return slot and first word of a write to an operand, staged or not; None if it is neither."""
+        """Return the slot and first word that a write to an operand changes, also if staged; None if none."""
         direct = output_word(operand)
         if direct is not None or not isinstance(operand, Place | Group):
             return direct
@@ -137,21 +137,21 @@ class WriteReader:
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
-        """Return the eight words of an array that is sent as a command, None for each word that rungs write.
+        """Return the eight words of an array that is sent as a command; None for each word that rungs write.
 
-        None if the operand is no such array.
+        None if the operand is not such an array.
         """
         return self.constants_at(operand, WORDS)
 
     def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
-        """Return constant words at an operand, of an array that may be shorter than an image."""
+        """Return some constant words from an operand on; the array may be shorter than an image."""
         if not isinstance(operand, Place | Group):
             return None
         start, words = _start_of(operand), self._constants.get(path_of(operand), ())
         return words[start : start + length] if start is not None and len(words) >= start + length else None
 
     def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
-        """Yield the writes of a rung, or of a statement."""
+        """Yield the writes of a rung or a statement."""
         for step in line.all_steps:
             for operand in written_by(step):
                 target = self.target(operand)
@@ -175,17 +175,17 @@ class WriteReader:
     def _written(
         self, step: LoweredStep, operand: Place | Group, plain: Write, base: Write
     ) -> Iterator[Write]:
-        """Yield what an instruction writes.
+        """Yield the writes of an instruction to an operand.
 
         Args:
-            plain: a write of its first word that changes nothing.
-            base: the same with what its rung needs.
+            plain: a write of the first word that changes nothing.
+            base: the same, with the conditions of the rung.
         """
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
             sets, clears = (mask * each for each in _of_bit(step))
-            rung = base if step.name in ("OTL", "OTU") else plain  # a false rung acts, too
+            rung = base if step.name in ("OTL", "OTU") else plain  # a false rung also acts
             yield replace(rung, sets=sets, clears=clears)
             return
         words = self._words(step)
@@ -200,7 +200,7 @@ class WriteReader:
                 yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD, value=given)
 
     def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
-        """Return the words that a computed subscript may name; none if it is constant, or may be any."""
+        """Return the words that a computed subscript may refer to; empty if it is constant or may be any."""
         if not isinstance(operand, Place) or operand.fixed_index is not None or output_word(operand) is None:
             return ()
         index = operand.indices[-1]
@@ -210,7 +210,7 @@ class WriteReader:
         return range(max(0, int(found.least)), min(WORDS - 1, int(found.most)) + 1) if found.is_known else ()
 
     def _words(self, step: LoweredStep) -> Sequence[int | None]:
-        """Return the values of the words that an instruction writes; None for an unknown one."""
+        """Return the values of the words that an instruction writes; None for unknown ones."""
         source = first_of(step, ("FLL", *COPIES))
         if source is not None and isinstance(step.operands[2], Constant):
             length = min(int(step.operands[2].value), WORDS)
@@ -225,9 +225,9 @@ class WriteReader:
 
 
 def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
-    """Return the initial values of arrays of integers by path; None for written words."""
+    """Return the initial values of integer arrays by path; None for words that are written."""
     found: dict[str, list[int | None]] = {
-        name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the rest is zeros
+        name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the remaining words are zero
         for name, tag in lowered.layout.tags().items()
         if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
     }
@@ -239,7 +239,7 @@ def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[
 
 
 def _written_at(mention: Mention, length: int) -> Iterable[int]:
-    """Return the elements of an array of a length that an operand may write."""
+    """Return the elements of an array that an operand may write."""
     at = mention.where.fixed_index if isinstance(mention.where, Place) else None
     if at is None or mention.stretch:
         return range(at or 0, length)
@@ -247,13 +247,13 @@ def _written_at(mention: Mention, length: int) -> Iterable[int]:
 
 
 def _handed(step: LoweredStep) -> Iterator[Place | Group]:
-    """Yield what an add-on instruction gets by reference."""
+    """Yield the operands that an add-on instruction gets by reference."""
     for each in step.operands:
         yield from each.handed.values() if isinstance(each, AddOnCall) else ()
 
 
 def _in_series(line: LoweredLine, write: Write) -> Write:
-    """Return a write with the contacts in series with its whole rung."""
+    """Return a write with the requirements of the contacts in series with the whole rung."""
     needs = {False: 0, True: 0}  # bits of word 0, by whether it is the output image
     contacts = [each for node in line.nodes if (each := _contact(node)) is not None]
     for place in contacts:
@@ -264,7 +264,7 @@ def _in_series(line: LoweredLine, write: Write) -> Write:
 
 
 def _contact(node: Node) -> Place | None:
-    """Return the bit of an XIC that is no part of a branch."""
+    """Return the bit of an XIC that is not inside a branch; None for other nodes."""
     found = first_of(node, ("XIC",)) if isinstance(node, LoweredStep) else None
     return found if isinstance(found, Place) else None
 
@@ -284,7 +284,7 @@ def _start_of(operand: Place | Group) -> int | None:
 
 
 def output_word(operand: object) -> tuple[int, int] | None:
-    """Return slot and first word of an operand in an output image, or None."""
+    """Return the slot and first word of an operand in an output image; None for other operands."""
     if not isinstance(operand, (Place, Group)):
         return None
     leaf = first_leaf(operand)

@@ -1,4 +1,4 @@
-"""Outputs of a ladder program, and the inputs that switch them on, over any bits between.
+"""Outputs of a ladder program, and the inputs that switch them on, directly or through other bits.
 
 XIC(FwdPB)XIO(RevCmd)OTE(FwdCmd);  XIC(FwdCmd)OTE(Forward);     Forward: FwdPB and not RevCmd
 """
@@ -29,7 +29,7 @@ from .operands import first_of, is_zero, key_of
 from .walk import Point
 
 DEPTH = 4
-"""Levels of bits that are followed."""
+"""Maximum number of bits that are followed one after another."""
 
 BIT_INSTRUCTIONS = ("OTE", "OTL", ":=", "OTU")
 
@@ -38,8 +38,8 @@ class OutputBits:
     """The output bits of a program.
 
     Args:
-        places: operands by their keys.
-        steppers: slots with 3601s.
+        places: operands by key.
+        steppers: slots of 3601s.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class OutputBits:
                 self._writers.setdefault(key_of(bit), []).append(point)
 
     def writes(self) -> Iterator[OutputWrite]:
-        """Yield what switches output bits on."""
+        """Yield the writes that switch output bits on."""
         for point in self._points:
             bit = _bit_of(point)
             if bit is None or bit.leaf.slot is None or not bit.leaf.output or not _may_set(point):
@@ -68,7 +68,7 @@ class OutputBits:
                 yield OutputWrite(point.place, bit.text, key, free)
 
     def _freed(self, condition: Condition, depth: int, seen: tuple[str, ...]) -> Condition:
-        """Return a condition with what switches its bits in place of the bits."""
+        """Return a condition in which bits are replaced by the conditions that switch them on."""
 
         def of(leaf: Condition) -> Condition:
             return self._bit(leaf, depth, seen) if isinstance(leaf, Bit) else plain(leaf)
@@ -80,7 +80,7 @@ class OutputBits:
         place = self._places.get(base)
         writers = self._writers.get(base, [])
         if base in seen:
-            return FixedTruth(not bit.on)  # not sealed in yet
+            return FixedTruth(not bit.on)  # before it has sealed in
         if place is not None and place.leaf.slot is not None:
             is_input = not place.leaf.output and place.leaf.slot not in self._steppers
             return Bit(f"{INPUT}{base}" if is_input else base, bit.on)
@@ -90,7 +90,7 @@ class OutputBits:
         return power if bit.on else negated(power)
 
     def _power(self, writers: Sequence[Point], depth: int, seen: tuple[str, ...]) -> Condition | None:
-        """Return when a bit is on: the condition of its one coil, or of its latches; None if neither says."""
+        """Return the condition under which a bit is on, by its only coil or its latches; None if unclear."""
         if depth < 0 or not writers or (len(writers) > 1 and any(map(_is_coil, writers))):
             return None
         powers = [(point, self._freed(point.power, depth, seen)) for point in writers]
@@ -102,7 +102,7 @@ class OutputBits:
 
 
 def _bit_of(point: Point) -> Place | None:
-    """Return the bit that an instruction of the user sets, clears or assigns."""
+    """Return the bit that an instruction in the user's code sets, clears or assigns."""
     first = first_of(point.step, BIT_INSTRUCTIONS) if not point.argument else None
     return first if isinstance(first, Place) and first.type.is_bool else None
 

@@ -1,4 +1,4 @@
-"""Facts of a ladder program: its writes to the 3601s, its tags and terminals, its conditions and routines."""
+"""Facts of a ladder program: writes to the 3601s, tags and terminals, conditions and routines."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ from .written_words import computed, held, words_out_of_range
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
-    """Read the facts of a ladder program; LadderError if it can't be built.
+    """Return the facts of a ladder program; LadderError if it can't be built.
 
     Args:
-        path: its file, for messages.
+        path: file of the program, for messages.
     """
     return _ProgramReader(program, path, spec).facts()
 
@@ -90,7 +90,7 @@ class _ProgramReader:
 
     @cached_property
     def read(self) -> frozenset[str]:
-        """Paths in capitals that the program reads, such as COUNT.DN."""
+        """Paths that the program reads, in capitals, such as COUNT.DN."""
         return frozenset(path_of(each.where) for each in self.mentions if each.reads)
 
     def facts(self) -> Facts:
@@ -112,7 +112,7 @@ class _ProgramReader:
         return facts
 
     def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, Violation]]:
-        """Yield the warnings of the build, without coils of routines that exclude each other."""
+        """Yield the warnings of the build, except about coils in routines that exclude each other."""
         repeated = []
         for each in self.program.warnings:
             remark = Violation(place_at(each.site, self.path), each.text)
@@ -125,7 +125,7 @@ class _ProgramReader:
             yield "repeated-coil", remark
 
     def _commands(self, calls: RoutineCalls, facts: Facts) -> None:
-        """Note what the program sends to the 3601s."""
+        """Note the commands that the program sends to the 3601s."""
         writes = [each for rungs, line in self.lines for each in self.writes.writes(rungs, line)]
         lines = [(line, self._place(line)) for _, line in self.lines]
         sent = SentWords(self.writes, lines, writes, self.slots, self.axes, self.drives)
@@ -147,7 +147,7 @@ class _ProgramReader:
         facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
 
     def _out_of_range(self, sent: SentWords, writes: Sequence[Write]) -> Iterator[Violation]:
-        """Yield the values that modules and drives refuse; of words one by one only what no copy says."""
+        """Yield values that modules and drives refuse; of single words, only what no copy has reported."""
         limits = fastest(profile_in(self.slots.values(), None).limits, self.drives.values())
         wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
         yield from wrong
@@ -172,7 +172,7 @@ class _ProgramReader:
     # --- the text
 
     def _owners(self) -> dict[str, str]:
-        """Return the task of each program, in capitals; none if there is one task."""
+        """Return the task of each program, in capitals; empty if there is only one task."""
         schedule = self.lowered.schedule
         tasks = [each for each in schedule.tasks if each.programs] if schedule is not None else []
         if len(tasks) < 2:
@@ -180,7 +180,7 @@ class _ProgramReader:
         return {program.name.upper(): each.task.name for each in tasks for program in each.programs}
 
     def _text(self, facts: Facts) -> None:
-        """Note accesses, and the mistakes of instructions and routines."""
+        """Note accesses, and mistakes in instructions and routines."""
         outside = frozenset(self._written_members())
         variables = Variables(self.lowered, self.path, self._is_recorded, outside)
         facts.variables = variables.found
@@ -198,14 +198,14 @@ class _ProgramReader:
         Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
 
     def _written_members(self) -> Iterator[str]:
-        """Yield the members of instances that the program itself writes, in capitals."""
+        """Yield the instance members that the calling program itself writes, in capitals."""
         for point in self.main:
             for each in mentions_of(self.lowered.sites[point.step.site], point.step):
                 if each.writes:
                     yield path_of(each.where).partition(".")[2]
 
     def _mistakes(self, facts: Facts) -> None:
-        """Note the mistakes that show in one rung or statement."""
+        """Note the mistakes within one rung or statement."""
         mistakes = Mistakes(
             *(self.lowered, self.values, facts, self.read),
             made=self.path.suffix == ".py",
@@ -237,11 +237,11 @@ class _ProgramReader:
             facts.not_seen.append(f"routines in Python ({names}) may use any tag and any terminal")
             return
         facts.uses_bit = terminals.uses_bit()
-        if self.path.suffix not in SLC_SUFFIXES:  # its data files are there, used or not
+        if self.path.suffix not in SLC_SUFFIXES:  # the data files of an SLC exist even if unused
             self._unused(facts)
 
     def _unused(self, facts: Facts) -> None:
-        """Note the tags that no instruction names, and that are not recorded."""
+        """Note tags that no instruction names and that are not recorded."""
         used = {tag_in(path_of(each.where, as_written=True)).upper() for each in self.mentions}
         for name, tag in self.tags.items():
             recorded = any(fnmatch(name, pattern.upper()) for pattern in self.spec.tags)
@@ -257,7 +257,7 @@ class _ProgramReader:
 
 
 def _drives_of(spec: RackSpec) -> Iterator[tuple[int, Model]]:
-    """Yield the networked drives of a rack by slot."""
+    """Yield the networked drives of a rack, each with its slot."""
     for slot in spec.slot:
         model = model_of(slot.words)
         if model is not None:

@@ -1,11 +1,11 @@
-"""Values that are compared for equality, and hardly ever are equal: REALs, running times, analog inputs.
+"""Equality comparisons of values that are hardly ever equal: REALs, running times, analog inputs.
 
-MUL(Raw,0.1,Level); EQU(Level,10.0)     10.0 is 0.1 times 100, and in REALs not always
-EQU(Wait.ACC,500)                       a scan of 10 ms goes from 495 to 505
+MUL(Raw,0.1,Level); EQU(Level,10.0)     0.1 times 100 is 10.0, but not always in REALs
+EQU(Wait.ACC,500)                       with scans of 10 ms it may go from 495 to 505
 NEQ(Wanted,Seen) MOV(Wanted,Seen)       exact: one is a copy of the other
 NEQ(Span,0.0) DIV(Part,Span,Share)      exact: a divisor is tested for 0
 
-Values that are only chosen (constants, copies, what people write) and sums of whole numbers are exact.
+Values that are only chosen (constants, copies, values that people write) and sums of whole numbers are exact.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ TIMERS = ("TON", "TOF", "RTO", "TONR", "TOFR", "RTOR")
 
 EQUALITIES = ("=", "<>")
 WHOLE = ("+", "-", "*", "NEG", "ABS")
-"""Operators whose result is whole if their operands are."""
+"""Operators whose result is a whole number if their operands are."""
 
 COPYING = ("COP", "CPS", "FLL", "MOV", ":=", "[:=]", "CLR")
-"""Instructions that give a value as it is."""
+"""Instructions that copy a value unchanged."""
 
 MEASURED = re.compile(r":I\b", re.IGNORECASE)
-"""In paths of inputs of a module that is not simulated, such as Local:7:I.Ch0Data."""
+"""Finds paths of module inputs that are not simulated, such as Local:7:I.Ch0Data."""
 
 DEPTH = 8
 
 
 def note_reals(points: Sequence[Point], values: Values, analog: Collection[int], facts: Facts) -> None:
-    """Note the comparisons of a calculated REAL, a running time or an analog input for equality.
+    """Note equality comparisons of a calculated REAL, a running time or an analog input.
 
     Args:
-        analog: slots of cards with analog inputs.
+        analog: slots of cards that have analog inputs.
     """
     reals = _Reals(points, values)
     timers = {path_of(each) for point in points if (each := group_of(point.step, TIMERS)) is not None}
@@ -61,7 +61,7 @@ class _Reals:
     def __init__(self, points: Sequence[Point], values: Values) -> None:
         self._values = values
         self._divisors: set[str] = set()
-        self._calculated: set[tuple[str, str]] = set()  # what an instruction calculates in a way of its own
+        self._calculated: set[tuple[str, str]] = set()  # results of instructions that are not operators
         self._in_frames: dict[tuple[str, str], list[Resolved | None]] = {}
         for point in points:
             self._divisors.update(_divisors(point.step))
@@ -71,7 +71,7 @@ class _Reals:
                 self._in_frames.setdefault(_memory(target), []).append(written_value(point.step))
 
     def differ(self, one: Resolved, relation: str, other: Resolved) -> bool:
-        """Whether two operands have a REAL among them that is not exact."""
+        """Whether one of two operands is a REAL that is not exact."""
         sides = (one, other)
         has_zero = any(map(is_zero, sides))
         is_exact_zero = relation == "<>" or any(_key(each) in self._divisors for each in sides)
@@ -82,7 +82,7 @@ class _Reals:
         return not (self._copies(one, other) or self._copies(other, one))
 
     def _is_chosen(self, operand: Resolved, depth: int = DEPTH) -> bool:
-        """Whether a value is a constant or a copy of constants, or given by people."""
+        """Whether a value is a constant, a copy of constants, or written by people."""
         if isinstance(operand, Constant):
             return True
         if not isinstance(operand, Place) or depth == 0:
@@ -97,13 +97,13 @@ class _Reals:
         )
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
-        """Return what the program writes to a number; of an add-on instruction, what its routines do."""
+        """Return what the program writes to a number; in an add-on instruction, what its routines write."""
         if operand.frame:
             return self._in_frames.get(_memory(operand), ())
         return self._values.sources(operand)
 
     def _is_whole(self, operand: Resolved, depth: int = DEPTH) -> bool:
-        """Whether a value is a whole number: sums and products of whole numbers."""
+        """Whether a value is always a whole number, such as a sum or product of whole numbers."""
         if isinstance(operand, Constant):
             return operand.value == int(operand.value)
         if isinstance(operand, Calculation):
@@ -113,7 +113,7 @@ class _Reals:
         return operand.type.is_integer or self._gets_whole(operand, depth)
 
     def _gets_whole(self, operand: Place, depth: int) -> bool:
-        """Whether a REAL only gets whole numbers, and begins with one."""
+        """Whether a REAL starts with a whole number and gets only whole numbers."""
         sources, initial = self._sources(operand), self._values.initial(operand)
         if not sources or (initial is not None and initial.least != int(initial.least)):
             return False
@@ -131,7 +131,7 @@ class _Reals:
         return isinstance(source, Place) and source.leaf is operand.leaf
 
     def _copies(self, copy: Resolved, source: Resolved) -> bool:
-        """Whether one operand gets the value of the other."""
+        """Whether one operand gets its value from the other."""
         if not isinstance(copy, Place) or not isinstance(source, Place):
             return False
         sources = self._sources(copy)
@@ -139,7 +139,7 @@ class _Reals:
 
 
 def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
-    """Return the running time or the analog input among two operands, in words; "" without one."""
+    """Return text that says whether one operand is a running time or an analog input; "" if neither is."""
     for place, number in ((one, other), (other, one)):
         if isinstance(place, Place) and place.bit is None:
             timer = path_of(place).removesuffix(".ACC")
@@ -182,7 +182,7 @@ def _memory(place: Place) -> tuple[str, str]:
 
 
 def _results(step: LoweredStep) -> Iterator[Place]:
-    """Yield what an instruction calculates that is no operator, such as SCP or AVE."""
+    """Yield the results of an instruction that is not an operator, such as SCP or AVE."""
     if step.name not in (*COPYING, *RESULTS, "CPT"):
         for use, operand in uses_of(step):
             if use in (Use.TARGET, Use.OPTIONAL_TARGET) and isinstance(operand, Place):

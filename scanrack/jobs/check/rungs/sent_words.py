@@ -1,4 +1,4 @@
-"""Commands that a ladder program sends as words: kinds, speeds, and what a 3601 refuses of them."""
+"""Commands that a ladder program sends as words: their kinds, speeds, and refused values."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ BLEND = 0x0100
 NONE: Mapping[str, Range] = MappingProxyType({})
 
 _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
-"""Legal parameters, in place of unknown words."""
+"""Legal parameters that replace unknown words."""
 
 
 class SentWords:
-    """The commands in the writes and copies of a program.
+    """The commands in a program's writes and copies.
 
     Args:
-        slots: the slots with 3601s.
-        axes: slots of the axes of blocks.
-        drives: slots with networked drives.
+        slots: slots of 3601s.
+        axes: slots of the axes of motion blocks.
+        drives: slots of networked drives.
     """
 
     def __init__(
@@ -49,20 +49,20 @@ class SentWords:
         self._copies = [each for line, place in lines for each in self._copied(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
-        """Yield the configurations."""
+        """Yield the configurations that are sent."""
         yield from (each for each in self._copies if each.words[0] & MODE_CONFIG)
         for each in self._writes:
             if each.word == 0 and each.known and each.sets & MODE_CONFIG:
                 yield SentCommand(each.place, each.slot, (each.sets,))
 
     def searches(self) -> Iterator[SentCommand]:
-        """Yield the starts of home searches."""
+        """Yield the commands that start a home search."""
         for each in self._writes:
             if each.commands & SEARCHES:
                 yield SentCommand(each.place, each.slot)
 
     def commands(self) -> Iterator[Command]:
-        """Yield the commands."""
+        """Yield the commands that are sent."""
         for copy in self._copies:
             yield from _commands_of(copy)
         copied = {(each.place, each.slot) for each in self._copies}
@@ -76,7 +76,7 @@ class SentWords:
             yield from _slow_words(by_slot.get(slot, ()))
 
     def at_once(self) -> Iterator[Violation]:
-        """Yield the copies of a command with its parameters that an update may interrupt: CPS is not."""
+        """Yield writes of a command with its parameters that an update may interrupt, which excludes CPS."""
         for line, place in self._lines:
             written = set()
             for step in line.all_steps:
@@ -94,7 +94,7 @@ class SentWords:
                 yield Violation(place, text)
 
     def out_of_range(self) -> Iterator[Violation]:
-        """Yield the constants that are copied to a 3601, and that it refuses."""
+        """Yield constants that are copied to a 3601 and that it refuses."""
         for each in self._copies:
             profile = profile_in(self._slots.values(), each.slot)
             wrong: Iterable[str] = ()
@@ -110,7 +110,7 @@ class SentWords:
         return NEWEST if own is None else own.firmware
 
     def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
-        """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""
+        """Yield constants that are copied to all words of a 3601, or passed to a block as a configuration."""
         for step in line.all_steps:
             target = self._reader.target(step.operands[1]) if step.name in COPIES else None
             words = self._reader.words_of(step.operands[0]) if target is not None and not target[1] else None
@@ -129,7 +129,7 @@ class SentWords:
 
 
 def _commands_of(copy: SentCommand) -> Iterator[Command]:
-    """Yield the commands in words that are copied."""
+    """Yield the commands in copied words."""
     is_move = copy.words[0] & (MOVES | SEARCHES) and copy.speed is not None
     values = {"speed": exactly(copy.speed or 0)} if is_move else {}
     for kind in kinds_of(copy.words[0]):
@@ -139,7 +139,7 @@ def _commands_of(copy: SentCommand) -> Iterator[Command]:
 
 
 def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
-    """Yield the speeds that the program writes to a slot word by word."""
+    """Yield the speeds that the program writes to a slot one word at a time."""
     by_word = grouped(writes, lambda each: each.word)
     commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
     is_moved = any(each.sets & (MOVES | SEARCHES) for each in commands)
@@ -151,11 +151,11 @@ def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
 
 
 SPEED_WORDS = (4, 5)
-"""Output words with the thousands of a speed, and the rest."""
+"""Output words for the thousands and the remainder of a speed."""
 
 
 def _with_parameters(written: Collection[tuple[int, int]]) -> Iterator[int]:
-    """Yield the slots of which word 0 is written together with parameters."""
+    """Yield the slots whose word 0 is written together with parameters."""
     for slot in sorted({slot for slot, word in written if word == 0}):
         if any(other == slot and word > 1 for other, word in written):
             yield slot
@@ -166,13 +166,13 @@ def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[st
 
 
 def _speed(words: Sequence[int | None]) -> int | None:
-    """Return the speed in words; None if the program writes it elsewhere, or if the words are none."""
+    """Return the speed in words; None if the program writes it elsewhere, or if it is not a valid number."""
     high, low = words[4:6]
     return None if high is None or low is None or abs(low) > 999 else join_thousands(high, low)
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
-    """Replace unknown words, and the other half of their number, by legal values."""
+    """Replace unknown words by legal values, together with the other word of the same number."""
     filled = [neutral if word is None else word for word, neutral in zip(words, _NEUTRAL, strict=True)]
     for msw in (2, 4):
         if words[msw] is None or words[msw + 1] is None:

@@ -1,8 +1,8 @@
-"""The steps of a ladder program: a number says the step, and comparisons with it say what happens in it.
+"""The steps of a ladder program. A number holds the step, and rungs compare it to act in certain steps.
 
 EQU(State,20)MOV(2,axis.O.Data[0]);                       a command in step 20
 EQU(State,20)XIC(axis.status.MOVING_CW)MOV(30,State);     from 20 to 30
-EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40: the timer runs in 30
+EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40, since the timer runs in 30
 """
 
 from __future__ import annotations
@@ -46,22 +46,22 @@ from .walk import Point
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 OFF_AT_END = MOVING | StatusMsw.POSITION_INVALID
-"""Status bits that are off when a motion has ended; of the others none says so while it is off."""
+"""Status bits that are off when a motion has ended. No other status bit shows that by being off."""
 
 UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
-"""Members of blocks and timers that are on until they are done."""
+"""Members of blocks and timers that are on until the block or timer is done."""
 
 DEPTH = 3
-"""Levels of coils and timers whose conditions are followed."""
+"""Maximum number of coils and timers whose conditions are followed one after another."""
 
 
 class Steps:
     """The steps of a program.
 
     Args:
-        points: of the user's routines, with their lines.
-        places: operands by their keys.
-        steppers: slots with 3601s.
+        points: points of the user's routines.
+        places: operands by key.
+        steppers: slots of 3601s.
     """
 
     def __init__(
@@ -80,8 +80,8 @@ class Steps:
         """Yield what the program does in its steps.
 
         Args:
-            writes: to output words.
-            commands: of blocks.
+            writes: writes to output words.
+            commands: commands of motion blocks.
         """
         if not self._machines:
             return
@@ -96,7 +96,7 @@ class Steps:
                 yield from self._in_steps(point, axis=each.axis, kind=each.kind, text=each.text)
 
     def _assigned(self) -> Iterator[tuple[Point, str, float]]:
-        """Yield the instructions that write a constant to a number that only gets constants."""
+        """Yield the writes of constants to numbers that get only constants."""
         for point in self._points:
             machine, value = self._machine(point.target), written_value(point.step)
             if machine and isinstance(value, Constant):
@@ -113,11 +113,11 @@ class Steps:
         yield from self._in_steps(point, axis=axis, kind=kind, text=text, sets=bits, clears=clears)
 
     def _in_steps(self, point: Point, *, only: str = "", **given: Any) -> Iterator[StepAction]:
-        """Yield an action of each machine.
+        """Yield an action for each machine.
 
         Args:
-            only: the machine, if it is one of a single machine.
-            given: what it does, as in `StepAction`.
+            only: the machine, if the action belongs to only one.
+            given: fields of `StepAction` for what it does.
         """
         condition = self._implied(self._called(point))
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
@@ -128,19 +128,19 @@ class Steps:
                 yield StepAction(machine, there, point.place, ends=ends, moves=moves, when=when, **given)
 
     def _there(self, condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[float] | None:
-        """Return the steps in which a condition can hold, once per condition; None for all."""
+        """Return the steps in which a condition can hold, computed once per condition; None for all."""
         key = condition, machine
         if key not in self._found:
             self._found[key] = steps_in(condition, machine, steps)
         return self._found[key]
 
     def acts_when(self, point: Point) -> Condition:
-        """Return the condition under which an instruction sets a bit or writes a word, calls included."""
+        """Return the condition under which an instruction sets a bit or writes a word, including calls."""
         called = self._called(point)
         return called if point.value == TRUE else AllOf((called, point.value))
 
     def where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return the steps in which an instruction may act, and whether it does in each scan of them."""
+        """Return the steps in which an instruction may act, and whether it acts in every scan of them."""
         found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
         when = self.acts_when(point)
         condition = self._implied(when)
@@ -156,7 +156,7 @@ class Steps:
         return StepUse(bool(here), works, chosen=any(not point.is_rung for point, _ in here))
 
     def _asking(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
-        """Yield the instructions that only act in one step, with what they decide and need."""
+        """Yield the instructions that act only in one step, each with what it tests and needs."""
         steps = self._machines[machine]
         for point in self._points:
             own = AllOf((point.condition, point.own))
@@ -168,7 +168,7 @@ class Steps:
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[float]]:
-        """The numbers that say a step, with all their steps."""
+        """The numbers that hold a step, each with all its steps."""
         found: dict[str, set[float]] = {}
         for point in self._points:
             goes = self._machine(point.target)
@@ -183,7 +183,7 @@ class Steps:
         return {machine: frozenset(steps) for machine, steps in found.items()}
 
     def _machine(self, place: Place | None) -> str:
-        """Return the key of a number that only gets constants; "" of another one."""
+        """Return the key of a number that gets only constants; "" for any other."""
         if place is None or place.can_fault or place.bit is not None or not place.type.is_integer:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
@@ -195,19 +195,19 @@ class Steps:
 
     @cached_property
     def _writers(self) -> dict[str, list[Point]]:
-        """The instructions that write each bit, or run each timer, by key."""
+        """The instructions that write each bit or run each timer, by key."""
         found = grouped(self._points, lambda point: _written_key(point.step))
         found.pop("", None)
         return found
 
     def _called(self, point: Point) -> Condition:
-        """Return the condition of a point, with that of the one call of its routine."""
+        """Return the condition of a point, including that of the only call of its routine."""
         calls = self._calls.of(point.routine.name)
         is_sole = len(calls) == 1 and calls[0].routine is not point.routine
         return AllOf((calls[0].condition, point.condition)) if is_sole else point.condition
 
     def _implied(self, condition: Condition, depth: int = DEPTH) -> Condition:
-        """Return a condition with those of the timers and the coils that it needs."""
+        """Return a condition together with those of the timers and coils that it needs."""
         found = [condition]
         for bit in needed(condition) if depth else ():
             base = base_of(bit.name)
@@ -218,7 +218,7 @@ class Steps:
         return AllOf(tuple(found)) if len(found) > 1 else condition
 
     def _starts(self, command: Command) -> str:
-        """Return the condition of the bit that starts a block; "" if not of bits and steps alone."""
+        """Return the condition of the bit that starts a block; "" if it is not only of bits and steps."""
         coils = self._writers.get(command.execute, [])
         if len(coils) != 1 or coils[0].step.name != "OTE":
             return ""
@@ -233,7 +233,7 @@ class Steps:
         return replace(command, starts=self._starts(command), on=on, implies=implies)
 
     def _executed(self, execute: str) -> tuple[Condition, Condition]:
-        """Return the condition of a block's Execute, UNKNOWN if it is not known, and what it implies."""
+        """Return the condition of a block's Execute, UNKNOWN if it is unknown, and what it implies."""
         if execute in ("", "1"):
             return (TRUE if execute else UNKNOWN), TRUE
         coils = self._writers.get(execute, [])
@@ -244,7 +244,7 @@ class Steps:
         return (own if not coils else UNKNOWN), own
 
     def first(self, machine: str) -> frozenset[Step]:
-        """Return the steps in which a machine may start: set by the first scan, else the initial ones."""
+        """Return the steps in which a machine may start: set in the first scan, otherwise initial values."""
         place = self._places.get(machine)
         found = None if place is None else self._values.initial(place)
         steps = self._machines.get(machine, frozenset())
@@ -261,7 +261,7 @@ class Steps:
         return found
 
     def _starting(self, command: Command) -> Iterator[Point]:
-        """Yield the copies to Execute of a block, in the line of its call."""
+        """Yield the points that copy a value to the Execute of a block, placed at its call."""
         execute = f"{command.text.rpartition(' ')[2].upper()}.EXECUTE"
         for point in self._writers.get(execute, ()):
             if point.argument:
@@ -271,7 +271,7 @@ class Steps:
         return any(self._says_end(each, depth) for each in leaves(condition))
 
     def _says_end(self, part: Condition, depth: int) -> bool:
-        """Whether a part of a condition may say that a motion has ended, or that time has passed."""
+        """Whether a part of a condition may show that a motion has ended or that time has passed."""
         match part:
             case FixedTruth():
                 return False
@@ -282,7 +282,7 @@ class Steps:
         return True
 
     def _bit_ends(self, base: str, depth: int, *, on: bool) -> bool:
-        """Whether a bit may say that a motion has ended, or that time has passed."""
+        """Whether a bit may show that a motion has ended or that time has passed."""
         place = self._places.get(base)
         if place is None or base.startswith(FIRST_SCAN):
             return not base.startswith((EDGE, FIRST_SCAN))
@@ -297,14 +297,14 @@ class Steps:
         return False
 
     def _status_ends(self, place: Place, *, on: bool) -> bool:
-        """Whether a bit of an image says the end of a motion."""
+        """Whether a bit in an image shows that a motion has ended."""
         if not self._is_input(place):
             return False
         bit = _status(place)
         return bit is None or (not bit & MOVING if on else bool(bit & OFF_AT_END))
 
     def _needs_motion(self, condition: Condition) -> bool:
-        """Whether a condition needs that an axis moves."""
+        """Whether a condition requires a moving axis."""
         on = (each for each in leaves(condition) if isinstance(each, Bit) and each.on)
         places = (self._places.get(base_of(each.name)) for each in on)
         return any((_status(each) or 0) & MOVING for each in places if self._is_input(each))
@@ -315,13 +315,13 @@ class Steps:
 
 
 def _status(place: Place) -> int | None:
-    """Return the status bit of word 0 that an operand is, None for another one."""
+    """Return the status bit of word 0 that an operand is; None for other operands."""
     is_bit = place.fixed_index == 0 and isinstance(place.bit, Constant)
     return 1 << int(place.bit.value) if is_bit and isinstance(place.bit, Constant) else None
 
 
 def _written_key(step: LoweredStep) -> str:
-    """Return the key of the bit that an instruction writes, or of the timer that it runs; "" without one."""
+    """Return the key of the bit that an instruction writes or of the timer that it runs; "" if none."""
     timer = group_of(step, ("TON", "RTO", "TOF"))
     bit = first_of(step, ("OTE", "OTL", "OTU", ":="))
     if isinstance(bit, Place) and bit.type.is_bool:

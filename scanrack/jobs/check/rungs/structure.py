@@ -1,4 +1,4 @@
-"""Mistakes of routines, add-on instructions and tags as a whole."""
+"""Mistakes in whole routines, add-on instructions and tags."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from .add_ons import hosts_in
 from .loops import bodies_of, lines_in
 
 LIBRARY = "axis3601"
-"""The library of motion blocks, whose inside is not the user's."""
+"""The library of motion blocks, which are not the user's code."""
 
 LEAVES = ("TND", "RET", "JMP")
-"""Instructions after which a rung without a label is not reached."""
+"""Instructions after which a rung without a label is never reached."""
 
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:
-    """Return the add-on instructions of the program itself, without those of the library."""
+    """Return the add-on instructions of the program itself, not those of the library."""
     return [each for each in program.add_ons.values() if not is_of_library(each, LIBRARY)]
 
 
@@ -53,7 +53,7 @@ def own_routines(program: LadderLogic, lowered: LoweredProgram) -> list[LoweredR
 
 
 class Structure:
-    """Notes the mistakes of a program as a whole.
+    """Notes the mistakes in a program as a whole.
 
     Args:
         declared: returns the line that declares a name.
@@ -71,7 +71,7 @@ class Structure:
         self._file, self._line = file, declared
 
     def note(self, routines: Iterable[LoweredRoutine]) -> None:
-        """Note the mistakes of these routines, of parameters and of names."""
+        """Note the mistakes in the given routines, and in parameters and names."""
         for each in routines:
             self._leaving(each)
             self._labels(each)
@@ -83,7 +83,7 @@ class Structure:
     # --- reachability
 
     def _leaving(self, routine: LoweredRoutine) -> None:
-        """Note what follows an instruction that leaves the routine."""
+        """Note code after an instruction that leaves the routine."""
         if routine.body is not None:
             self._after(routine.body)
             return
@@ -95,7 +95,7 @@ class Structure:
                 self._facts.remark("unreachable", self._place(following), text)
 
     def _after(self, body: Body) -> None:
-        """Note the statement after RETURN or EXIT."""
+        """Note the statement after a RETURN or EXIT."""
         for each, following in pairwise(body):
             steps = steps_of(each.line.nodes) if isinstance(each, Act) else ()
             if steps and steps[-1].name in ("RETURN", "EXIT", *LEAVES):
@@ -115,7 +115,7 @@ class Structure:
                 self._facts.remark("unreachable", self._place(routine.lines[rung]), text)
 
     def _unreached(self) -> None:
-        """Note the routines that nothing calls."""
+        """Note routines that nothing calls."""
         routines = self._lowered.routines
         if self._lowered.functions:
             return
@@ -129,12 +129,12 @@ class Structure:
                 self._facts.remark("unreachable", self._place(routine.lines[0]), text)
 
     def _is_left_out(self, name: str, routine: LoweredRoutine) -> bool:
-        """Whether a routine that nothing calls is one that something should call."""
+        """Whether something should call a routine that nothing calls."""
         is_monitor = name.rpartition(".")[2] == NEVER
         return bool(routine.lines) and not routine.frame and not is_monitor and self._runs(routine.name)
 
     def _runs(self, routine: str) -> bool:
-        """Whether a task runs the routine's program, if tasks run programs."""
+        """Whether a task runs the routine's program; true if the program has no tasks."""
         program, schedule = program_of(routine).upper(), self._lowered.schedule
         if not program or schedule is None:
             return True

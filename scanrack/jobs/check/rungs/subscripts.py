@@ -1,4 +1,4 @@
-"""Subscripts that a FOR loop takes out of their array."""
+"""Subscripts in FOR loops that leave their array."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .walk import Point
 def note_subscripts(
     point: Point, counts: Mapping[int, Mapping[str, Range]], facts: Facts, seen: set[tuple[str, str]]
 ) -> None:
-    """Note the subscripts of an instruction that leave their array: a major fault of type 4, code 20.
+    """Note the subscripts of an instruction that leave their array, which is a major fault, type 4, code 20.
 
     Args:
-        counts: what FOR counts, by instruction in its body, and by path in capitals.
-        seen: routines and subscripts that are noted already.
+        counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
+        seen: routines and subscripts that have already been noted.
     """
     counted = counts.get(point.step.site, {})
     for each, index, size in _subscripts(point) if counted else ():
@@ -39,7 +39,7 @@ def note_subscripts(
 
 
 def note_lengths(point: Point, facts: Facts) -> None:
-    """Note copies and fills of more elements than their arrays have."""
+    """Note copies and fills that are longer than their arrays."""
     step = point.step
     if step.name not in ("COP", "CPS", "FLL") or not isinstance(step.operands[2], Constant):
         return
@@ -54,14 +54,14 @@ def note_lengths(point: Point, facts: Facts) -> None:
 
 
 def _elements_from(operand: object) -> int | None:
-    """Return the elements of an array from an operand on; None if that is not known."""
+    """Return the number of array elements from an operand on; None if it is unknown."""
     if not isinstance(operand, Place) or not operand.leaf.dims or operand.frame:
         return None
     return None if operand.fixed_index is None else operand.leaf.size - operand.fixed_index
 
 
 def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
-    """Yield the subscripts and bits in an instruction, each with its number of elements."""
+    """Yield the subscripts and bit numbers in an instruction, each with the number of elements or bits."""
     for operand in (each for given in point.step.operands for each in parts_of(given)):
         if isinstance(operand, Place):
             for index, size in zip(operand.indices, operand.leaf.dims, strict=True):
@@ -71,7 +71,7 @@ def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
 
 
 def _counted(index: Resolved) -> tuple[str, float]:
-    """Return the key of the number in a subscript `I`, `I + 1` or `I - 1`, or "", and what is added."""
+    """Return the key of the number in a subscript `I`, `I + 1` or `I - 1` ("" for others), and the offset."""
     place, offset = index, 0.0
     if isinstance(index, Calculation) and index.name in ("+", "-") and len(index.operands) == 2:
         place, other = index.operands
@@ -83,7 +83,7 @@ def _counted(index: Resolved) -> tuple[str, float]:
 
 
 def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:
-    """Whether a condition keeps a number from being beyond a bound."""
+    """Whether a condition keeps a number within a bound."""
     compared = (each for each in leaves(point.condition) if isinstance(each, Compare))
     names = sorted({each.name for each in compared if base_of(each.name) == count})
     return any(never(AllOf((Compare(name, relation, bound), point.condition))) for name in names)

@@ -1,4 +1,4 @@
-"""Terminals and slots that a ladder program names: whether the rack has them, and which it uses."""
+"""Terminals and slots that a ladder program names: which of them the rack lacks, and which are used."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Terminals:
     """The terminals that a program names.
 
     Args:
-        path: its file.
+        path: file of the program.
         declared: returns the line that declares a name.
     """
 
@@ -45,7 +45,7 @@ class Terminals:
     def misplaced(
         self, lines: Sequence[tuple[LoweredLine, FileLine]], calls: Sequence[BlockCall]
     ) -> Iterator[Violation]:
-        """Yield the instructions with a bit of a card that is not a terminal, or with a slot that is none."""
+        """Yield the instructions that use a bit without a terminal on its card, or a slot that is missing."""
         if not self._cards:
             return
         for line, place in lines:
@@ -72,7 +72,7 @@ class Terminals:
         return slot in self._cards and slot not in self._steppers
 
     def _aliased_bits(self) -> Iterator[tuple[str, int, FileLine]]:
-        """Yield the uses of groups of bits by the name of a slot whose module lacks the group."""
+        """Yield uses of a slot's bit groups, by name, that the slot's module does not have."""
         declared = self._lowered.layout.declarations
         aliases = {name: each.slot for name, each in declared.items() if isinstance(each, SlotAlias)}
         for each in self._mentions:
@@ -84,7 +84,7 @@ class Terminals:
                 yield each.text, slot, FileLine(str(self._path), self._declared(name))
 
     def _owned_images(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
-        """Yield the images of other modules, networked drives apart, that a call of Amci3601 gets."""
+        """Yield the images of other modules, except networked drives, that a call of Amci3601 gets."""
         for each in calls:
             for name, operand in each.call.handed.items() if each.is_owner else ():
                 slot = first_leaf(operand).slot
@@ -101,7 +101,7 @@ class Terminals:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return that a bit is no terminal of its card; empty if it is one, or if that is unknown."""
+        """Return a message that a bit is not a terminal of its card; "" if it is, or if that is unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""
@@ -112,7 +112,7 @@ class Terminals:
         return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
 
     def _instead(self, operand: Place | Group, leaf: Leaf) -> str:
-        """Return what a card has in place of a terminal or a word; "" if it has it, or if that is unknown."""
+        """Return what a card has instead of a terminal or a word; "" if it has it, or if that is unknown."""
         bit = operand.bit if isinstance(operand, Place) else None
         word = operand.fixed_index if isinstance(operand, Place) else 0
         if leaf.slot is None or word is None or not isinstance(bit, Constant | None):
@@ -122,7 +122,7 @@ class Terminals:
         return there if bit is not None or there.startswith("no ") else ""
 
     def uses_bit(self) -> UsesBit:
-        """Return a test whether the program uses a bit of a card."""
+        """Return a test of whether the program uses a bit of a card."""
         read = [each for each in self._mentions if each.reads]
         written = [each for each in self._mentions if each.writes]
         used = {"I": _by_image(read), "O": _by_image(written)}
@@ -134,7 +134,7 @@ class Terminals:
 
 
 def _by_image(mentions: Iterable[Mention]) -> Mapping[tuple[int | None, bool], list[Mention]]:
-    """Return the mentions of images by slot, and by whether it is the output image."""
+    """Return the mentions of images, by slot and by whether the image is an output image."""
     of_images = (each for each in mentions if first_leaf(each.where).is_image)
     return grouped(of_images, lambda each: (first_leaf(each.where).slot, first_leaf(each.where).output))
 

@@ -1,9 +1,9 @@
-"""Timers that can't do what they are for.
+"""Timers that can't work as intended.
 
-XIC(Start)ONS(Seen)TON(Wait,500,0)     the one-shot enables it for one scan only
+XIC(Start)ONS(Seen)TON(Wait,500,0)     the one-shot enables it for only one scan
 TON(Wait,-500,0)                       a negative preset is a major fault
-TONR(Wait) in a step, TimerEnable 1    nothing disables it: it is done at once the second time
-TONR(Wait)                             and nothing sets Wait.TimerEnable
+TONR(Wait) in a step, TimerEnable 1    nothing disables it, so the second time it is done at once
+TONR(Wait)                             but nothing sets Wait.TimerEnable
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .walk import Point
 
 RUNG_TIMERS = ("TON", "TOF", "RTO")
 ENABLES = {"TONR": ("TIMERENABLE",), "RTOR": ("TIMERENABLE",), "CTUD": ("CUENABLE", "CDENABLE")}
-"""By instruction of structured text: the bits of which one makes it run."""
+"""By instruction of structured text: the bits that can make it run."""
 
 
 def note_timing(
@@ -34,7 +34,7 @@ def note_timing(
     tags: Mapping[str, Tag],
     facts: Facts,
 ) -> None:
-    """Note timers that can't do what they are for.
+    """Note timers that can't work as intended.
 
     Args:
         mentions: all operands of the program.
@@ -56,7 +56,7 @@ def note_timing(
 
 
 def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:
-    """Note a negative preset, and a TON that a one-shot enables."""
+    """Note a negative preset, or a TON that a one-shot enables."""
     one_shots = (each for each in needed(point.condition) if each.on and each.name.startswith(EDGE))
     if preset.is_known and preset.most < 0:
         text = f"{point.text}: the preset is {preset}, and a negative one is a major fault"
@@ -67,7 +67,7 @@ def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:
 
 
 def _is_enabled(point: Point, block: Group, targets: set[str], tags: Mapping[str, Tag]) -> bool:
-    """Whether the program, or an initial value, makes an instance run; also where that is not simple."""
+    """Whether the program or an initial value may enable an instance; true if that is unclear."""
     path, names = path_of(block), ENABLES[point.step.name]
     if not targets.isdisjoint((path, *around(path), *(f"{path}.{name}" for name in names))):
         return True
@@ -80,13 +80,13 @@ def _is_enabled(point: Point, block: Group, targets: set[str], tags: Mapping[str
 
 
 def _assigns_one(point: Point) -> bool:
-    """Whether an instruction assigns a constant to a bit that is not 0."""
+    """Whether an instruction assigns a constant other than 0 to a bit."""
     value = point.step.operands[-1]
     return point.step.name == ":=" and isinstance(value, Constant) and not is_zero(value)
 
 
 def _never_disabled(points: Sequence[Point], targets: set[str], facts: Facts) -> None:
-    """Note a TONR that only some steps call, and whose TimerEnable only becomes 1."""
+    """Note a TONR that is called only in some steps and whose TimerEnable gets only 1."""
     calls: dict[str, list[tuple[Point, Group]]] = {}
     enabled: dict[str, list[bool]] = {}
     for point in points:

@@ -36,16 +36,16 @@ from .number_ranges import target_of
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """An instruction, and when it acts.
+    """An instruction, with the conditions under which it acts.
 
     Attributes:
-        place: its line.
-        text: the instruction as it is written.
-        condition: what holds whenever it acts; of an instruction that decides, before it.
-        own: what it decides itself; TRUE for an output.
-        value: the condition that it assigns to a bit; TRUE for another instruction.
+        place: line of the instruction.
+        text: the instruction as written in the program.
+        condition: the condition under which it is reached.
+        own: the condition that it tests; TRUE for an output.
+        value: the condition that it assigns to a bit; TRUE for any other instruction.
         argument: whether it copies an argument of an add-on instruction.
-        guards: whether it is in an ELSE that only the present values of a number exclude.
+        guards: whether it is in an ELSE that is unreachable only because of the present values of a number.
     """
 
     routine: LoweredRoutine
@@ -61,26 +61,26 @@ class Point:
 
     @property
     def is_rung(self) -> bool:
-        """Whether it is in a rung, not in structured text."""
+        """Whether it is in a rung rather than in structured text."""
         return self.routine.body is None
 
     @property
     def power(self) -> Condition:
-        """The condition under which it writes a number, or sets a bit."""
+        """The condition under which it writes a number or sets a bit."""
         return self.condition if self.value == TRUE else AllOf((self.condition, self.value))
 
     @property
     def target(self) -> Place | None:
-        """The one number that it writes; None of another instruction."""
+        """The only number that it writes; None for other instructions."""
         return target_of(self.step)
 
 
 class Walker:
-    """Walks over routines.
+    """Walks over routines and collects their points.
 
     Args:
-        conditions: of the program.
-        file: of the program, for lines that do not name theirs.
+        conditions: makes the conditions of the program.
+        file: file of the program, for lines that do not name another one.
     """
 
     def __init__(self, conditions: Conditions, lowered: LoweredProgram, file: Path) -> None:
@@ -90,7 +90,7 @@ class Walker:
         self._guards = False
 
     def points(self, routine: LoweredRoutine) -> list[Point]:
-        """Return the points of a routine in order of execution."""
+        """Return the points of a routine, in order of execution."""
         self._routine, self._points = routine, []
         if routine.body is None:
             for line in routine.lines:
@@ -104,7 +104,7 @@ class Walker:
     # --- rungs
 
     def _series(self, line: LoweredLine, nodes: Sequence[Node], before: Condition) -> Condition:
-        """Walk over a series; return what it decides."""
+        """Walk over a series; return the condition that it tests."""
         decided: Condition = TRUE
         for node in nodes:
             reached = all_of(before, decided)
@@ -146,7 +146,7 @@ class Walker:
         return Point(self._routine, line, step, place, text, reached, own, argument, value, guards)
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
-        """Note the copies of arguments, which happen on a false rung, too."""
+        """Note the copies of arguments, which also happen on a false rung."""
         given: Condition = TRUE
         for node in nodes:
             if isinstance(node, LoweredStep):
@@ -177,7 +177,7 @@ class Walker:
             decided = self._act(line, reached)
             here = names.state()
             self._body(body, all_of(reached, decided))
-            names.go_back(here)  # the next arm is reached without this one
+            names.go_back(here)  # the next arm is reached without running this one
             reached = all_of(reached, negated(decided))
         self._otherwise(arms.otherwise, reached)
         if any(body for _, body in arms.arms) or arms.otherwise:
@@ -206,7 +206,7 @@ class Walker:
         self._otherwise(selection.otherwise, rest)
 
     def _otherwise(self, body: Body, reached: Condition) -> None:
-        """Walk over an ELSE; one that only the present values of a number exclude guards against others."""
+        """Walk over an ELSE; it is a guard if only the present values of a number make it unreachable."""
         outer = self._guards
         self._guards = outer or (never(reached) and not never(of_any_number(reached)))
         self._body(body, reached)
@@ -215,7 +215,7 @@ class Walker:
     def _loop(self, loop: Loop, reached: Condition) -> None:
         if loop.start is not None:
             self._act(loop.start, reached)
-        self._conditions.names.forget()  # another pass has written what its body writes
+        self._conditions.names.forget()  # an earlier pass may have written what the body writes
         first = self._first_pass(loop)
         decided = self._act(loop.test, all_of(reached, first)) if loop.test is not None else TRUE
         self._body(loop.body, all_of(reached, decided) if loop.start is None else reached)
@@ -225,7 +225,7 @@ class Walker:
         self._conditions.names.forget()
 
     def _first_pass(self, loop: Loop) -> Condition:
-        """Return what holds in the first pass of FOR: the count has its first value."""
+        """Return the condition of a FOR's first pass: the count has its first value."""
         (start,) = loop.start.nodes if loop.start is not None else (None,)
         if not isinstance(start, LoweredStep) or not isinstance(start.operands[1], Constant):
             return TRUE

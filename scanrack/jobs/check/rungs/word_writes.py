@@ -1,4 +1,4 @@
-"""Writes of a ladder program to output words of 3601s, as rules of all languages read them."""
+"""Writes of a ladder program to output words of 3601s, in the form that the rules of all languages read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .walk import Point
 
 
 def word_writes(points: Iterable[Point], writes: Iterable[Write], steps: Steps) -> Iterator[WordWrite]:
-    """Yield the writes with the condition under which each acts, and its steps."""
+    """Yield the writes, each with its condition and the steps in which it may act."""
     by_site = {point.step.site: point for point in points if not point.argument}
     for each in writes:
         point = by_site.get(each.site)

@@ -1,4 +1,4 @@
-"""What is wrong with writes to the output words of 3601s: commands never taken back, words out of range."""
+"""Mistakes in writes to the output words of 3601s: commands never cleared, and words out of range."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, Co
 
 
 def held(writes: Sequence[Write]) -> Iterator[Violation]:
-    """Yield the first instruction that sets a command bit which is never cleared."""
+    """Yield the first instruction that sets a command bit, for each bit that is never cleared."""
     for slot, every in grouped(writes, lambda each: each.slot).items():
         own = [each for each in every if each.word == 0]
         for bit in _COMMANDS:
@@ -26,7 +26,7 @@ def held(writes: Sequence[Write]) -> Iterator[Violation]:
 
 
 def computed(writes: Sequence[Write]) -> Iterator[str]:
-    """Yield, for each slot, the first instruction with computed words."""
+    """Yield, for each slot, the text of the first instruction that writes unknown words."""
     slots = set()
     for each in writes:
         if not each.known and each.slot not in slots:
@@ -36,13 +36,13 @@ def computed(writes: Sequence[Write]) -> Iterator[str]:
 
 
 def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:
-    """Return the values of words 2 to 7 that any command allows, 0 included [chapter 5, notes 4 to 8]."""
+    """Return the range that the commands allow in each of words 2 to 7 [chapter 5, notes 4 to 8]."""
     high, rate = (0, limits.speed // 1000), (0, limits.rate)
     return {2: (-8388, 8388), 3: (-999, 999), 4: high, 5: (0, 999), 6: rate, 7: rate}
 
 
 def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[Violation]:
-    """Yield constants that are illegal in every output word from 2 to 7."""
+    """Yield constants that are out of range for their output word, from 2 to 7."""
     for each in writes:
         ranges = word_ranges(profile_in(slots.values(), each.slot).limits)
         if not each.known or each.word not in ranges:

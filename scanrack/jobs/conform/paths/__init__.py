@@ -1,1 +1,1 @@
-"""Ways to a module: a controller that owns it, or a trace of a capture."""
+"""Paths to a module: a controller that owns it, or a trace from a capture."""

@@ -1,10 +1,10 @@
-"""Scenes out of a trace: what a capture of a real controller has.
+"""Finds scenes in a trace, such as one captured from a real controller.
 
     moves, rest, moves, an input changes, rest, moves, configuration, moves
            | a scene from this rest |     | a scene  | a scene from its configuration
 
-A trace that begins in operation is judged as it is replayed: from a rest that shows the module's state up to
-where it is lost.
+A trace that begins in operation is judged as it is replayed: from an image at rest that shows the module's
+state until that state is lost.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ ZERO: ImageWords = (0,) * WORDS
 
 
 class CapturedScenes(NamedTuple):
-    """What a trace has of a 3601."""
+    """What a trace contains about a 3601."""
 
     firmware: str
     scenes: list[PlayedScene]
-    notes: list[str]  # the defects of the trace, and what was assumed
-    captured_at: str  # date and time of the capture, as it is known
+    notes: list[str]  # defects of the trace, and assumptions
+    captured_at: str  # date and time of the capture, if known
 
 
 def scenes_of(path: Path, slot: int, timing: Timing, given: Sequence[int] | None = None) -> CapturedScenes:
-    """Return the firmware that a trace names, its scenes, its defects and what is assumed.
+    """Return the firmware that a trace names, its scenes, its defects, and the assumptions.
 
-    A scan is a read of input words; output words that changed were sent between it and the next one.
+    Each scan is a read of input words. Changed output words were sent between that scan and the next one.
 
     Args:
-        timing: of the path.
-        given: configuration words in effect at the beginning; None = those that the trace shows first.
+        timing: the times of the path.
+        given: configuration words in effect at the beginning; None for the first ones that the trace shows.
 
     Raises:
-        ValueError: it is no trace, has no words of a 3601 in the slot, or nothing tells the module's state.
+        ValueError: it is not a trace, has no words of a 3601 in the slot, or never shows the module's state.
     """
     with open_trace(path) as trace:
         info = next((each for each in trace.head.slots if each.number == slot), None)
@@ -71,7 +71,7 @@ def scenes_in(
     """Return the scenes of a recording, see `scenes_of`.
 
     Args:
-        facts: what the trace says of itself.
+        facts: facts in the trace's header.
     """
     firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
     captured, sampled = facts.get("source") == "capture", is_sampled(facts)
@@ -89,13 +89,14 @@ def scenes_in(
 
 
 class _Scenes:
-    """The scenes of a slot, in order.
+    """Divides the recording of a slot into scenes.
 
     Args:
-        module: follows the recording and tells where the state is known; None = it was just powered up.
-        since_last: output words that a scan shows first were sent since the one before: a client reads both.
-        until_next: they were sent before the next one, as a PLC does, or in their own packet.
-        lag_ns: how old an image may be when it is read.
+        module: follows the recording to tell where the state is known; None if it was just powered up.
+        since_last: whether changed output words may have been sent since the previous scan, as a client
+            sees it.
+        until_next: whether they may have been sent until the next scan, as by a PLC or in their own packet.
+        lag_ns: maximum age of an image when it is read, ns.
     """
 
     def __init__(
@@ -111,14 +112,14 @@ class _Scenes:
         self._since_last, self._until_next, self._lag_ns = since_last, until_next, lag_ns
         self._inputs, self._outputs = recording.images((slot, "in")), recording.images((slot, "out"))
         self._configuration = ZERO
-        self._in_effect = True  # the configuration; images of the one before it tell no levels
+        self._in_effect = True  # whether images already follow the configuration
         self._levels = 0
-        self._place: ImageWords | None = None  # of the first rest of a scene, as words
-        self._scenes: list[PlayedScene] = []  # those that have ended
+        self._place: ImageWords | None = None  # the position words at a scene's first rest
+        self._scenes: list[PlayedScene] = []  # scenes that have ended
         self._scene: PlayedScene | None = None
 
     def found(self) -> list[PlayedScene]:
-        """Return the scenes."""
+        """Return the scenes, in order."""
         sent, known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
@@ -143,12 +144,12 @@ class _Scenes:
         return self._scenes
 
     def _end(self) -> None:
-        """End the scene, if there is one."""
+        """End the current scene, if there is one."""
         self._scenes += [] if self._scene is None else [self._scene]
         self._scene = None
 
     def _rest(self, seen: SeenImage, sent: ImageWords) -> None:
-        """Begin another scene if the axis rests elsewhere than before, or if there is none."""
+        """Begin a new scene if the axis rests in a new place, or if there is no scene."""
         if self._place not in (None, seen.words[2:4]):
             self._end()
         if self._scene is None:
@@ -156,12 +157,12 @@ class _Scenes:
         self._place = seen.words[2:4]
 
     def _window(self, row: int) -> Window:
-        """Return when words were sent that a scan shows first."""
+        """Return the window in which the words that changed in a scan were sent."""
         times, last = self._times, len(self._times) - 1
         return Window(times[max(row - self._since_last, 0)], times[min(row + self._until_next, last)])
 
     def _follow(self, at_ns: int, sent: ImageWords) -> tuple[bool, bool]:
-        """Return whether the state is known at a scan, and whether the scan shows all of it."""
+        """Follow the module to a scan; return whether its state is known, and whether the scan shows all."""
         if self._module is None:
             return True, False
         self._module.update(at_ns, Image(sent))
@@ -172,13 +173,13 @@ class _Scenes:
         return not self._module.why, self._module.rests
 
     def _resumed(self, seen: SeenImage, sent: ImageWords) -> PlayedScene:
-        """Return a scene that begins with the state that an image shows."""
+        """Return a scene that begins with the state in an image."""
         configuration = ZERO if seen.words[0] & CONFIG_ERROR else self._configuration
         state = KnownState(seen.window, seen.words, sent, configuration, self._levels)
         return PlayedScene(f"rest at {seen.window.high_ns / 1e9:.3f} s", [state])
 
     def _configured(self, row: int, seen: SeenImage) -> PlayedScene:
-        """Return a scene that begins with the configuration after a scan; inputs are as they show later."""
+        """Return a scene that begins with a configuration; a later image shows its input levels."""
         now = Window(seen.window.high_ns, seen.window.high_ns)
         self._place = None
         self._in_effect = entered = False
@@ -197,7 +198,7 @@ class _Scenes:
         return scene
 
     def _is_refused(self, row: int) -> bool:
-        """Return whether the module refuses words and its images still show the configuration before."""
+        """Return whether the module refuses a configuration while it still has an earlier one."""
         entered = False
         for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
             if configuration_in(shown) is not None:
@@ -208,7 +209,7 @@ class _Scenes:
         return False
 
     def _changed(self, seen: SeenImage) -> list[Transmission]:
-        """Return the change of inputs that an image shows."""
+        """Return the change of input levels that an image shows, if any."""
         shows_mode = bool(seen.words[0] & MODE_CONFIG)
         self._in_effect = self._in_effect or shows_mode
         has_levels = self._in_effect and any(self._configuration) and not seen.words[0] & CONFIG_ERROR
@@ -223,7 +224,7 @@ class _Scenes:
 
 
 def levels_in(shown: ImageWords, configuration: ImageWords) -> int:
-    """Return the energized inputs that an image of command mode shows; an unused one shows none.
+    """Return the energized inputs that an image in command mode shows; unused inputs are not shown.
 
     >>> levels_in((0, 0b000010, 0, 0, 0, 0, 0, 0), (-31681, 0b000011, 0, 500, 0, 0, 0, 0))
     62

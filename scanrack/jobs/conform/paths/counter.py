@@ -1,6 +1,6 @@
-"""The rung that counts scans, for the owner's controller: as L5X and as SLC.
+"""The rung that counts the scans of a user's controller, for import as L5X or SLC.
 
-In a periodic task of 2 ms its value is a time. It writes nothing but its own tag.
+In a periodic task of 2 ms the count measures time. The rung writes only its own tag.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ END
 
 
 def counter_rung(kind: str) -> str:
-    """Return the rung as a file to import: `l5x` or `slc`."""
+    """Return the rung as a file for import: `l5x` or `slc`."""
     if kind == "slc":
         return SLC
     return export_l5x(parse_program(RUNGS), "Conform").decode("utf-8")

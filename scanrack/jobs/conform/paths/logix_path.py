@@ -1,4 +1,4 @@
-"""A CompactLogix, or another rack's tag server, as the path to its 3601: pycomm3, extra `conform`."""
+"""The path to a 3601 over a CompactLogix or another rack's tag server. Needs pycomm3, extra `conform`."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ from ..moments import ImageWords, SeenImage, Window
 PATH = re.compile(r"(?P<host>[^,\s/]+?)(:(?P<port>\d{1,5}))?(,(?P<slot>\d{1,2}))?")
 COUNTER_BITS = 32
 NOT_REAL = "scanrack"
-"""In the product name of a server that moves nothing."""
+"""Part of the product name of a server that moves no real axis."""
 
 
 class TagClient(Protocol):
-    """What is used of `pycomm3.LogixDriver`."""
+    """The part of `pycomm3.LogixDriver` that is used."""
 
     info: Mapping[str, Any]
 
     def read(self, *tags: str) -> Any:
-        """Return a tag's answer, or a list of them: `value`, `error`."""
+        """Return the answer for a tag, or a list of answers, each with `value` and `error`."""
 
     def write(self, *values: Any) -> Any:
-        """Write pairs of tag and value; return their answers."""
+        """Write pairs of tag and value, and return their answers."""
 
     def close(self) -> Any:
-        """End the connection."""
+        """Close the connection."""
 
 
 @dataclass(frozen=True, slots=True)
 class ModuleTags:
-    """Where the owner's controller has the module.
+    """The tags of the module in the user's controller.
 
     Attributes:
-        slot: of the module: `Local:SLOT:I` and `Local:SLOT:O`.
+        slot: slot of the module, as in `Local:SLOT:I` and `Local:SLOT:O`.
         counter: tag that counts scans; "" without one.
-        period_ns: time from count to count.
-        wiring: input to the BOOL tag that energizes it, for inputs that are wired to outputs.
+        period_ns: time between counts, ns.
+        wiring: inputs that are wired to outputs, each with the BOOL tag that energizes it.
     """
 
     slot: int = 1
@@ -59,7 +59,7 @@ def connect(path: str) -> TagClient:
     """Return a connection to `HOST[:PORT][,SLOT]`.
 
     Raises:
-        ValueError: the path has another form, pycomm3 is missing, or nothing answers there.
+        ValueError: the path has another form, pycomm3 is missing, or there is no answer.
     """
     match = PATH.fullmatch(path)
     if match is None:
@@ -80,22 +80,22 @@ def connect(path: str) -> TagClient:
 
 
 def is_real(client: TagClient) -> bool:
-    """Whether a controller may move a real axis: its product name is not scanrack's."""
+    """Whether a controller may move a real axis: its product name is not that of scanrack."""
     return NOT_REAL not in str(client.info.get("product_name", "")).lower()
 
 
 def product_of(client: TagClient) -> str:
-    """Return product name and revision of a controller, which name no owner."""
+    """Return the product name and revision of a controller, which do not identify its owner."""
     revision = client.info.get("revision") or {}
     parts = [str(revision[each]) for each in ("major", "minor") if each in revision]
     return " ".join([str(client.info.get("product_name", "")), ".".join(parts)]).strip()
 
 
 class LogixPath:
-    """A module behind a controller, see `playing.ModulePath`.
+    """A module that a controller operates, see `playing.ModulePath`.
 
     Raises:
-        ValueError: the controller has no such module or counter.
+        ValueError: the controller does not have that module or counter.
     """
 
     def __init__(self, client: TagClient, tags: ModuleTags) -> None:
@@ -105,7 +105,7 @@ class LogixPath:
         self._origin: int | None = None
         self._last = 0
         probe = client.read(self._inputs)
-        if probe.error:  # the manufacturer's profile has its own words
+        if probe.error:  # the manufacturer's profile has words of its own
             self._parts: tuple[str, ...] = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
             answers = client.read(*self._parts)
             if any(each.error for each in answers):
@@ -116,14 +116,14 @@ class LogixPath:
             self._count()
 
     def now_ns(self) -> int:
-        """Return this machine's clock, or the counter's time as it was last read."""
+        """Return the time of this machine's clock, or the time of the counter when it was last read, ns."""
         return self._last if self._tags.counter else time.monotonic_ns()
 
     def write(self, words: ImageWords) -> Window:
         """Set the output words; see `playing.ModulePath`.
 
         Raises:
-            OSError: the controller refuses them, or is lost.
+            OSError: the controller refuses the words, or the connection is lost.
         """
         return self._timed((self._outputs, list(words)))
 
@@ -145,10 +145,10 @@ class LogixPath:
         return Window(low, high)
 
     def read(self) -> SeenImage:
-        """Read the input words, with the counter in one packet.
+        """Read the input words, in one packet with the counter.
 
         Raises:
-            OSError: the controller is lost.
+            OSError: the connection is lost.
         """
         names = [*self._parts, self._tags.counter] if self._tags.counter else list(self._parts)
         low = time.monotonic_ns()
@@ -165,7 +165,7 @@ class LogixPath:
         return self._at(_checked(self._client.read(self._tags.counter)))
 
     def _at(self, count: int) -> int:
-        """Return the time of a count; a counter that restarts continues."""
+        """Return the time of a count, ns. The time goes on even if the counter restarts."""
         if self._origin is None:
             self._origin = count
         reached = self._last // self._tags.period_ns
@@ -174,7 +174,7 @@ class LogixPath:
         return self._last
 
     def close(self) -> None:
-        """End the connection."""
+        """Close the connection."""
         with suppress(Exception):
             self._client.close()
 
@@ -186,10 +186,10 @@ def _checked(answer: Any) -> Any:
 
 
 def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
-    """Return what operates inputs, of pairs such as `ESTOP=Local:2:O.Data.0`.
+    """Return the tag that energizes each input, from pairs such as `ESTOP=Local:2:O.Data.0`.
 
     Raises:
-        ValueError: a pair is none.
+        ValueError: a text is not such a pair.
     """
     names = {str(bit.name): bit for bit in InputBit}
     found: dict[InputBit, str] = {}
@@ -202,10 +202,10 @@ def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
 
 
 def counter_of(text: str | None) -> tuple[str, int]:
-    """Return tag and period of `TAG:MS`; no tag of None.
+    """Return the tag and period of `TAG:MS`; for None, an empty tag.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the text has another form.
     """
     if text is None:
         return "", 0

@@ -1,1 +1,1 @@
-"""Tables of what a 3601 might do otherwise: without a rule, or by another reading."""
+"""Tables of what a 3601 would do without a rule or by another reading."""

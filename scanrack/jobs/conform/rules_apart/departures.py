@@ -1,4 +1,4 @@
-"""Ways in which a 3601 may depart from the model: words taken, commands refused, bits shown otherwise."""
+"""Ways in which a 3601 may depart from the model: in how it reads words, refuses commands, or shows bits."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Question = Callable[[Host, CommandWords], bool]
 
 
 def hide(sentence: str, bits: int, during: str = "") -> Alteration:
-    """Return a module that never shows some bits, or not in and after one kind of motion."""
+    """Return a module that never shows given bits; with `during`, not in and after one kind of motion."""
     return Alteration(sentence, hidden=bits, during=during)
 
 
 def hear(sentence: str, commands: int, hearing: Hearing) -> Alteration:
-    """Return a module that takes the words of some commands otherwise; 0 for all words."""
+    """Return a module that reads the words of given commands differently; 0 for all commands."""
 
     def taken(words: ImageWords) -> ImageWords:
         return words if words[0] < 0 or (commands and not words[0] & commands) else hearing(words)
@@ -43,12 +43,12 @@ def hear(sentence: str, commands: int, hearing: Hearing) -> Alteration:
 
 
 def as_command(instead: int) -> Hearing:
-    """Return what takes a command for another one."""
+    """Return a reading of words that replaces the command with another one."""
     return lambda words: (instead, *words[1:])
 
 
 def with_words(change: Callable[[list[int]], Any]) -> Hearing:
-    """Return what takes words after a change of their list."""
+    """Return a reading of words that first changes them."""
 
     def hearing(words: ImageWords) -> ImageWords:
         changed = list(words)
@@ -61,7 +61,7 @@ def with_words(change: Callable[[list[int]], Any]) -> Hearing:
 def refuse(
     sentence: str, rule: str, commands: int, condition: Question, *, alone: bool = False
 ) -> Alteration:
-    """Return a module that refuses some commands for one more reason, with the bits of a rule."""
+    """Return a module that also refuses given commands under a condition, with the error bits of a rule."""
 
     def broken(host: Host, command: CommandWords) -> bool:
         return not command.configures and bool(command.msw & commands) and condition(host, command)
@@ -70,32 +70,32 @@ def refuse(
 
 
 def silent(sentence: str, *rules: str) -> Alteration:
-    """Return a module in which rules set no bits."""
+    """Return a module in which the given rules set no bits."""
     return Alteration(sentence, silent=frozenset(rules))
 
 
 def add(sentence: str, rule: str, bits: int) -> Alteration:
-    """Return a module in which a rule sets further bits."""
+    """Return a module in which a rule sets additional bits."""
     return Alteration(sentence, adds={rule: bits})
 
 
 def overlook(sentence: str, *rules: str) -> Alteration:
-    """Return a module that does not notice faults."""
+    """Return a module that does not notice the faults of the given rules."""
     return Alteration(sentence, overlooked=frozenset(rules))
 
 
 def never_clears(sentence: str, bits: int, *, at: int) -> Alteration:
-    """Return a module that leaves bits when it clears `at`."""
+    """Return a module that does not clear the given bits when it clears `at`."""
     return Alteration(sentence, clears=lambda given: given & ~bits if given == at else given)
 
 
 def also_clears(sentence: str, bits: int, *, at: int) -> Alteration:
-    """Return a module that clears further bits when it clears `at`."""
+    """Return a module that also clears the given bits when it clears `at`."""
     return Alteration(sentence, clears=lambda given: given | bits if given == at else given)
 
 
 def ruled(sentence: str, layer: type[AlteredLayer]) -> Alteration:
-    """Return a module with its own rules."""
+    """Return a module with its own command layer."""
     return Alteration(sentence, layer=layer)
 
 
@@ -104,17 +104,17 @@ AT_START, AT_RESET, AT_PRESET = CLEARED_BY_A_MOVE, RESETTABLE, POSITION_INVALID
 
 
 def always(_host: Host, _command: CommandWords) -> bool:
-    """Whether a command is refused whatever it is."""
+    """Refuse every command."""
     return True
 
 
 def is_invalid(host: Host, _command: CommandWords) -> bool:
-    """Whether the position is not valid."""
+    """Whether the position is invalid."""
     return bool(host.state.latches.bits & POSITION_INVALID)
 
 
 def was_cut(host: Host, command: CommandWords) -> bool:
-    """Whether a motion was stopped last, and its position is not valid."""
+    """Whether a motion was stopped and the position is invalid."""
     return bool(host.state.latches.bits & STOPPED) and is_invalid(host, command)
 
 

@@ -1,4 +1,4 @@
-"""Command layers of a 3601 with their own rules."""
+"""Command layers of a 3601 that follow other rules."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .departures import HOLD, RELATIVE, RESUME, STOP
 
 
 class EdgeOfNothing(AlteredLayer):
-    """A bit that stays set starts its command again with every change of words."""
+    """Every change of the words starts the command of a bit that is still set."""
 
     @override
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
@@ -29,7 +29,7 @@ class EdgeOfNothing(AlteredLayer):
 
 
 class IgnoresNewWords(AlteredLayer):
-    """New words under the same command bit are not looked at while a manual move runs."""
+    """A manual move ignores new words under the same command bit."""
 
     @override
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
@@ -38,7 +38,7 @@ class IgnoresNewWords(AlteredLayer):
 
 
 class NoLock(AlteredLayer):
-    """Commands are carried out under a command error."""
+    """Commands are carried out even during a command error."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -49,14 +49,14 @@ class NoLock(AlteredLayer):
 
 
 class ResumableForEver(AlteredLayer):
-    """A held move can be resumed after other commands and errors."""
+    """A held move can still be resumed after other commands and errors."""
 
     @override
     def _forfeit(self) -> None: ...
 
 
 class SilentIdleHold(AlteredLayer):
-    """Hold does nothing while nothing moves."""
+    """Hold does nothing while the axis is at rest."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -65,7 +65,7 @@ class SilentIdleHold(AlteredLayer):
 
 
 class HoldCuts(AlteredLayer):
-    """Hold ends an absolute or relative move without a ramp."""
+    """Hold ends an absolute or relative move without a deceleration ramp."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -86,7 +86,7 @@ class StopHolds(AlteredLayer):
 
 
 class ResumesAnew(AlteredLayer):
-    """Resume after a hold begins a relative move of its target words."""
+    """Resume after a hold starts a relative move with its own target words."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -97,7 +97,7 @@ class ResumesAnew(AlteredLayer):
 
 
 class HoldCutsManual(AlteredLayer):
-    """Hold cuts a manual move off."""
+    """Hold stops a manual move without a deceleration ramp."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -108,7 +108,7 @@ class HoldCutsManual(AlteredLayer):
 
 
 class StoppedAtRest(AlteredLayer):
-    """Immediate Stop sets Stopped though nothing moves."""
+    """Immediate Stop sets Stopped even if nothing moves."""
 
     @override
     def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -129,7 +129,7 @@ class StrictLsw(AlteredLayer):
 
 
 class ManualThroughSeveral(AlteredLayer):
-    """A manual move continues when several command bits are set."""
+    """A manual move continues if several command bits are set."""
 
     @override
     def _refuse_several(self, now_ns: int, command: CommandWords, edges: int) -> None:
@@ -137,7 +137,7 @@ class ManualThroughSeveral(AlteredLayer):
 
 
 class OneFaultAtATime(AlteredLayer):
-    """Of several faults in one command only the first sets bits."""
+    """If a command has several faults, only the first one sets bits."""
 
     @override
     def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
@@ -157,7 +157,7 @@ class ErrorWithoutConfiguration(AlteredLayer):
 
 
 class EdgeAfterConfiguration(AlteredLayer):
-    """A command bit that was set in the configuration word starts its command when the mode is left."""
+    """A command bit that is set in the configuration word starts its command when the mode ends."""
 
     @override
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
@@ -167,7 +167,7 @@ class EdgeAfterConfiguration(AlteredLayer):
 
 
 class StoppedAtEveryEnd(AlteredLayer):
-    """Stopped is set at every end of a motion."""
+    """Every end of a motion sets Stopped."""
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
@@ -176,7 +176,7 @@ class StoppedAtEveryEnd(AlteredLayer):
 
 
 class StoppedAfterOneShot(AlteredLayer):
-    """Stopped is set when the bit of a one-shot is released."""
+    """Stopped is set when the bit of a one-shot command is released."""
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
@@ -185,7 +185,7 @@ class StoppedAfterOneShot(AlteredLayer):
 
 
 class ManualInvalidates(AlteredLayer):
-    """The position is not valid after a manual move."""
+    """The position is invalid after a manual move."""
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
@@ -196,7 +196,7 @@ class ManualInvalidates(AlteredLayer):
 
 
 class NoDistanceNoEnd(AlteredLayer):
-    """A move of no distance does not set Move Complete."""
+    """A move of distance zero does not set Move Complete."""
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
@@ -205,7 +205,7 @@ class NoDistanceNoEnd(AlteredLayer):
 
 
 class BlendOnce(AlteredLayer):
-    """A blend profile is gone when it has run."""
+    """A blend profile is lost once it has run."""
 
     @override
     def finish(self, now_ns: int, completion: int, how: str) -> None:
@@ -226,7 +226,7 @@ class ResumeEndsHold(AlteredLayer):
 
 
 class CutByChange(AlteredLayer):
-    """An invalid change of a manual move cuts its steps off."""
+    """An invalid change during a manual move stops it without a ramp."""
 
     @override
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
@@ -247,7 +247,7 @@ class ErrorAtZeroWords(AlteredLayer):
 
 
 class OneLook(AlteredLayer):
-    """A configuration is judged when the mode is entered, and not again."""
+    """A configuration is checked only when configuration mode is entered."""
 
     @override
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
@@ -256,7 +256,7 @@ class OneLook(AlteredLayer):
 
 
 class StoppedWithoutHome(AlteredLayer):
-    """A search that end limits have ended sets Stopped."""
+    """A home search that end limits have stopped sets Stopped."""
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:

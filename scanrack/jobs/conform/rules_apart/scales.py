@@ -3,9 +3,9 @@
     factor    500 ......... 905 | 912 ...... 951 | 958 ......... 2000   thousandths
     reads      12    ...    310 |      all       | 301    ...      11   explained
 
-The nearer a factor is to the module's, the longer it explains what is read. From a coarse row the search
-continues between the best factors and their neighbors, to one that explains every read; the first ones
-below and above it that a read contradicts bound the module's own.
+The closer a factor is to the module's own, the more reads it explains. The search begins with a coarse row of
+factors and continues between the best ones and their neighbors, until one explains every read. The nearest
+contradicted factors below and above it bound the module's own factor.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from scanrack.runtime.modules.amci3601.scaled_axis import AxisScales
 from ..hypotheses import Search
 
 UNIT = 1000
-"""A factor of 1."""
+"""The factor 1, in thousandths."""
 
 COARSE = tuple(round(UNIT * 1.05**power) for power in range(-14, 15))
-"""Factors that are tried first, in thousandths: from 0.5 to 2."""
+"""Factors that are tried first, in thousandths: 0.5 to 2."""
 
 FARTHEST = 200
-"""Longest way from a factor that explains all to one that is contradicted."""
+"""Largest distance searched from a factor that explains every read to a contradicted one, in thousandths."""
 
 Trial = Callable[[Alteration], Search]
 
@@ -48,7 +48,7 @@ SCALED: Mapping[str, _ScaleKind] = {
         "It accelerates and decelerates at", "rate", ("acceleration", "deceleration"), "PRO-07"
     ),
 }
-"""What is fitted, in order: its fields of `AxisScales`, and the rule that it departs from."""
+"""The quantities to fit, in order, each with its fields of `AxisScales` and the rule that it departs from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,9 @@ class FittedScale:
     """A factor that explains every read of a scene.
 
     Attributes:
-        what: of `SCALED`.
-        low: the largest factor below it that a read contradicts.
-        high: the smallest factor above it that a read contradicts.
+        what: a key of `SCALED`.
+        low: the largest smaller factor that a read contradicts.
+        high: the smallest larger factor that a read contradicts.
     """
 
     what: str
@@ -72,7 +72,7 @@ class FittedScale:
 
     @property
     def sentence(self) -> str:
-        """What the module does, with the factor and its uncertainty.
+        """What the module does, with the factor and its uncertainty, as a sentence.
 
         >>> FittedScale("acceleration", 0.924, 0.938).sentence
         'It accelerates at 0.931 ± 0.007 of the programmed rate.'
@@ -82,21 +82,21 @@ class FittedScale:
         return f"{row.sentence} {middle:.3f} ± {half:.3f} of the programmed {row.of}."
 
     def within(self, other: FittedScale) -> FittedScale | None:
-        """Return what two scenes leave of a factor; None if they contradict each other."""
+        """Return the range of the factor that two scenes leave; None if they contradict each other."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return FittedScale(self.what, low, high) if self.what == other.what and low < high else None
 
 
 def either(scales: Sequence[FittedScale]) -> str:
-    """Return what a module does, as a sentence: one of several scales that explain the same reads."""
+    """Return a sentence about several scales that explain the same reads, joined by "or"."""
     first, *more = (each.sentence.removesuffix(".") for each in scales)
     return ", or i".join([first, *(each[1:] for each in more)]) + "."
 
 
 def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
-    """Return the scales of each scene without a kind that explains less than another one does.
+    """Return the scales of each scene, without kinds that explain fewer scenes than another kind.
 
-    A short scene leaves several kinds; one that explains all that another explains, and more, is likelier.
+    A short scene can't tell several kinds apart. A kind that explains the same scenes and more is likelier.
     """
     explains: dict[str, set[int]] = {}
     for number, scales in enumerate(scenes):
@@ -107,17 +107,17 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
 
 
 def scaled(what: str, factor: int) -> Alteration:
-    """Return a module that is off by a factor, in thousandths; it speaks of itself as `FittedScale` does."""
+    """Return a module that is off by a factor, in thousandths; its sentence is like that of `FittedScale`."""
     row = SCALED[what]
     scales = AxisScales(**dict.fromkeys(row.fields, Fraction(factor, UNIT)))
     return Alteration(f"{row.sentence} {factor / UNIT} of the programmed {row.of}.", scales=scales)
 
 
 def fitted(trial: Trial) -> Iterator[FittedScale]:
-    """Yield the scales that explain a scene; both rates together only if neither of them alone does.
+    """Yield the scales that explain a scene; both rates together only if neither alone explains it.
 
     Args:
-        trial: judges the scene with an alteration.
+        trial: judges the scene with an altered module.
     """
     alone = False
     for what, row in SCALED.items():
@@ -130,7 +130,7 @@ def fitted(trial: Trial) -> Iterator[FittedScale]:
 
 
 class _Fit:
-    """The search for one factor."""
+    """A search for one factor."""
 
     def __init__(self, what: str, trial: Trial) -> None:
         self._what, self._trial = what, trial
@@ -142,7 +142,7 @@ class _Fit:
         return self._known[factor]
 
     def found(self) -> FittedScale | None:
-        """Return the factor; None if none explains every read."""
+        """Return the factor with its bounds; None if no factor explains every read."""
         for each in COARSE:
             self._at(each)
         while not any(each.explains_all for each in self._known.values()):
@@ -156,10 +156,10 @@ class _Fit:
         return None if low is None or high is None else FittedScale(self._what, low / UNIT, high / UNIT)
 
     def _between(self) -> set[int]:
-        """Return the factors half-way from those with most reads to their neighbors with fewer.
+        """Return the factors halfway between those that explain most reads and their neighbors.
 
-        On one side of the module's factor the scale may be contradicted by the same read however far it is
-        off; the factor is at the edge of such a row.
+        On one side of the module's factor, the same read may contradict every factor, however far off. The
+        factor is then at the edge of such a row.
         """
         known = sorted(self._known)
         reads = [self._known[each].reads for each in known]
@@ -172,7 +172,7 @@ class _Fit:
         return {(low + high) // 2 for low, high in edges} - self._known.keys()
 
     def _bound(self, inside: int, sense: int) -> int | None:
-        """Return the nearest factor on one side that a read contradicts, to a thousandth; None if far off."""
+        """Return the nearest contradicted factor on one side, to a thousandth; None if it is too far off."""
         step = 1
         while self._at(inside + sense * step).unexplained is None:
             if step > FARTHEST:

@@ -1,7 +1,7 @@
-"""Models without a rule: the 3601 that there would be if the rule did not hold.
+"""Models without one rule: what a 3601 would do if the rule did not hold.
 
-A rule that fires as an event is left out by silencing its bits. `STATEMENTS` has the others: what a module
-would do instead. A rule that is in neither place stays open.
+A rule that sets bits is left out by silencing them. `STATEMENTS` has what a module would do without one of
+the other rules. A rule that has neither stays open.
 """
 
 from __future__ import annotations
@@ -268,15 +268,15 @@ STATEMENTS: Mapping[str, Alteration] = {
         for bit in StatusLsw
     },
 }
-"""By rule, what a module without it does."""
+"""By rule: what a module does without it."""
 
 
 def without(rule: str, fired: Collection[str]) -> Alteration | None:
-    """Return what a module without a rule does; None if nothing of that is known.
+    """Return what a module does without a rule; None if that is not known.
 
     Args:
-        fired: the rules that fired in the scene; those that set no other bits for the same cause are left
-            out, too.
+        fired: the rules that fired in the scene. Those with the same cause that set no other bits are also
+            left out.
     """
     if rule not in fired:
         return STATEMENTS.get(rule)

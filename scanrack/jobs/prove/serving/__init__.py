@@ -4,5 +4,5 @@
 |---|---|
 | `judging` | `scanrack check`: proofs of its findings |
 | `effects` | the preview of an edit: what it can change |
-| `aims` | `scanrack fuzz`: dead parts of a program, and a scenario that switches a contact or coil on |
+| `aims` | `scanrack fuzz`: dead parts of a program, and scenarios that switch a contact or coil on |
 """

@@ -1,8 +1,8 @@
-"""Questions of a search: which rungs and contacts are dead, and a scenario that switches one of them on.
+"""Answers questions of a search: which rungs and contacts are dead, and which scenario switches one on.
 
-Dead is proved for free inputs of all modules, in faults, too: no scenario of any search switches it on. A
-scenario sets what an operator and a machine can: tags, inputs of cards, the six inputs of a 3601. It does not
-set what else the prover assumes about a module, such as the end of a move: the run decides.
+Dead is proved for any inputs of all modules, including faults: no scenario of any search switches it on. A
+scenario sets what an operator and a machine can: tags, inputs of cards, and the six inputs of a 3601. It does
+not set what else the prover assumes about a module, such as the end of a move. Only a run can confirm that.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..subject import subject_of_job
 from .judging import set_outside
 
 LONGEST_NS = 20_000_000
-"""Longest scan of a solved run; on the rack it is several of the rack's scans."""
+"""Longest scan that the solver may choose. On the rack, it becomes several scans."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +40,8 @@ class DeadPoint:
     """A contact or output with a state that never occurs.
 
     Attributes:
-        site: the instruction.
-        point: its number and state, for `scenario_to`.
+        site: place of the instruction.
+        point: number and state of the instruction, for `scenario_to`.
     """
 
     site: Site
@@ -49,15 +49,16 @@ class DeadPoint:
 
     @property
     def state(self) -> PointState:
-        """The state that never occurs: reached, on, off."""
+        """The state that never occurs: reached, on or off."""
         return self.point.state
 
 
 def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
-    """Return the states of a ladder program that are proved impossible, in its order; () without the solver.
+    """Return the states of a program that are proved impossible, in program order; () without a solver.
 
     Args:
-        budget: the work, see `Solver`; the rest stays undecided. The result is the same on every machine.
+        budget: amount of work, see `Solver`; what exceeds it stays undecided. The result is the same on every
+            machine.
     """
     problem = _problem(job)
     if problem is None:
@@ -67,7 +68,7 @@ def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
 
 
 def _problem(job: LoadedRack) -> ProgramSystem | None:
-    """Return a job's program with all its inputs free; None if nothing can be proved about it."""
+    """Return a job's program with all inputs free; None if nothing can be proved about it."""
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
     given = job.spec.prove
@@ -90,9 +91,9 @@ class AimedScenario:
     """A scenario that reaches a point if the modules answer as the prover assumes.
 
     Attributes:
-        scenario: times count from power-up, or from `at_ns`.
-        scans: of the rack, from there until the point is reached.
-        supposed: words of modules that the prover has chosen, and that no scenario sets.
+        scenario: its times count from power-up, or from `at_ns`.
+        scans: number of the rack's scans until the point is reached.
+        supposed: module words that the prover chose and that the scenario can't set.
     """
 
     scenario: Scenario
@@ -108,14 +109,14 @@ def scenario_to(
     limits: Limits = SEARCH,
     longest_ns: int = LONGEST_NS,
 ) -> AimedScenario | None:
-    """Return a scenario that makes a contact or output reached, on or off; None if none is found.
+    """Return a scenario that reaches a contact or output, or switches it on or off; None if none is found.
 
     Args:
         point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
-        start: the engine of a run of the same rack, in the state to begin with; None for power-up.
-        at_ns: time of the next scan of that run.
-        longest_ns: longest scan that the solver may choose. Long ones reach far, but miss what needs an
-            instant on the rack.
+        start: engine of a run of the same rack, in the state to begin with; None for power-up.
+        at_ns: time of that run's next scan, ns.
+        longest_ns: longest scan that the solver may choose, ns. Long scans get further, but miss what needs a
+            precise time on the rack.
 
     Raises:
         LadderError: the program has no such point.
@@ -152,11 +153,11 @@ def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_n
 
 
 Levels = Sequence[tuple[int, bool | int | float | str]]
-"""Times, ns, from which a word has each value; the last one is the end of the run."""
+"""Times, ns, at which a word takes each value; the last time is the end of the run."""
 
 
 def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
-    """Yield what energizes the inputs of a 3601 that are active in input word 1, as inputs are by default."""
+    """Yield presses that energize the inputs that are active in a 3601's input word 1 (default polarity)."""
     if is_stepper(slot.words) and word == 1:
         for each in InputBit:
             for begin, end in _on(levels, each.value):
@@ -164,7 +165,7 @@ def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
 
 
 def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]:
-    """Yield what operates the contacts of a card."""
+    """Yield the presses that operate the contacts of a card."""
     named = slot.words.groups.get("input", {})
     buttons = slot.record.buttons(slot.options)
     for name, place in named.items():
@@ -174,7 +175,7 @@ def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]
 
 
 def _on(levels: Levels, mask: int) -> Iterator[tuple[int, int]]:
-    """Yield begin and end of each time in which a bit is set."""
+    """Yield the begin and end of each time in which a bit is set, ns."""
     begin: int | None = None
     for at_ns, value in levels:
         is_on = bool(int(value) & mask) and at_ns != levels[-1][0]

@@ -1,4 +1,4 @@
-"""Finds what an edit of a ladder program can change, if the solver is installed and decides quickly."""
+"""Finds what an edit of a ladder program can change, if the solver is installed and the program is small."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
 
 MOST_INSTRUCTIONS = 1_500
-"""Largest number of instructions of a compared program: a second or two."""
+"""Largest number of instructions in a program that is compared: that takes a second or two."""
 
 Group = tuple[str, tuple[str, ...]]
 """A kind of effect, and the names of the affected values."""
 
 
 def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
-    """Return which outputs and other values can differ after an edit, with the same inputs from power-up.
+    """Return which values can differ after an edit, outputs first, with the same inputs from power-up.
 
-    Other values are equal in every run. Nothing is returned if no proof covers the programs.
+    All other values are equal in every run. Returns nothing if no proof covers the programs.
     """
     from scanrack.ladder.prove.solving.solver import is_installed
 

@@ -1,8 +1,8 @@
-"""Proofs of the findings of `scanrack check`, if the solver is installed and few steps decide.
+"""Proofs for the findings of `scanrack check`, if the solver is installed and decides quickly.
 
 The questions are those of `scanrack prove`: whether an output of a rung ever has power, whether a coil is
-ever on, whether a divisor can be zero. Bits that the program only clears, and tags named after an operator's
-panel, are set from outside.
+ever on, whether a divisor can be zero. Bits that the program only clears, and tags named like an operator's
+panel, count as set from outside.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from ...check.rungs.number_ranges import BY_PEOPLE
 from ...load.loading import LoadedRack
 
 MOST_LINES = 400
-"""Largest number of rungs and statements of a program with questions."""
+"""Largest number of rungs and statements in a program that is examined."""
 
 MOST_TERMS = 3_000
-"""Largest number of terms of a scan of a program with questions: about a second."""
+"""Largest number of terms per scan in a program that is examined: that takes about a second."""
 
 BUDGET = 1_000_000
-"""Work for all questions of a rule: terms in them."""
+"""Amount of work for all questions of a rule, in terms."""
 
 RULES: Mapping[str, str] = {
     "dead-rung": "unreachable",
     "never-on": "constant-condition",
     "fault": "division-by-zero",
 }
-"""Rules of `check` by the questions of a proof."""
+"""Rules of `check` by the question of the proof."""
 
 
 def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
-    """Yield the findings of proofs in the user's lines; nothing without the solver.
+    """Yield proved findings in the user's own lines; nothing if the solver is missing.
 
     Args:
-        facts: of `check` about the program.
+        facts: the facts of `check` about the program.
     """
     own = facts.sites
     if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:

@@ -1,10 +1,10 @@
-"""Questions of a search that finds nothing new: how contacts and coils that were never on come on.
+"""Helps a search that finds nothing new: how can contacts and coils that were never on come on?
 
-The solver gets several questions about an instruction, one at a time:
+The solver gets several questions about each instruction, one at a time:
 
-    near     from power-up, in scans of a third of the program's shortest time, 20 ms at least
-    on       from where an entry of the corpus showed something new, for the newest of them, in such scans
-    far      from power-up, in scans of up to a second: what lasts long
+    near     from power-up, in scans of a third of the program's shortest time, at least 20 ms
+    on       in such scans, from where an entry of the corpus showed something new, newest entry first
+    far      from power-up, in scans of up to a second, for what takes long
 """
 
 from __future__ import annotations
@@ -33,48 +33,48 @@ from ...record.logic_wrapper import unwrapped
 from .aims import LONGEST_NS, DeadPoint, dead, scenario_to
 
 PATIENCE = 200
-"""Runs without anything new before a question."""
+"""Number of runs without anything new before questions are asked."""
 
 AT_ONCE = 4
-"""Questions before the search continues, each about another rung: answers reach others, too."""
+"""Questions before the search continues, each about another rung. An answer may reach further rungs."""
 
 NEAR, FAR, STATES = 0, 2, 3
-"""Places of two kinds of questions, all others are "on"; and the number of entries from which "on" begins."""
+"""Numbers of the near and far questions (all others are "on"), and how many entries "on" begins from."""
 
 WAYS = 5
-"""Number of questions about an instruction."""
+"""Number of questions about each instruction."""
 
 LIMITS = replace(SEARCH, scans=40, work=2_000_000)
-"""Limits of a question: a second or two."""
+"""Limits of a question, which takes a second or two."""
 
 PART = 3
-"""Scans that the shortest time of a program lasts at least."""
+"""Number of scans into which the shortest time of a program is divided."""
 
 FAR_NS = 1_000_000_000
-"""Longest scan of a far question."""
+"""Longest scan of a far question, ns."""
 
 
 class SolverStep:
-    """Asks the solver how to reach an instruction that a campaign has not reached; each question once.
+    """Asks the solver how to reach an instruction that a campaign has not reached. Asks each question once.
 
-    Call it between two rounds. Nothing depends on time: the questions are the same on every machine.
+    Call it between two rounds. The questions do not depend on time, so they are the same on every machine.
 
     Args:
-        bench: runs the entries of the corpus up to the states from which "on" begins.
+        bench: runs entries of the corpus up to the states from which "on" begins.
 
     Attributes:
-        questions: their number.
-        answered: number of scenarios in the answers.
+        questions: number of questions asked.
+        answered: number of scenarios found.
     """
 
     def __init__(self, job: LoadedRack, bench: TrialBench, patience: int = PATIENCE) -> None:
         self._job, self._bench, self._patience = job, bench, patience
-        self._tried: Counter[int] = Counter()  # questions about each instruction
-        self._begun: set[tuple[int, str]] = set()  # instructions with the entries that "on" began from
+        self._tried: Counter[int] = Counter()  # number of questions about each instruction
+        self._begun: set[tuple[int, str]] = set()  # instructions, each with an entry that "on" began from
         self.questions = self.answered = 0
 
     def __call__(self, state: State) -> tuple[Scenario, ...]:
-        """Return scenarios to run if the last runs have brought nothing new; () otherwise."""
+        """Ask some questions if the last runs found nothing new; return the scenarios found."""
         if state.stale < self._patience or not self.can_ask:
             return ()
         found = tuple(dict.fromkeys(self._answers(state)))
@@ -83,7 +83,7 @@ class SolverStep:
 
     @property
     def can_ask(self) -> bool:
-        """Whether there are rungs to ask about, and a solver."""
+        """Whether there is a solver, and a ladder program to ask about."""
         return isinstance(self._job.logic, LadderLogic) and is_installed()
 
     def _answers(self, state: State) -> Iterator[Scenario]:
@@ -111,7 +111,7 @@ class SolverStep:
         return self._on_from(entry, point)
 
     def _on_from(self, entry: Entry, point: RungPoint) -> Scenario | None:
-        """Return an entry's scenario up to its last new feature, with what then brings an instruction on."""
+        """Return an entry's scenario up to its last new feature, extended so that an instruction comes on."""
         scans = entry.points[-1] + 1
         at_ns = scans * self._bench.spec.scan_ns
         before = _until(entry.scenario, scans - 1, self._bench.spec.scan_ns)
@@ -122,9 +122,9 @@ class SolverStep:
         return None if found is None else scenario_of([*parts_of(before), *parts_of(found.scenario)])
 
     def _open(self, state: State) -> list[int]:
-        """Return instructions that were never on and are not proved dead, the first ones of their rungs.
+        """Return the first open instruction of each rung: never on, and not proved dead.
 
-        Those with fewer questions so far come first.
+        Instructions with fewer questions so far come first.
         """
         sites = self._lowered.sites
         rungs: dict[tuple[str, str], int] = {}
@@ -136,7 +136,7 @@ class SolverStep:
 
     @cached_property
     def dead_points(self) -> tuple[DeadPoint, ...]:
-        """The states that are proved impossible: one proof for a session."""
+        """The states that are proved impossible; they are computed once per session."""
         return dead(self._job)
 
     @cached_property
@@ -146,28 +146,28 @@ class SolverStep:
 
     @cached_property
     def _near_ns(self) -> int:
-        """The longest scan that tells apart what happens within the program's times."""
+        """The longest scan that still tells the program's times apart, ns."""
         times = times_of(self._bench.fresh_logic(), self._bench.spec.scan_ns, self._bench.scans)
         return min(FAR_NS, max(LONGEST_NS, min(times, default=0) // PART))
 
     @property
     def dead(self) -> frozenset[int]:
-        """The instructions that are proved never to be on."""
+        """The instructions that are proved to be never on."""
         return frozenset(each.point.number for each in self.dead_points if each.state is PointState.ON)
 
     def gaps(self, found: ProgramReach) -> tuple[Gap, ...]:
-        """Return the gaps of a campaign, without those that are proved dead."""
+        """Return the gaps of a campaign, except those that are proved dead."""
         return tuple(each for each in found.gaps if each.number is None or each.number not in self.dead)
 
 
 def _steps(state: State) -> list[Entry]:
-    """Return the entries with a new step of the program, the newest first."""
+    """Return the entries that showed a new step of the program, newest first."""
     entries = [each for each in reversed(state.kept.entries) if each.worth >= STEP_WORTH and each.points[-1]]
     return entries[:STATES]
 
 
 def _until(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
-    """Return what has begun until a scan; contacts are released then."""
+    """Return what has begun before a scan ends; contacts are released then."""
     end_ns = (scan + 1) * scan_ns
     return scenario_of(
         (name, replace(part, for_ns=min(part.for_ns, end_ns - part.at_ns)) if _is_held(part) else part)
@@ -180,7 +180,7 @@ def _is_held(part: object) -> bool:
 
 
 def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | None:
-    """Run a number of scans; return the engine, None if something is broken until then."""
+    """Run a number of scans; return the engine, or None if something broke before."""
     made: list[ScanLogic] = []
 
     def fresh_logic() -> ScanLogic:

@@ -1,4 +1,4 @@
-"""Chains of causes beyond the rack's images.
+"""Chains of causes that go beyond the rack's images.
 
-`program` has the lines of Python, `partners` the racks beside, `of_run` the chain in a recorded run.
+`program` adds the lines of Python, `partners` other racks, and `of_run` the chain in a recorded run.
 """

@@ -1,7 +1,7 @@
-"""Explains why a value of a Python program has not changed: lines that could write it, in false conditions.
+"""Explains why a Python program's value has not changed: a line could write it, but a condition is false.
 
-The last scan runs once more. Where it comes to a condition around such a line, or to the line itself, the
-parts of the condition are evaluated on that copy, and the inputs that each false part reads are noted.
+The last scan runs once more on a copy. When it reaches a condition around such a line, or the line itself,
+the parts of the condition are evaluated, and the inputs that each false part reads are noted.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ..source.lines import Line
 from ..traced_run import Load
 
 DEEPEST = 6
-"""Most values of the program in a chain."""
+"""Maximum number of program values in a chain."""
 
 Masks = dict[tuple[int, int], int]
 
@@ -41,24 +41,24 @@ class Writer:
     line: int
     function: str
     value: ast.expr
-    tests: tuple[tuple[ast.expr, bool], ...]  # each with its required truth
+    tests: tuple[tuple[ast.expr, bool], ...]  # each with the truth it must have
 
 
 @dataclass(frozen=True, slots=True)
 class FalsePart:
-    """A part of a condition without the required truth."""
+    """A part of a condition that does not have the required truth."""
 
     text: str
     masks: Masks  # the inputs that it reads
-    names: tuple[str, ...]  # of the program's values in it
+    names: tuple[str, ...]  # the program's values that it names
 
 
 @dataclass(slots=True)
 class Looker:
-    """Evaluates the conditions of some writers where the traced scan comes to them.
+    """Evaluates the conditions of given writers when the traced scan reaches them.
 
     Attributes:
-        lacks: by writer the false parts of its first false condition.
+        lacks: the false parts of each writer's first false condition.
     """
 
     writers: Sequence[Writer]
@@ -81,7 +81,7 @@ class Looker:
 
 
 class PythonChain(Protocol):
-    """The part of the program's chain that values at rest and waits use."""
+    """The part of a program's chain that explains waits and unchanged values."""
 
     recording: PackedTrace
     load: Load
@@ -91,29 +91,29 @@ class PythonChain(Protocol):
         """Return the chain of bits of an image."""
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a value of the program."""
+        """Return the chain of a program's value."""
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return where a sequence waits."""
+        """Return the link of what a sequence waits for."""
 
     def look(self, looker: Looker, row: int) -> None:
-        """Run the program to a scan, and show its lines to a looker."""
+        """Run the program up to a scan, and pass its lines to a looker."""
 
     def name(self, bits: Bits) -> str:
         """Return the name of an input."""
 
     def full(self, name: str) -> str:
-        """Return a name in a method as a name of the program."""
+        """Return the program-wide name for a name in a method."""
 
     def place(self, name: str) -> Address:
         """Return the address of an input or output of the program."""
 
     def value(self, bits: Bits, row: int) -> Value:
-        """Return bits in a scan."""
+        """Return the value of bits in a scan."""
 
 
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
-    """Return the link of a value that has not changed up to a scan; None if no line writes it."""
+    """Return the link of a value that has not changed before a scan; None if no line writes it."""
     writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
     if not writers or depth > DEEPEST:
         return None
@@ -143,7 +143,7 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
 def _links_of_part(
     chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
-    """Yield the inputs that a false part reads; without any, its values."""
+    """Yield the inputs that a false part reads; if there are none, its values."""
     inputs = [
         Bits(slot, "in", word, bits)
         for (slot, word), mask in part.masks.items()
@@ -157,7 +157,7 @@ def _links_of_part(
 
 
 def _whole_or_single(mask: int) -> Iterator[int]:
-    """Yield the mask of a whole word, or each bit of another mask."""
+    """Yield the mask of a whole word unchanged, or each bit of another mask."""
     if mask == ALL_BITS:
         yield mask
     else:
@@ -170,7 +170,7 @@ def _site(chain: PythonChain, line: int) -> Site:
 
 
 def writers_of(program: Path, text: str) -> list[Writer]:
-    """Return the statements of a program's file that assign to a value, those of class bodies left out."""
+    """Return the statements in a program's file that assign to a value, except those in class bodies."""
     try:
         tree = ast.parse(program.read_bytes())
     except (OSError, SyntaxError, ValueError):
@@ -210,7 +210,7 @@ def _is_target(target: ast.expr, expected: tuple[str, str, str]) -> bool:
 
 
 def _is_constant(value: ast.expr, present: Any) -> bool:
-    """Whether an expression is a constant that is the present value already."""
+    """Whether an expression is a constant equal to the present value."""
     return isinstance(value, ast.Constant) and type(value.value) is type(present) and value.value == present
 
 
@@ -232,7 +232,7 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
 
 
 def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
-    """Return the expression that a local name was set to, so that its inputs are read again."""
+    """Return the expression that was assigned to a local name, so that its inputs are read again."""
     if not isinstance(test, ast.Name) or test.id not in frame.f_locals or frame.f_locals is frame.f_globals:
         return test
     try:
@@ -250,7 +250,7 @@ def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
 
 
 def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bool | None, Masks]:
-    """Return whether an expression is true on the traced copy, and the inputs that it reads."""
+    """Return whether an expression is true on the traced copy, and which inputs it reads."""
     before, counts = dict(reads.masks), reads.counts
     reads.masks.clear()
     reads.counts = lambda: True
@@ -258,7 +258,7 @@ def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bo
         code = compile(ast.Expression(expression), "<why>", "eval")
         value = bool(eval(code, frame.f_globals, dict(frame.f_locals)))
         return value, {key: mask for key, mask in reads.masks.items() if mask}
-    except Exception:  # the program's own code: what raises has no value
+    except Exception:  # this runs the program's own code; an expression that raises has no value
         return None, {}
     finally:
         reads.counts = counts
@@ -275,5 +275,5 @@ def _names(test: ast.expr) -> Iterator[str]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as a recording may have it; others as text."""
+    """Return a value in a form that a recording may contain; other values become text."""
     return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)

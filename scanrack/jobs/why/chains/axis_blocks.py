@@ -1,4 +1,4 @@
-"""The blocks of an axis: what its module waits for while one is busy, and the rule that made an error."""
+"""The blocks of an axis: what the module waits for while one is busy, and which rule caused an error."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ MODULE = "AMCI3601"
 
 
 class Chain(Protocol):
-    """The part of the rack's chain that the blocks use."""
+    """The part of a rack's chain that the blocks use."""
 
     recording: PackedTrace
 
     @property
     def chains(self) -> Chains:
-        """The maker of chains through the ladder program."""
+        """Makes the chains of the ladder program."""
 
     def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
-        """Return the link of a lost link to a module."""
+        """Return the link for a lost connection to a module."""
 
     def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
         """Return the chain of a status bit."""
@@ -42,7 +42,7 @@ class AxisBlocks:
     chain: Chain
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return what a block that is busy waits for; None of any other structure."""
+        """Return what a busy block waits for; None for any other structure."""
         slot = slot_of(self.chain.chains.lowered, path)
         recording = self.chain.recording
         row = bisect_left(recording.numbers, scan)
@@ -57,7 +57,7 @@ class AxisBlocks:
         return CauseLink("module", path, None, recording.numbers[changed], recording.times[changed], text)
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
-        """Return the module's bit that made an error of a block, with its rule; None without one."""
+        """Return the module's bit that caused a block's error, with its rule; None if there is none."""
         slot = slot_of(self.chain.chains.lowered, path)
         if slot is None:
             return None
@@ -77,7 +77,7 @@ class AxisBlocks:
 
 
 def slot_of(lowered: LoweredProgram, path: str) -> int | None:
-    """Return the slot of the module that a block's axis is bound to; None of any other structure."""
+    """Return the slot of the module that a block's axis is bound to; None for any other structure."""
     calls = list(_calls(lowered))
     own = next((each for each in calls if each.instance.path.upper() == path.upper()), None)
     axis = own.handed.get("AXIS") if own is not None else None

@@ -1,4 +1,4 @@
-"""The chain of causes in a recorded run: for findings in runs, such as those of `fuzz`."""
+"""The chain of causes in a recorded run, such as one in which `fuzz` found something."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def chain_of(
     load: Load | None = None,
     deep: bool = False,
 ) -> CauseLink:
-    """Return the chain of causes of a value in a recorded run, back to what first made it so.
+    """Return the chain of causes of a value in a recorded run, back to its first cause.
 
     The program runs again on the recorded inputs; `CauseLink.walk` yields the links.
 
     Args:
         job: the rack and its program.
         what: a tag, a bit or word of an image, a value of a Python program, or a sequence.
-        row: the scan of the question, by default the last one.
-        load: loads a Python program again; None for a ladder program, and for images alone.
+        row: row of the scan in question, by default the last one.
+        load: reloads a Python program; None for a ladder program, or if only images are explained.
         deep: whether to include Add-On Instruction rungs.
 
     Raises:

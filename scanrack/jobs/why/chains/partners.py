@@ -17,24 +17,24 @@ from ...load.loading import LoadedRack, load_job
 from ..journal import Journal
 
 MOST_SCANS = 500_000
-"""Most scans of the other rack: it runs again from its power-up."""
+"""Maximum number of scans of the other rack, which runs again from power-up."""
 
 Explain = Callable[[PackedTrace, LoadedRack, Debugger, str], CauseLink | None]
-"""Returns the chain of a tag of a rack after the last scan of its recording."""
+"""Returns the chain of a rack's tag after the last scan of its recording."""
 
 
 def chain_of_partner(
     program: LadderLogic, path: str, rpi_ns: int, now_ns: int, explain: Explain
 ) -> CauseLink | None:
-    """Return the chain of a consumed value in the rack that produces it, each link with the rack's name.
+    """Return the chain of a consumed tag in the rack that produces it; each link names that rack.
 
     Args:
         path: the consumed tag, or a member of it.
-        rpi_ns: its interval.
-        now_ns: time of the scan that got it.
+        rpi_ns: the requested packet interval of the tag, ns.
+        now_ns: time of the scan that received the value, ns.
 
     Returns:
-        None if no other rack produces it, or if that rack has run too long to be run again.
+        None if no other rack produces it, or if that rack has run too long to repeat its run.
     """
     consumed, _, rest = path.partition(".")
     partner = program.stubs.get(consumed.upper())
@@ -55,7 +55,7 @@ def chain_of_partner(
 
 
 def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
-    """Run a rack to the scans that begin before a time; None if there are none."""
+    """Run and record the scans of a rack that begin before a time; None if there are none."""
     rack = build_rack(job.spec)
     journal = Journal(rack)
     cpu = build_cpu(job.spec, debugger, rack, listeners=[journal])
@@ -64,12 +64,12 @@ def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace
             while cpu.now_ns < until_ns:
                 cpu.run(1)
         except CpuFault:
-            pass  # the sample is that of the scan before
+            pass  # the sample is from the previous scan
     return journal.recording() if cpu.scan else None
 
 
 def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> CauseLink:
-    """Return a chain whose links have the name of their rack."""
+    """Return a chain whose links name their rack."""
     ahead = [link]
     while ahead:
         each = ahead[-1]

@@ -1,4 +1,4 @@
-"""The chain of causes through a Python program: lines, the inputs they read, waits of sequences."""
+"""The chain of causes through a Python program: its lines, the inputs they read, and waits of sequences."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ProgramChain(RackChain):
     spec: RackSpec = field(kw_only=True)
     load: Load = field(kw_only=True)
     names: Names = field(kw_only=True)
-    present: dict[str, Any] = field(default_factory=dict)  # the values of the latest question
+    present: dict[str, Any] = field(default_factory=dict)  # the values after the run for the latest question
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
@@ -46,7 +46,7 @@ class ProgramChain(RackChain):
         """Return the chain of a value of the program after a scan; None if nothing is known of it.
 
         Args:
-            depth: number of values on the way to it.
+            depth: number of values already followed to reach it.
         """
         scan, found = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
@@ -61,7 +61,7 @@ class ProgramChain(RackChain):
         return never(self, text, row, self.present.get(text), depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return where a sequence waits, and what it waits for; None if it has not begun."""
+        """Return the link of what a sequence waits for; None if it has not begun."""
         steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
         if not steps:
             return None
@@ -70,7 +70,7 @@ class ProgramChain(RackChain):
         return link if cause is None else replace(link, causes=((cause,),), depth=1 + cause.depth)
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Explain bits of an image that have not changed: of an output the lines that could write it."""
+        """Explain unchanged bits of an image; an output by the lines that could write it."""
         found = RackChain._of_rest(self, bits, name, row)
         if found is not None or bits.image == "in":
             return found
@@ -78,7 +78,7 @@ class ProgramChain(RackChain):
         return never(self, own[0], row, self.value(bits, row)) if own else None
 
     def look(self, looker: Looker, row: int) -> None:
-        """Run the program to a scan, and show its lines to a looker."""
+        """Run the program up to a scan, and pass its lines to a looker."""
         run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
 
     def _steps(self, sequence: str) -> list[Step]:
@@ -116,7 +116,7 @@ class ProgramChain(RackChain):
         again: TracedRun,
         made: Sequence[TracedChange],
     ) -> CauseLink:
-        """Return the link of a change by a line; `values` after and before its scan."""
+        """Return the link of a change by a line; `values` are those after and before the scan."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
         common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
@@ -137,7 +137,7 @@ class ProgramChain(RackChain):
         )
 
     def refuse(self, text: str) -> None:
-        """Refuse a name that the program does not have; ValueError."""
+        """Raise ValueError if the program has no such name."""
         with fresh(self.load) as logic:
             named_values(namespace_of(logic), [text])
 
@@ -150,7 +150,7 @@ class ProgramChain(RackChain):
         return (*values, *bits)
 
     def _read(self, change: TracedChange, row: int) -> Iterator[tuple[Bits, bool]]:
-        """Yield the bits that the program had read before a change, and whether they were new in the scan."""
+        """Yield the bits that the program read before a change, and whether each was new in the scan."""
         now = Past(self.recording, row)
         for (slot, word), mask in change.masks.items():
             if not mask:
@@ -165,7 +165,7 @@ class ProgramChain(RackChain):
                     yield Bits(slot, "in", word, 1 << bit), bool(differs >> bit & 1)
 
     def name(self, bits: Bits) -> str:
-        """Return the name of an input, as the program or the module has it."""
+        """Return the name of an input in the program; if it has none there, its name in the module."""
         for name, address in self.names.addresses.items():
             if address == str(bits.address):
                 return name
@@ -177,7 +177,7 @@ class ProgramChain(RackChain):
         return f"slot{bits.slot} {words.inputs[bits.word]}" if bits.address.bit is None else str(bits.address)
 
     def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Yield the inputs that were new, else the value in the conditions that changed last."""
+        """Yield the inputs that were new; if none was, the value in the conditions that changed last."""
         new = [bits for bits, changed in self._read(change, row) if changed]
         for bits in new:
             yield self._of_change(bits, self.name(bits), row)
@@ -190,7 +190,7 @@ class ProgramChain(RackChain):
                 yield from self._of_old_reads(change, row)
 
     def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Yield the input among those read that changed last."""
+        """Of the inputs read, yield the one that changed last."""
         links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
         found = [each for each in links if each is not None]
         last = max((each.scan for each in found), default=None)
@@ -199,11 +199,11 @@ class ProgramChain(RackChain):
     # --- values
 
     def full(self, name: str) -> str:
-        """Return a name in a method as a name of the program."""
+        """Return the program-wide name for a name in a method."""
         return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
 
     def watched(self, text: str) -> Watched:
-        """Return a function that reads a value of the program."""
+        """Return a function that makes a reader of a program's value."""
 
         def watched(logic: ScanLogic) -> Callable[[], Any]:
             namespace = namespace_of(logic)
@@ -213,7 +213,7 @@ class ProgramChain(RackChain):
         return watched
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
-        """Return the rows in which values of the program changed last, up to one."""
+        """Return the row in which each value of the program last changed, up to a given row."""
         found: dict[str, int] = {}
 
         def watched(logic: ScanLogic) -> Callable[[], Any]:
@@ -233,7 +233,7 @@ class ProgramChain(RackChain):
 
             def look() -> None:
                 if not begun:
-                    begun.append(True)  # the value before the first scan
+                    begun.append(True)  # at the first call no scan has run yet
                     return
                 at = next(rows)
                 for text, code in codes.items():
@@ -249,20 +249,20 @@ class ProgramChain(RackChain):
     # --- sequences
 
     def _waited(self, line: Line, row: int) -> list[CauseLink]:
-        """Return the wait whose end let a sequence come to a line."""
+        """Return the wait that had to end before a sequence reached a line."""
         scan = self.recording.numbers[row]
         steps = [each for each in self._steps(line.function) if each.scan < scan]
         return [self._of_end(steps, len(steps) - 1, row)] if steps else []
 
     def _of_sender(self, line: Line, row: int) -> list[CauseLink]:
-        """Return the wait before the line that awaits the command of an axis."""
+        """Return the wait that ended before a sequence reached the line that awaits an axis command."""
         scan, file = self.recording.numbers[row], Path(line.file).name
         steps = [each for each in self._steps(line.function) if each.scan <= scan]
         at = [number for number, each in enumerate(steps) if (each.file, each.line) == (file, line.number)]
         return [self._of_end(steps, at[-1] - 1, self._row(steps[at[-1]]))] if at and at[-1] else []
 
     def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
-        """Return the link of a wait that has begun; its cause is the end of the one before."""
+        """Return the link of a wait that has begun; its cause is the end of the previous wait."""
         step = steps[number]
         row = self._row(step)
         causes = [(self._of_end(steps, number - 1, row),)] if number else []
@@ -271,8 +271,8 @@ class ProgramChain(RackChain):
         return linked(causes, **self._parts(step, row, text), before=before)
 
     def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
-        """Return the link of the end of a wait in a scan: what it waited for, or the wait before it."""
-        ends = [row]  # the rows in which this wait ended, the one before it, and so on
+        """Return the link of a wait's end in a scan, caused by what it waited for or by the previous wait."""
+        ends = [row]  # the rows in which this wait ended, then the previous one, and so on
         while not (causes := [(each,) for each in self._of_condition(steps[number], ends[-1])]) and number:
             ends.append(self._row(steps[number]))
             number -= 1
@@ -292,7 +292,7 @@ class ProgramChain(RackChain):
         return bisect_left(self.recording.numbers, step.scan)
 
     def _of_condition(self, step: Step, row: int) -> Iterator[CauseLink]:
-        """Yield the inputs and axes of a wait that changed in the scan that ended it."""
+        """Yield the inputs and axes in a wait's condition that changed in the scan that ended it."""
         for name in self.names.named_in(step.wait):
             slot = self.names.axes.get(name)
             if slot is None:
@@ -314,7 +314,7 @@ class ProgramChain(RackChain):
             yield self._of_change(bits, name, row)
 
     def _of_axis(self, slot: int, row: int) -> Iterator[CauseLink]:
-        """Yield the status bits of an axis that changed in a scan, those with a name."""
+        """Yield the named status bits of an axis that changed in a scan."""
         past = Past(self.recording, row)
         words = next(each.words for each in self.recording.slots if each.number == slot)
         before = past.words(slot, "in", row - 1)[0] if row else 0
@@ -341,6 +341,6 @@ def _site(line: Line) -> Site:
 
 
 def _differs(change: TracedChange, at: int, mask: int) -> bool:
-    """Return whether a change affects the masked bits of the word at a place."""
+    """Return whether a change affects the masked bits of the word at an offset in the memory block."""
     before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
     return bool((before ^ after) & mask)

@@ -1,4 +1,4 @@
-"""What a sequence waits for: an edge that was missed, an input at rest, an axis, the rest of a dwell."""
+"""What a sequence waits for: an edge that it missed, an input, an axis, or the rest of a dwell."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink 
 
 
 def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
-    """Yield the states of the inputs and axes of a wait."""
+    """Yield the states of the inputs and axes in a wait's condition."""
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
         if slot is not None:
@@ -45,7 +45,7 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
 
 
 def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
-    """Return what the module of an axis does or waits for at a scan; a lost link comes first."""
+    """Return what the module of an axis does or waits for at a scan; a lost connection takes precedence."""
     recording = chain.recording
     slot = next(each for each in recording.slots if each.number == number)
     lost = of_link(recording, slot, recording.numbers[row])
@@ -58,7 +58,7 @@ def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
 
 
 def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
-    """Return the link of an input whose edge is awaited: one that came too early is named."""
+    """Return the link of an input whose edge is awaited; it names an edge that came too early."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
     rises = way == "rises"
     words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
@@ -81,7 +81,7 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
 
 
 def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
-    """Return where a sequence was at an edge; "" if it waited for it there."""
+    """Return where a sequence was at the time of an edge; "" if it was already waiting for it."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [each for each in steps if each.scan < scan]
     at = before[-1] if before else None

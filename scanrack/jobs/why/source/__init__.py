@@ -1,1 +1,1 @@
-"""The text of a Python program as a source of explanations."""
+"""Reads explanations from the source text of a Python program."""

@@ -1,4 +1,4 @@
-"""Names of a class of logic: addresses of inputs and outputs, waits of sequences."""
+"""Names in a `Logic` class: addresses of its inputs and outputs, and waits of its sequences."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...load.bare_slots import bare_slots
 
 
 class Names:
-    """The names of a program; none if it is no class of `Logic`.
+    """The names of a program; empty if it is not a `Logic` class.
 
     Args:
         logic: the program; a new instance of it is attached to slots without modules.
@@ -36,7 +36,7 @@ class Names:
             self.sequences = tuple(each.name for each in sequences_of(logic))
 
     def own(self, text: str) -> str:
-        """Return a name without that of the class: `cycle` of `line.cycle`."""
+        """Return a name without the class's own name: `cycle` for `line.cycle`."""
         return text.removeprefix(self.prefix)
 
     def declares(self, text: str) -> bool:
@@ -44,6 +44,6 @@ class Names:
         return self.own(text) in {**self.addresses, **self.axes, **dict.fromkeys(self.sequences)}
 
     def named_in(self, wait: str) -> Iterator[str]:
-        """Yield the names of inputs, outputs and axes in the condition of a wait, each once."""
+        """Yield each name of an input, output or axis in the condition of a wait, once."""
         known = {**self.addresses, **self.axes}
         yield from (name for name in dict.fromkeys(re.findall(r"\w+", wait)) if name in known)

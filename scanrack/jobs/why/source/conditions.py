@@ -1,7 +1,7 @@
 """The conditions around a line of Python, and the values of the names in them and in the line.
 
-Values are looked up without running the program's code: locals, globals, attributes that an object has in
-its dictionary or slots, and the properties of our own objects, such as `status.MOVE_COMPLETE`.
+Values are looked up without running the program's code: locals, globals, attributes in an object's
+dictionary or slots, and properties of scanrack's own objects, such as `status.MOVE_COMPLETE`.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from scanrack.runtime.loop.faults import is_the_users
 
 PLAIN = bool, int, float, str, type(None), Enum
 LONGEST = 60
-"""Most characters of a shown value."""
+"""Maximum number of characters of a shown value."""
 
 
 Condition = tuple[str, tuple[str, ...]]
-"""A condition as it is written, and the names in it."""
+"""The source text of a condition, and the names in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stands:
     """The conditions around a line."""
 
-    inside: tuple[Condition, ...]  # in their source text, from the innermost outwards
+    inside: tuple[Condition, ...]  # source texts, innermost first
     names: tuple[str, ...]  # names and attributes in them and in the line, such as `line.step`
 
 
@@ -44,7 +44,7 @@ NOTHING = Stands((), ())
 
 @cache
 def stands_in(file: str, number: int) -> Stands:
-    """Return the conditions around a line; none if the file can't be read as Python."""
+    """Return the conditions around a line; none if the file can't be parsed as Python."""
     try:
         text = decode_source(Path(file).read_bytes())
         tree = ast.parse(text)
@@ -79,7 +79,7 @@ def _holds(part: ast.ExceptHandler | ast.match_case, number: int) -> bool:
 
 
 def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
-    """Return the condition under which a line in a statement runs, and its names."""
+    """Return the condition under which a statement runs a line inside it, and its names."""
     if not isinstance(statement, ast.If | ast.While) or number < statement.body[0].lineno:
         return None
     body_ends = statement.body[-1].end_lineno or number
@@ -103,13 +103,13 @@ def _names(node: ast.AST) -> Iterator[str]:
 
 
 def values_of(names: tuple[str, ...], frame: FrameType) -> dict[str, str]:
-    """Return the values of names in a frame as text; names without a plain value are left out."""
+    """Return the values of names in a frame as text. Names without a plain value are left out."""
     found = {}
     for name in names:
         try:
             value = _value(name.split("."), frame)
         except (AttributeError, LookupError, TypeError, ValueError):
-            continue  # it has no value here, or none that can be read without the program's code
+            continue  # no value here, or none that can be read without running the program's code
         if isinstance(value, PLAIN):
             found[name] = _shown(value)
     return found
@@ -130,7 +130,7 @@ def _value(parts: list[str], frame: FrameType) -> object:
 
 
 def _attribute(value: object, name: str) -> object:
-    """Return an attribute without running code of the program."""
+    """Return an attribute without running the program's code."""
     if isinstance(value, type):
         raise AttributeError(name)  # MoveKind.ABSOLUTE explains itself
     found = inspect.getattr_static(value, name)

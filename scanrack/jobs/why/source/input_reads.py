@@ -1,11 +1,11 @@
-"""The program's reads of its input images: whole words, or single bits of them.
+"""Records which words or bits of its input images a program reads.
 
-    status.MOVE_COMPLETE     words[0] & 8080h    two bits: that one, and the mode that gives it its meaning
+    status.MOVE_COMPLETE     words[0] & 8080h    two bits: its own, and the mode that gives it meaning
     status.position          words[2], words[3]  whole words
     inputs.bit(0, 14)        words[0] >> 14 & 1  one bit
 
-The words of an image are replaced by watched ones, whose integers know their word.
-Reads through the 16 bytes (`raw`, `bytes(image)`) are not seen.
+Watched words take the place of an image's words; their integers know which word they are.
+Reads through the image's 16 bytes (`raw`, `bytes(image)`) are not noticed.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class Reads:
     """The reads of a rack's input images.
 
     Attributes:
-        masks: slot and word -> the used bits, in the order of the first reads; 0 if the word was
-            only copied.
+        masks: slot and word -> the bits used, in the order of the first reads; 0 if the word was only
+            copied.
         on: whether reads are noted.
-        counts: returns whether a read is the user's.
+        counts: returns whether a read is by the user's code.
     """
 
     masks: dict[tuple[int, int], int] = field(default_factory=dict)
@@ -42,7 +42,7 @@ class Reads:
             self.masks[slot, word] = self.masks.get((slot, word), 0) | mask & ALL_BITS
 
     def watch(self, slots: Mapping[int, Slot]) -> None:
-        """Watch the input images of a program's scan from now on."""
+        """Watch the input images that a program's scan reads, from now on."""
         for number, slot in slots.items():
             image: Any = slot.inputs
             if not isinstance(image.words, WatchedWords):
@@ -50,7 +50,7 @@ class Reads:
 
 
 class WatchedWords:
-    """The eight words of an image, in place of its memoryview of them."""
+    """The eight words of an image, used in place of their memoryview."""
 
     def __init__(self, words: memoryview, slot: int, reads: Reads) -> None:
         self._words, self._slot, self._reads, self._note = words, slot, reads, reads.note
@@ -78,24 +78,24 @@ class WatchedWords:
     def __eq__(self, other: object) -> bool:
         return self.tolist() == other
 
-    __hash__ = None  # type: ignore[assignment]  # as a memoryview that can be written has none
+    __hash__ = None  # type: ignore[assignment]  # like a writable memoryview, it has none
 
     def __getattr__(self, name: str) -> Any:
-        """Return any other attribute of a memoryview; all words count as read."""
+        """Return any other attribute of the memoryview; this counts as reading all words."""
         for word in range(len(self)):
             self._note(self._slot, word, ALL_BITS)
         return getattr(self._words, name)
 
 
 class WatchedWord(int):
-    """A word that notes which of its bits are used. It computes as an integer."""
+    """A word that notes which of its bits are used. It calculates like any integer."""
 
     _plain: int
     _note: Callable[[int], None]
     _shift: int
 
     def __new__(cls, value: int, note: Callable[[int], None], shift: int = 0) -> WatchedWord:
-        """Make a word; `shift` is the number of bits by which it has been shifted to the right."""
+        """Make a word that has been shifted right by `shift` bits."""
         word = super().__new__(cls, value)
         word._plain, word._note, word._shift = value, note, shift
         return word
@@ -116,13 +116,13 @@ class WatchedWord(int):
         return self._compared(other, int.__ge__)
 
     def _compared(self, other: int, compare: Callable[[int, int], bool]) -> bool:
-        """Compare; with 0 only the sign is used."""
+        """Compare; a comparison with 0 uses only the sign."""
         self._note(_SIGN if other == 0 and not self._shift else ALL_BITS)
         return compare(self._plain, other)
 
 
 def _whole(name: str) -> Callable[..., Any]:
-    """Return an operation of `int` that uses all bits."""
+    """Return an operation of `int` that uses all bits of a word."""
     own = getattr(int, name)
 
     def operation(word: WatchedWord, *others: Any) -> Any:

@@ -1,10 +1,10 @@
-"""The lines of the user's program that change a watched value, found while they run.
+"""The lines of the user's program that change a watched value, found while the program runs.
 
     line.py:37    out.load(OUT)        the watched value changes here
-    line.py:38    line.step = "back"   a later change counts; an equal value does not
+    line.py:38    line.step = "back"   only a different value counts as a change
 
-Only functions of the user's files are traced: a change in ours or in an installed package belongs to
-the user's line that called it. Tracing is for one scan of a run that is made for the question.
+Only functions in the user's files are traced. A change in scanrack or in an installed package belongs to
+the user's line that called it. Only single scans of a run made for a question are traced.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Line:
 
 
 NOWHERE = Line("", 0, "")
-"""No line: before the first one, or not the user's."""
+"""No line: before the first one, or not in the user's files."""
 
 
 class Lines:
@@ -55,11 +55,11 @@ class Lines:
 
     @property
     def in_program(self) -> bool:
-        """Whether a line of the user's is running, or a function that it has called."""
+        """Whether a line of the user's program, or a function that it called, is running."""
         return self._at is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function, traced; changes between two calls belong to no line."""
+        """Call a function and trace it; changes between two calls belong to no line."""
         self._seen = self._watched()
         self._at = NOWHERE
         self._outermost = sys._getframe()
@@ -78,7 +78,7 @@ class Lines:
             self._changed(self._at, before, now)
 
     def _enter(self, frame: FrameType, _event: str, _arg: object) -> Any:
-        """Trace the functions of the user's files only."""
+        """Trace only functions in the user's files."""
         if not _is_of_a_file(frame):
             return None
         self._look()
@@ -90,11 +90,11 @@ class Lines:
             self._at = _line_of(frame)
             self._begins(self._at, frame)
         elif event == "return":
-            self._at = self._caller(frame)  # the rest of its line runs now
+            self._at = self._caller(frame)  # the rest of the calling line runs now
         return self._line
 
     def _caller(self, frame: FrameType) -> Line:
-        """Return the user's calling line, direct or through code of others; below `call`."""
+        """Return the user's line that called, directly or through code of others; stop at `call`."""
         above = frame.f_back
         while above is not None and above is not self._outermost:
             if _is_of_a_file(above):
@@ -115,7 +115,7 @@ def _line_of(frame: FrameType) -> Line:
 
 @contextmanager
 def _traced_by(function: Any) -> Iterator[None]:
-    """Trace calls, then restore the trace function of a debugger or a coverage tool."""
+    """Trace calls, then restore the trace function of a debugger or coverage tool."""
     before = sys.gettrace()
     sys.settrace(function)
     try:

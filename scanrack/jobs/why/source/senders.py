@@ -1,8 +1,7 @@
-"""The commands that an axis of a program with sequences sends, and their lines.
+"""The commands that the axes of a program with sequences send, and the lines that await them.
 
-An axis writes the words of its module after the sequences, so that no line of the program does. It sends
-them
-for its present command; the line is that of the sequence that awaits the command.
+An axis writes its module's words after the sequences have run, so no line of the program writes them.
+It writes them for its present command, so they belong to the sequence's line that awaits that command.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ from .lines import NOWHERE, Line
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """The axis, or the step of a list of steps, that writes the words of a slot."""
+    """An axis, or a step in a list of steps, that writes the words of a slot."""
 
     slot: int
-    text: str  # the words and their command, in words; empty for a step
+    text: str  # the axis and its command in words; empty for a step
     line: Line  # the line that awaits the command, or `NOWHERE`
 
 
 def senders(logic: object, program: Path) -> list[Sender]:
-    """Return the writers of a program's words, each with its command."""
+    """Return what writes the words of a program's modules, each with its command."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, Logic):
