@@ -90,7 +90,7 @@ def _watch_recording(options: WatchArguments) -> int:
 
 
 def _check_live(options: WatchArguments, factor: float | None) -> None:
-    """Refuse options that a real controller can't have, and those that only one has."""
+    """Raise ValueError for options that a real controller does not allow, or that require one."""
     if options.live and (options.paused or factor != 1):
         raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
     if options.control and not options.live:

@@ -85,7 +85,7 @@ def joined(modules: Mapping[str, str]) -> PageScript:
 def _finals(
     read: Mapping[str, _Module], numbers: Mapping[str, int], name: str, own: Mapping[str, str]
 ) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
-    """Return the final name of each name in a module, and those of each module that it imports as a whole."""
+    """Return the final names in a module, and the final names of each module that it imports as a whole."""
     imports = read[name].imports.items()
     taken = {each: _final(read, numbers, name, *place) for each, place in imports if place[1] != "*"}
     spaces = {each: _exports(read, numbers, file) for each, (file, what) in imports if what == "*"}

@@ -162,7 +162,7 @@ class OnlineEdit:
         self._check_seen(order, running)
 
     def _check_seen(self, order: Online, running: ProgramVersion) -> None:
-        """Raise a ValueError if the page of a step has seen another program or edit."""
+        """Raise ValueError if the page of a step has seen another program or edit."""
         if order.step in ("accept", "save"):
             if (order.base or order.step == "accept") and order.base != self._digest(running):
                 raise ValueError("the program was edited meanwhile: edit the one that runs now")

@@ -80,7 +80,7 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
 
 
 def _both_runs(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
-    """Return what repeats the scans with either program; the new one takes the values of the old one over."""
+    """Return a replica of either program that repeats the scans; the new one takes the old one's values."""
     engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
     restore(engines[0].memory, given.values)
     engines[0].scans = given.first

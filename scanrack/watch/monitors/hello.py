@@ -196,7 +196,7 @@ def incidents_of(spec: RackSpec) -> list[Json]:
 
 
 def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Json]:
-    """Return what a page chooses of an incident."""
+    """Return the fields of an incident that a page can set."""
     fields: list[Json] = [
         {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
     ]

@@ -75,7 +75,7 @@ def left_pressed(monitor: Monitor) -> list[Json]:
 
 
 def _release_of(bound: Json) -> tuple[str, bool, Json]:
-    """Return what a momentary button sets, its value while pressed, and the order that releases it."""
+    """Return the tag or input that a momentary button sets, its pressed value, and the release order."""
     if "press" not in bound:
         return bound["write"], True, {"do": "write", "tag": bound["write"], "value": False, "by": "panel"}
     slot, name, rest = bound["press"]

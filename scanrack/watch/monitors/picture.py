@@ -99,7 +99,7 @@ class Places:
     def _machine(
         self, slot: int, words: Sequence[int], values: Json, figures: Sequence[int], *, past: bool
     ) -> Json:
-        """Return what a page shows of a machine, except its speed."""
+        """Return a machine's values for a page, except its speed."""
         shaft, encoder, levels, zero = figures
         module, places = self.slots[slot], self.layout.places[slot]
         inputs, outputs = words[places.columns("I")], words[places.columns("O")]

@@ -99,7 +99,7 @@ class TraceMonitor(Monitor):
         self._indexer, self._index_end = self._indexing(extent)
 
     def _indexing(self, extent: tuple[int, int] | None) -> tuple[Indexer | None, int]:
-        """Return what repeats a recording from scan 0 on, None without a program, and where it ends."""
+        """Return an indexer, or None if scans can't be repeated from scan 0, and its last scan."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         if not programs or (extent is not None and extent[0] != 0):

@@ -47,7 +47,7 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
 
 
 def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
-    """Return the scan of a question, None for the latest, and its row; without a scan those of the page."""
+    """Return the scan of a question (None = the latest) and its row; by default, the page's."""
     if scan is not None and type(scan) is not int:
         raise ValueError("scan must be a scan number")
     past = page.past if scan is None else scan

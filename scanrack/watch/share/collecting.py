@@ -162,7 +162,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
-    """Return the answers to a page's questions about routines, by width, and what they show."""
+    """Return the drawn routines, by name and width, and their contents."""
     shows, drawn = {}, []
     for each in routines:
         widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]

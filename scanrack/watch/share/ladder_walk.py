@@ -178,6 +178,6 @@ def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
 
 
 def _is_whole(where: Place | Group) -> bool:
-    """Whether a tag is of whole numbers or bits, and no bit of a number."""
+    """Return whether a tag consists of integers or BOOLs, and is not a bit of an integer."""
     kind, bit = where.type, where.bit if isinstance(where, Place) else None
     return bit is None and isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)
