@@ -1,7 +1,7 @@
 """scanrack: a PLC rack in software for stepper controllers.
 
-These are the names that a program, a test or a notebook needs. Each is imported when it is first used, so
-`import scanrack` costs nothing. Everything else is in the packages `scanrack.io_images`, `scanrack.ladder`,
+These are the names that a program, a test or a notebook needs. Each is imported on first use, so `import
+scanrack` is fast. Everything else is in the packages `scanrack.io_images`, `scanrack.ladder`,
 `scanrack.rockwell`, `scanrack.runtime`, `scanrack.traces` and `scanrack.jobs`.
 
 >>> from scanrack import Move, MoveKind
@@ -10,9 +10,9 @@ These are the names that a program, a test or a notebook needs. Each is imported
 """
 
 # No module is imported here: under `python -m scanrack` the current folder still leads the search path.
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers treat it as true
 
-if TYPE_CHECKING:  # the names of the front door: type checkers import these lines, `_homes` reads them
+if TYPE_CHECKING:  # the public names: type checkers import these lines, `_homes` reads them
     from typing import Any
 
     from scanrack.io_images import Image as Image
@@ -134,7 +134,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     __loader__: Any
 
 
-try:  # in a checkout the other rooms are beside this folder
+try:  # in a checkout, the other packages are beside this folder
     __loader__.path_stats(__path__[0] + "/../pyproject.toml")
     __path__.append(__path__[0][: -len("/scanrack")])
 except (AttributeError, OSError):  # installed, or in an archive
@@ -157,7 +157,7 @@ _found_homes: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Return the module of each name, and its name there; the lines above are read once."""
+    """Return the module of each name and its name there; the lines above are read once."""
     if not _found_homes:
         import re
 

@@ -1,4 +1,4 @@
-"""The plugin of pytest: racks on the bench as fixtures, and what a failed test leaves behind.
+"""The pytest plugin: provides racks on the bench as fixtures, and keeps the recordings of failed tests.
 
     def test_feeder(rack):
         feeder = rack("feeder.toml")          # beside the test's file
@@ -6,9 +6,9 @@
 
     pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage --scanrack-debug
 
-A failed test leaves the recording of each of its benches; its report says why the tags that it was about are
-as they are, and the command that opens the recording at the last scan. Nothing of scanrack is imported before
-a test uses a fixture.
+A failed test leaves the recording of each of its benches. Its report explains the values of the tags in
+question, and has the command that opens the recording at the last scan. Nothing of scanrack is imported
+before a test uses a fixture.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
     from scanrack.testing.artifacts import TestArtifacts
 
 OpenRack = Callable[[str | Path], "Bench"]
-"""The fixture `rack`: opens a rack file, whose path begins at the folder of the test's file."""
+"""Type of the fixture `rack`: opens a rack file, whose path is relative to the folder of the test's file."""
 
 _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 
 ARTIFACTS = pytest.StashKey["TestArtifacts"]()
 
 RUNNING = pytest.StashKey[bool]()
-"""Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
+"""Key: whether the function of a test is running; a report during this time is from a subtest."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options.
 
-    For the sake of a plugin pytest would rewrite the assertions of all of scanrack: seconds, for nothing.
+    Because of a plugin, pytest would rewrite the assertions in all of scanrack, which takes seconds for
+    nothing.
     """
     for finder in sys.meta_path:
         getattr(finder, "_must_rewrite", set()).discard(__package__)
@@ -150,7 +151,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
-    """Note that the function of the test runs."""
+    """Record that the function of the test is running."""
     item.stash[RUNNING] = True
     try:
         return (yield)
@@ -160,7 +161,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
-    """Add the section of scanrack to the report of a failed test; a rerun of the test starts over."""
+    """Add scanrack's section to the report of a failed test; a rerun of the test starts over."""
     report = yield
     found = item.stash.get(ARTIFACTS, None)
     if found is not None:
@@ -186,12 +187,12 @@ def _hide(error: BaseException | None) -> None:
         seen.append(error)
         for frame, _ in walk_tb(error.__traceback__):
             if str(frame.f_globals.get("__name__")).startswith(f"{__package__}."):
-                frame.f_globals.setdefault("__tracebackhide__", True)  # what pytest looks for
+                frame.f_globals.setdefault("__tracebackhide__", True)  # the name that pytest looks for
         error = error.__cause__ or error.__context__
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Remove the folder of artifacts if no test has left any; under pytest-xdist when all have ended."""
+    """Remove the folder of artifacts if it is empty; under pytest-xdist, after all workers have ended."""
     base = _base_of(session.config)
     if base.is_dir() and not hasattr(session.config, "workerinput"):
         from scanrack.testing.folder import remove_base

@@ -1,24 +1,24 @@
-"""The application without a terminal: load a rack, run it, replay, search, drive, answer questions.
+"""The application without a terminal: loads racks, runs, replays, searches, drives and answers questions.
 
 | package | content |
 |---|---|
-| `prove/` | claims for every input: verdicts, and scenarios that the rack replays |
+| `prove/` | claims about all inputs: verdicts, and scenarios that the rack replays |
 | `fuzz/` | a search for inputs and faults that break a program: scenarios, invariants, campaigns |
-| `check/`, `bench/`, `drive/` | mistakes without a run; a rack in a test; one module alone |
-| `why/` | which line of a program changed what, and what the modules wait for |
-| `replay/` | a recording in place of modules, logic or stimuli |
-| `run/` | a rack and a CPU from a specification; a job, run, and its result |
-| `record/` | a run on record: words, tags, waits of sequences, orders, edits |
-| `trust/` | the files that travel with a trace, which of them may be used, and the processes that use them |
-| `load/`, `imports/` | from the path of a rack to a `LoadedRack`; rack files for exports |
+| `check/`, `bench/`, `drive/` | finding mistakes without a run; a rack in a test; a single module |
+| `why/` | which line of a program changed a value, and for what the modules wait |
+| `replay/` | a recording instead of modules, logic or stimuli |
+| `run/` | running a job, and its result |
+| `record/` | recording a run: words, tags, waits of sequences, orders, edits |
+| `trust/` | the files in a trace, which of them may be used, and the processes that use them |
+| `load/`, `imports/` | making a `LoadedRack` from the path of a rack; rack files for exports |
 
-Each imports only from those below it. The application prints nothing: it returns values, raises exceptions,
-and takes callbacks for progress. `scanrack/commands` turns them into words and an exit status.
+Each package imports only from packages below it. The application prints nothing: it returns values, raises
+exceptions, and takes callbacks for progress. `scanrack/commands` turns these into text and an exit status.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers treat it as true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .bench.opening import open_bench

@@ -1,4 +1,4 @@
-"""Announces programs with their first scans, and branches, to the monitor."""
+"""Announces programs, with their first scans, and branches to the monitor."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .monitors.stretched import SessionProgram
 def programs_of(
     run: JobRun, editions: ProgramVersions, orders: Sequence[RecordedOrder]
 ) -> tuple[SessionProgram, ...]:
-    """Return the programs of a run so far."""
+    """Return the programs that a run has had so far."""
     edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
 
 class Announcer:
-    """Announces the programs of a run; later monitors of the keeper begin with the latest announcement."""
+    """Announces the programs of a run; later monitors start with the latest announcement."""
 
     def __init__(
         self,
@@ -49,11 +49,12 @@ class Announcer:
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
 
     def tell_branch(self, ring: Ring, trace: Path, record: str | None) -> None:
-        """Announce a branch, also to monitors that are started later.
+        """Announce a branch, also to monitors that start later.
 
         Args:
-            ring: the branch writes into it from here on.
-            record: the same, if it is kept.
+            ring: ring into which the branch writes.
+            trace: path of the branch's recording.
+            record: the same path, if the recording is kept.
         """
         self._supervisor.replace_programs(trace=str(trace), record=record, programs=self._programs)
         places = {"rows": ring.written, "snapshots": ring.snapshots.end}

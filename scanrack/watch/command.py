@@ -1,4 +1,4 @@
-"""`scanrack watch RACK|TRACE`: a rack that runs, or a recording, in the browser."""
+"""`scanrack watch RACK|TRACE`: a running rack, or a recording, in the browser."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 def speed_of(text: str) -> float | None:
-    """Return a speed; None = as fast as possible.
+    """Parse a speed; None = as fast as possible.
 
     Raises:
-        ValueError: an illegal speed.
+        ValueError: the speed is illegal.
     """
     if text == MAX:
         return None
@@ -38,7 +38,7 @@ def _watch_command(
     from scanrack.jobs.load.loading import runs
     from scanrack.jobs.load.program import lines_marked
 
-    with lines_marked():  # pages set breakpoints on lines of Python
+    with lines_marked():  # pages can set breakpoints on lines of Python
         raise typer.Exit((_watch_rack if runs(options.rack.partition("#")[0]) else _watch_recording)(options))
 
 
@@ -82,7 +82,7 @@ def _watch_recording(options: WatchArguments) -> int:
     given = [option for option, is_given in of_racks.items() if is_given]
     with reported_mistakes():
         place = place_of(recording_of(options.rack))
-        if given and place.path.exists():  # opening it says what is missing
+        if given and place.path.exists():  # opening the trace reports what is missing
             raise ValueError(f"{given[0]} needs a running rack; {options.rack} is a trace")
         if is_page(place.path):
             place = place._replace(path=recording_beside(place.path))
@@ -90,7 +90,7 @@ def _watch_recording(options: WatchArguments) -> int:
 
 
 def _check_live(options: WatchArguments, factor: float | None) -> None:
-    """Refuse options that a real controller can't have, and those that only one has."""
+    """Raise ValueError for options that a real controller does not allow, or that require one."""
     if options.live and (options.paused or factor != 1):
         raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
     if options.control and not options.live:
@@ -98,7 +98,7 @@ def _check_live(options: WatchArguments, factor: float | None) -> None:
 
 
 def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
-    """Return the rack and how it is watched; ValueError if an option can't be used."""
+    """Return the rack and the options of its session; raise ValueError if an option can't be used."""
     from scanrack.jobs.load.exports import begun
     from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run
     from scanrack.jobs.run.build import check_ports

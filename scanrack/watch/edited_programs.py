@@ -1,4 +1,4 @@
-"""Programs beside the one that runs: loaded from the disk, or from its files with another text."""
+"""Loads programs beside the running one: from disk, or from its files with another text."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from .preview import Json, findings_of
 
 
 class EditedPrograms:
-    """The program of a session as a file, and its versions.
+    """The program file of a session, and its versions.
 
     Args:
         job: the first program.
-        rack: address of the rack file on the disk.
+        rack: address of the rack file on disk.
 
     Attributes:
-        seen: digest of the file as this session has loaded or written it.
+        seen: digest of the file as this session last loaded or wrote it.
     """
 
     def __init__(self, job: LoadedRack, rack: str, run: JobRun, versions: ProgramVersions) -> None:
         self.file, self.name = job.program, program_name(job)
         self._rack, self._run, self._versions = rack, run, versions
         self._has_recorded_tags = bool(job.spec.tags)
-        self._folders: set[Path] = set()  # of copies that were loaded
+        self._folders: set[Path] = set()  # folders of loaded copies
         self._known: tuple[int, LoadedRack, list[Json]] | None = None
         self._note(self.on_disk)
 
     @property
     def running(self) -> ProgramVersion:
-        """The version that runs."""
+        """The running version."""
         return self._versions[self._run.program.edits]
 
     @property
     def rungs(self) -> LadderLogic | None:
-        """The program that runs; None if it is none of rungs."""
+        """The running program; None if it is not a ladder program."""
         debugger = self._run.program.debugger
         return None if debugger is None else debugger.program
 
@@ -59,26 +59,26 @@ class EditedPrograms:
             return None
 
     def saved_text(self) -> str:
-        """Return the text of the file; OSError if it can't be read, ValueError if it is not UTF-8."""
+        """Return the text of the file; raise OSError if it can't be read, ValueError if it is not UTF-8."""
         with self.file.open(encoding="utf-8", newline="") as file:
             return file.read()
 
     @property
     def running_text(self) -> str:
-        """The text of the program that runs."""
+        """The text of the running program."""
         return self.running.files[self.name].decode(errors="replace")
 
     def _note(self, data: bytes | None) -> None:
-        """Note the contents of the file that this session has loaded or written."""
+        """Record the contents of the file as loaded or written by this session."""
         self.look()
         self.seen = "" if data is None else digest(data)
 
     def look(self) -> None:
-        """Note that the file was looked at: `is_rewritten` is false until it is written again."""
+        """Record the state of the file: `is_rewritten` is false until it is written again."""
         self._stamp = self._stamped()
 
     def is_rewritten(self) -> bool:
-        """Return whether the file was written since the last look; not while it is missing or half saved."""
+        """Return whether the file was written since the last `look`; false while it is missing or empty."""
         return self._stamped() not in (None, self._stamp)
 
     def _stamped(self) -> tuple[int, int] | None:
@@ -89,16 +89,16 @@ class EditedPrograms:
         return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
 
     def write(self, data: bytes) -> None:
-        """Write the file in place of the old one; OSError if it can't be written."""
+        """Replace the file; raise OSError if it can't be written."""
         write(self.file, data)
         self._note(data)
 
     def save_running(self) -> str:
-        """Write the file of the program that runs; return what became of the old one.
+        """Save the running program to the file; return a sentence about the old file.
 
         Raises:
             ValueError: another program has written the file.
-            OSError: it can't be written, and is unchanged.
+            OSError: the file can't be written, and is unchanged.
         """
         data, old = self.running.files[self.name], self.on_disk
         if old is None:
@@ -115,7 +115,7 @@ class EditedPrograms:
     # --- versions
 
     def from_disk(self) -> LoadedRack:
-        """Load the program from the disk; ValueError if it can't be used."""
+        """Load the program from disk; raise ValueError if it can't be used."""
         self._forget()
         job = load_job(self._rack)
         if realpath(job.program) != realpath(self.file):
@@ -123,17 +123,17 @@ class EditedPrograms:
         return job
 
     def with_copy(self, version: ProgramVersion) -> ProgramVersion:
-        """Return a version with a copy of its files; OSError if it can't be written."""
+        """Return a version with a copy of its files; raise OSError if the copy can't be written."""
         return self._versions.with_copy(version)
 
     def with_file(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
-        """Return the running version with other contents of the program's file, and load it."""
+        """Load the running version with other contents of the program's file; return version and job."""
         files = {**self.running.files, self.name: data}
         copy = self.with_copy(replace(self.running, files=files, retained=None))
         return copy, self.load(copy)
 
     def load(self, copy: ProgramVersion) -> LoadedRack:
-        """Load a version from its copy; ValueError if it can't be used."""
+        """Load a version from its copy; raise ValueError if it can't be used."""
         assert copy.place is not None
         self._forget()
         job = load_files(copy.place, copy.rack, copy.program)
@@ -144,7 +144,7 @@ class EditedPrograms:
         forget([self.file.parent.resolve(), *self._folders])
 
     def usable(self, job: LoadedRack, restart: str = "") -> LoadedRack:
-        """Compile a program beside the scans; ValueError if it can't continue the one that runs."""
+        """Compile a program beside the scans; raise ValueError if it can't continue the running one."""
         if isinstance(job.logic, LadderLogic) is (self.rungs is None):
             raise ValueError(f"{job.program}: a program of another kind needs a new session")
         if isinstance(job.logic, LadderLogic):
@@ -157,7 +157,7 @@ class EditedPrograms:
         return job
 
     def known(self) -> tuple[LoadedRack, list[Json]]:
-        """Return the program that runs, loaded again, and its findings."""
+        """Return the running program, loaded again, and its findings."""
         number = self._run.program.edits
         if self._known is None or self._known[0] != number:
             job = self.with_file(self.running.files[self.name])[1]

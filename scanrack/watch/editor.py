@@ -1,15 +1,15 @@
-"""Edits while a rack runs: a saved file is checked beside the scans, and its program replaced between two.
+"""Edits a running rack's program: checks a saved file beside the scans, and replaces the program between two.
 
     file      saved
     thread          loaded, built, compiled
     scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
 
-A ladder program keeps the values of its tags, as in an online edit. A class of Python logic keeps its fields,
-and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
-mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
-and saved only when the page takes it over; so is a saved file if the session wants previews. `online` has
-edits of rungs in their picture, `typed_text` those of the text.
-An edit is an order of its own, recorded with the program's files: see `jobs.record.program_versions`.
+A ladder program keeps the values of its tags, as in an online edit. A `Logic` program keeps its fields, and
+its sequences continue, see `ladder.python.online`. A Python function is loaded again. For a mistake, the page
+shows the file and line, and the running program continues. A text that was edited in a page is previewed, and
+saved only when the page takes it over. If the session has previews, a saved file is also previewed first.
+`online` handles edits of drawn rungs, `typed_text` edits of the text. An edit is an order that is recorded
+with the program's files, see `jobs.record.program_versions`.
 """
 
 from __future__ import annotations
@@ -35,32 +35,32 @@ from .preview import Json, mistake_of
 from .typed_text import Answer, TypedText
 
 ASKED_MOST = 8
-"""Most waiting previews."""
+"""Largest number of waiting requests."""
 
 LOOK_S = 0.3
-"""Time between two checks of the file."""
+"""Time between two checks of the file, s."""
 
 Takeover = Callable[[], Edit | None]
 """Returns the order of an edit, or reports a mistake or a preview; called between two scans."""
 
 
 class EditManner(NamedTuple):
-    """How edits are taken."""
+    """Settings for edits."""
 
-    preview: bool = False  # a saved file waits until a page takes it over
-    trust: bool = False  # Python that is typed in a page may run
-    saved: Callable[[str], None] | None = None  # is called between two scans with a saved file, which waits
+    preview: bool = False  # whether a saved file waits until a page takes it over
+    trust: bool = False  # whether Python that is typed in a page may run
+    saved: Callable[[str], None] | None = None  # called between scans with a saved file's name
 
 
 class Exchange(NamedTuple):
-    """A program that is to run from the next scan on; another one may have been refused by then."""
+    """The replacement of the program before the next scan; it may be refused."""
 
     takeover: Takeover
-    follow: Callable[[], None] = lambda: None  # called beside the scans when it was carried out, or refused
+    follow: Callable[[], None] = lambda: None  # called beside the scans once it was carried out or refused
 
 
 class Editor:
-    """Watches the files of a program, and passes on edited ones.
+    """Watches the files of a program, and passes on edited programs.
 
     Args:
         hand_over: receives a `Takeover`, to be called between two scans.
@@ -82,17 +82,17 @@ class Editor:
         self._online = OnlineEdit(self._programs)
         self._typed = TypedText(self._programs, run, trust=manner.trust)
         self._orders: deque[tuple[ToEditor, Reply]] = deque()
-        self._exchanging = 0  # exchanges whose outcome has not been followed; of this thread only
+        self._exchanging = 0  # exchanges whose outcome is not yet handled; used only by this thread
         self._exchanged: deque[Exchange] = deque()
         self._ending, self._wake = threading.Event(), threading.Event()
         self._requested = False
         self._restart = ""
-        self._state: Json = {}  # of edited rungs, as pages know it
-        context = copy_context()  # how programs are loaded
+        self._state: Json = {}  # state of edited rungs, as last sent to pages
+        context = copy_context()  # the context in which programs are loaded
         self._thread = threading.Thread(target=context.run, args=(self._watch,), name="edits", daemon=True)
 
     def start(self) -> None:
-        """Begin to watch."""
+        """Start the thread that watches the files."""
         self._thread.start()
 
     def end(self) -> None:
@@ -102,20 +102,20 @@ class Editor:
         self._thread.join()
 
     def load_soon(self, restart: str = "") -> None:
-        """Load the program's present version beside the scans; `restart` as in an order."""
+        """Have the program's current version loaded beside the scans; `restart` is as in an order."""
         self._restart, self._requested = restart, True
         self._wake.set()
 
     def lasting(self) -> Iterable[Json]:
-        """Yield what a new monitor has to know: the state of edited rungs."""
+        """Yield the messages that a new monitor needs: the state of edited rungs."""
         if self._state:
             yield {"online": self._state}
 
     def ask(self, order: ToEditor, reply: Reply) -> None:
-        """Answer beside the scans: the text of the program, the preview of an edited one, or a step.
+        """Queue a request to answer beside the scans: the program's text, a preview of an edit, or a step.
 
         Raises:
-            ValueError: too many wait.
+            ValueError: too many requests are waiting.
         """
         if len(self._orders) >= ASKED_MOST:
             raise ValueError(f"{ASKED_MOST} previews are being made: ask again in a moment")
@@ -130,15 +130,15 @@ class Editor:
             self._wake.clear()
             try:
                 self._attend()
-            except Exception as error:  # a mistake of ours ends no session, and not this thread
+            except Exception as error:  # an error of our own must not end the session or this thread
                 traceback.print_exc()
                 mistake = mistake_of(_named(error), self._programs.file)
                 self._hand_over(partial(self._tell, {"mistake": mistake}))
 
     def _attend(self) -> None:
-        """Answer pages, then load or preview the program if an order or a saved file asks for it."""
+        """Answer pages, then load or preview the program if an order or a saved file requires it."""
         while self._orders:
-            self._follow()  # what a page knows from an answer has been followed
+            self._follow()  # handles outcomes that a page may know from an earlier answer
             self._answer(*self._orders.popleft())
         self._follow()
         requested, self._requested = self._requested, False
@@ -154,7 +154,7 @@ class Editor:
     # --- exchanges
 
     def _exchange(self, exchange: Exchange) -> None:
-        """Hand over an exchange; `_follow` has its outcome."""
+        """Hand over an exchange; `_follow` handles its outcome."""
 
         def carried_out() -> None:
             self._exchanged.append(exchange)
@@ -165,7 +165,7 @@ class Editor:
         self._hand_over(carried_out)
 
     def _follow(self) -> None:
-        """Follow what runs after exchanges, and tell the pages."""
+        """Handle the outcomes of exchanges, and send the state to the pages."""
         if not self._exchanged:
             return
         while self._exchanged:
@@ -184,7 +184,7 @@ class Editor:
     def _load(self) -> None:
         restart, self._restart = self._restart, ""
         exchange = self._from_disk(restart)
-        if not self._programs.is_rewritten():  # otherwise it is being saved: the next check loads it
+        if not self._programs.is_rewritten():  # else it is being saved: the next check loads it
             self._exchange(exchange)
 
     def _from_disk(self, restart: str) -> Exchange:
@@ -203,7 +203,7 @@ class Editor:
         return Exchange(lambda: self._order(edition, job, restart), follow)
 
     def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
-        """Return the order that continues with a program; None if it already runs."""
+        """Return the order to continue with a program; None if it already runs."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
             self._tell({"mistake": None})
@@ -220,7 +220,7 @@ class Editor:
     # --- answers
 
     def _answer(self, order: ToEditor, reply: Reply) -> None:
-        """Answer a page between two scans; the work is done here, beside them."""
+        """Do the work for an answer beside the scans; hand over the answer, to be sent between two scans."""
         then: Exchange | None = None
         try:
             if isinstance(order, Source):
@@ -250,8 +250,8 @@ class Editor:
             self._exchange(then)
 
     def _step(self, order: Online) -> Answer:
-        """Take a step with edited rungs, and hand over the program that it exchanges; return the answer."""
-        if self._exchanging:  # what runs then decides whether the step fits
+        """Take a step with edited rungs; hand over the replacement of the program; return the answer."""
+        if self._exchanging:  # whether the step fits depends on the outcome
             raise ValueError("the program is being exchanged: ask again in a moment")
         step, programs = self._online.take(order), self._programs
         state = self._online.state(step.version)
@@ -269,7 +269,7 @@ class Editor:
         return answer
 
     def _to_version(self, wanted: ProgramVersion, job: LoadedRack, undo: Callable[[], None]) -> Exchange:
-        """Return an exchange of an edit, which is undone if it is refused."""
+        """Return the exchange for an edit; the edit is undone if the exchange is refused."""
 
         def follow() -> None:
             if self._programs.running.files != wanted.files:
@@ -278,12 +278,12 @@ class Editor:
         return Exchange(lambda: self._order(wanted, job, ""), follow)
 
     def _saved(self, draft: Draft) -> tuple[Answer, Exchange]:
-        """Save an edited text; return the answer, and what continues with it."""
+        """Save an edited text; return the answer and the exchange that continues with the text."""
         self._programs.write(draft.text.encode())
         return lambda: {"saved": True}, self._from_disk(draft.restart)
 
     def _preview_saved(self) -> None:
-        """Show what a saved file would do; it waits until a page takes it over."""
+        """Send pages a preview of a saved file, which waits until a page takes it over."""
         show = self._typed.preview_saved()
 
         def tell() -> None:
@@ -294,7 +294,7 @@ class Editor:
 
 
 def _named(error: Exception) -> Exception:
-    """Return the report of an error; one that no rule makes has its type."""
+    """Return an error to report; an unexpected one is wrapped with the name of its type."""
     if isinstance(error, ValueError | OSError):
         return error
     return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")

@@ -1,11 +1,11 @@
-"""Access: hosts, origins, and headers, as tables.
+"""Controls access by tables of hosts, origins and headers.
 
     Host        one of ours              else 421: another name for this address (DNS rebinding)
     Origin      one of ours, or none     else 403: another page
     path        in the table of files    else 404
     key         in the first message     else the socket is closed
 
-No cookie: cookies don't know ports.
+There is no cookie, since cookies are not separated by port.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ HEADERS = {
 
 
 def listen(port: int) -> socket.socket:
-    """Listen for pages; ValueError if the port is in use, or not allowed."""
+    """Listen for pages; raise ValueError if the port is in use or not allowed."""
     try:
         return socket.create_server((HOST, port))
     except OSError as error:
@@ -72,8 +72,8 @@ class Gate:
         """Answer a request; None lets it become a socket.
 
         Args:
-            accepts: the encodings that the browser reads, from its header Accept-Encoding.
-            known: the tags of what it has, from its header If-None-Match.
+            accepts: the encodings that the browser accepts, from its header Accept-Encoding.
+            known: the entity tags of content that it has, from its header If-None-Match.
         """
         if host is None or host.lower() not in self._hosts:
             return _refusal(421, "this server has another name")

@@ -1,4 +1,4 @@
-"""Joins the page's modules to one script, so that a browser asks once: comments go, names get a number.
+"""Joins the page's modules into one script for a single request: removes comments, numbers names.
 
     dom.js     export const at = …            const at$1 = …;
     notice.js  import { at } from "./dom.js"
@@ -6,8 +6,8 @@
     page.js                                   export { at$1, … }
     /dom.js    what scripts import            export { at$1 as at } from "./page.js";
 
-A name of a module gets its number wherever it stands in that module, also where a function's own variable
-has the same name: the pairs still belong together. Names of properties stay.
+A module's name gets its number everywhere in that module, even where a local variable has the same name: all
+its uses are renamed alike. Names of properties stay.
 """
 
 from __future__ import annotations
@@ -44,27 +44,27 @@ _KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*+$")
 
 
 class PageScript(NamedTuple):
-    """The modules as one script."""
+    """The modules joined into one script."""
 
     script: str
     facades: Mapping[str, str]
-    """By name: what a module is for scripts that import it beside the joined one."""
+    """Text of each module, by name, for scripts that import it in addition to the joined script."""
 
 
 class _Module(NamedTuple):
-    code: str  # without imports; what can't have names in it is cut out
-    texts: list[str]  # what is cut out
-    imports: dict[str, tuple[str, str]]  # own name -> file, and its name there; "*" = all of it
-    files: list[str]  # in the order of its imports
-    names: dict[str, bool]  # declared at the top: whether exported
-    again: dict[str, tuple[str, str]]  # exported name -> file, and its name there
+    code: str  # code without imports; parts that can't contain names are cut out
+    texts: list[str]  # the parts that are cut out
+    imports: dict[str, tuple[str, str]]  # own name -> file, and the name there; "*" = the whole module
+    files: list[str]  # imported files, in the order of the imports
+    names: dict[str, bool]  # names declared at top level -> whether they are exported
+    again: dict[str, tuple[str, str]]  # exported name -> file, and the name there
 
 
 def joined(modules: Mapping[str, str]) -> PageScript:
-    """Join modules, by name, in the order in which `main.js` runs them.
+    """Join modules, given by name, in the order in which `main.js` runs them.
 
     Raises:
-        ValueError: a module imports a name that the other one does not export.
+        ValueError: a module imports a name that the other module does not export.
     """
     read = {name: _read(text) for name, text in modules.items()}
     order = list(dict.fromkeys(_order(read, MAIN, set())))
@@ -85,7 +85,7 @@ def joined(modules: Mapping[str, str]) -> PageScript:
 def _finals(
     read: Mapping[str, _Module], numbers: Mapping[str, int], name: str, own: Mapping[str, str]
 ) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
-    """Return the final name of each name in a module, and those of each module that it imports as a whole."""
+    """Return the final names in a module, and the final names of each module that it imports as a whole."""
     imports = read[name].imports.items()
     taken = {each: _final(read, numbers, name, *place) for each, place in imports if place[1] != "*"}
     spaces = {each: _exports(read, numbers, file) for each, (file, what) in imports if what == "*"}
@@ -103,7 +103,7 @@ def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[s
 
 
 def _exports(read: Mapping[str, _Module], numbers: Mapping[str, int], file: str) -> dict[str, str]:
-    """Return the names that a module exports, and what they are called in the joined script."""
+    """Return the names that a module exports, with their names in the joined script."""
     own = {each: f"{each}${numbers[file]}" for each, shown in read[file].names.items() if shown}
     return own | {each: _final(read, numbers, file, *place) for each, place in read[file].again.items()}
 
@@ -138,17 +138,17 @@ def _read(text: str) -> _Module:
 
 
 def _listed(names: str) -> Iterator[tuple[str, str]]:
-    """Yield for `a, b as c` each new name and the old one."""
+    """Yield the new and the old name of each entry in a list such as `a, b as c`."""
     for each in filter(None, map(str.strip, names.split(","))):
         old, _, new = each.partition(" as ")
         yield new or old, old
 
 
 def _cut_out(text: str) -> tuple[str, list[str]]:
-    """Return code with the place of each text and pattern, and these; without comments."""
+    """Return code without comments, with placeholders for texts and patterns, and the cut-out parts."""
     parts: list[str] = []
     texts: list[str] = []
-    depths: list[int] = []  # of braces, in each template around
+    depths: list[int] = []  # depth of braces in each enclosing template
     place = 0
 
     def keep(kept: str) -> str:
@@ -177,7 +177,7 @@ def _cut_out(text: str) -> tuple[str, list[str]]:
 
 
 def _join_line(found: re.Match[str]) -> str:
-    """Return the end of a line without the margin of the next one; within brackets both are one line."""
+    """Return a line break without the next line's indentation; nothing where both lines can be one."""
     return found[1] or "\n"
 
 
@@ -186,7 +186,7 @@ def _restored(code: str, texts: list[str]) -> str:
 
 
 def _declared(code: str) -> Iterator[tuple[str, bool]]:
-    """Yield the names that a module declares at the top, and whether it exports them."""
+    """Yield the names that a module declares at top level, and whether it exports them."""
     for found in _DECLARED.finditer(code):
         shown = found["export"] is not None
         one = found["function"] or found["class"]
@@ -199,7 +199,7 @@ def _declared(code: str) -> Iterator[tuple[str, bool]]:
 
 def _variables(code: str, place: int) -> Iterator[str]:
     """Yield the variables of a declaration that begins at a place: `a = 1, [b, c] = d, { e, f: g } = h;`."""
-    depth, begins = 0, True  # of brackets; whether a variable is next, until its value begins
+    depth, begins = 0, True  # depth of brackets; whether a variable comes next, until its value begins
     for token in re.finditer(r"[\w$]+|\S", code[place:]):
         each = token[0]
         if each == ";" and not depth:
@@ -217,12 +217,12 @@ def _variables(code: str, place: int) -> Iterator[str]:
 
 
 def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[str, str]]) -> str:
-    """Return code with other names for its own; `orders.look` of a module as a whole is the name itself."""
+    """Return code with its names replaced; for a whole module, `orders.look` becomes the member's name."""
     if not names and not spaces:
         return code
     all_names = "|".join(sorted(map(re.escape, (*names, *spaces)), key=len, reverse=True))
     pattern = re.compile(rf"[(){{}}\[\]]|(?<![\w$])(?:{all_names})(?![\w$])")
-    kinds: list[str] = []  # of the brackets around a place
+    kinds: list[str] = []  # kinds of the enclosing brackets
     parts, place = [], 0
     for found in pattern.finditer(code):
         token = found[0]
@@ -238,7 +238,7 @@ def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[s
 
 
 def _kind(code: str, place: int) -> str:
-    """Say what a brace begins: a class, a block, or an object or a pattern."""
+    """Return what a brace begins: "class", "block", or "object" for an object or pattern."""
     before = code[max(0, place - 80) : place]
     if _CLASS_BEFORE.search(before):
         return "class"
@@ -252,7 +252,7 @@ def _new_name(
     spaces: Mapping[str, Mapping[str, str]],
     kind: str,
 ) -> tuple[str, int]:
-    """Return what stands in the place of a name, and where the code continues."""
+    """Return the replacement for a name, and the place where the code continues."""
     name, end = found[0], found.end()
     before, after = (
         code[max(0, found.start() - 40) : found.start()].rstrip(" \n"),

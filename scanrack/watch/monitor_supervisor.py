@@ -18,29 +18,29 @@ from .monitors.session_monitor import Setup
 from .monitors.stretched import SessionProgram
 
 MAIN = f"{__package__}.session_process:main"
-"""Main function of a monitor process; the program's own main module could do anything."""
+"""Main function of a monitor process. The program's own main module is not used: it could do anything."""
 
 PATIENCE_S = 2
-"""Longest time of a monitor to end."""
+"""Longest time that a monitor may take to end, s."""
 
 GRACE_S = 0.05
-"""A monitor that ends within this time of the session is not started again."""
+"""A monitor that ends within this time of the session's end is not restarted, s."""
 
 STARTS_MOST = 10
-"""Most restarts in a row."""
+"""Largest number of restarts in a row."""
 
 SOON_NS = 30_000_000_000
-"""A death after a longer life than this begins a new row."""
+"""A monitor that dies after a longer life begins a new row of restarts, ns."""
 
 PAUSES_S = (0, 0.2, 1, 3)
-"""Waits before a restart, by deaths in a row; then the last one."""
+"""Delays before a restart, by number of deaths in a row; the last one is repeated, s."""
 
 
 class MonitorSupervisor:
     """Keeps a monitor alive.
 
     Args:
-        listening: the server's socket, which survives a monitor.
+        listening: the server's socket, which outlives each monitor.
     """
 
     def __init__(
@@ -55,18 +55,18 @@ class MonitorSupervisor:
         self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
 
     def keep(self, inbox: PipeInbox) -> None:
-        """Restart it from now on, and connect the orders."""
+        """Begin to restart the monitor when it dies, and connect the orders."""
         self._inbox = inbox
         self._watch.start()
 
     def replace_programs(
         self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
     ) -> None:
-        """Set the programs and the recording of later monitors.
+        """Set the programs and the recording for later monitors.
 
         Args:
             trace: path of a branch's recording; None = unchanged.
-            record: the same, if it is kept.
+            record: the same path, if the recording is kept.
         """
         with self._changing:
             self._setup = replace(self._setup, programs=programs)
@@ -81,7 +81,7 @@ class MonitorSupervisor:
 
     def _start(self) -> Connection:
         mine, theirs = socket.socketpair()
-        # its own session: Ctrl-C is for the scan process, which ends this one
+        # in its own session: Ctrl-C is for the scan process, which ends the monitor
         self._process = launch(MAIN, handed=(theirs, self._listening, self._ring.memory), own_session=True)
         theirs.close()
         pipe = Connection(mine.detach())
@@ -111,9 +111,9 @@ class MonitorSupervisor:
             self._inbox.connect(self.pipe)
 
     def end(self) -> bool:
-        """End the monitor; return False if all have died before they had the first scan."""
+        """End the monitor; return False if every monitor died before it received the first scan."""
         self._ending.set()
-        self.pipe.close()  # the monitor notices it
+        self.pipe.close()  # the monitor notices this
         try:
             self._died |= self._process.wait(PATIENCE_S) != 0
         except TimeoutExpired:
@@ -124,11 +124,11 @@ class MonitorSupervisor:
 
 
 class NoMonitor:
-    """In place of a monitor: a session without a page."""
+    """Replaces the supervisor in a session without a page."""
 
     def replace_programs(self, **_changed: object) -> None:
         """Do nothing."""
 
     def end(self) -> bool:
-        """Return True: nothing had to begin."""
+        """Return True: there was nothing to start."""
         return True

@@ -1,22 +1,22 @@
-"""Edited rungs beside the running program, as in Studio 5000: accepted, tested, assembled, saved.
+"""Online edits of rungs, as in Studio 5000: they are accepted, tested, assembled and saved.
 
-    step       from                    to         runs afterwards
-    accept     -, accepted, assembled  accepted   as before; the edited one is checked and loaded beside it
+    step       from                    to         program that runs afterwards
+    accept     -, accepted, assembled  accepted   unchanged; the edited one is checked and loaded beside it
     test       accepted                testing    the edited one
-    untest     testing                 accepted   the one before
+    untest     testing                 accepted   the previous one
     assemble   accepted, testing       assembled  the edited one
-    reopen     assembled               testing    the edited one: assembling is undone
-    cancel     accepted, testing       -          the one before
-    save       -, assembled            -          the same; its file is written, the old file is kept
+    reopen     assembled               testing    the edited one; assembling is undone
+    cancel     accepted, testing       -          the previous one
+    save       -, assembled            -          unchanged; its file is written, the old file is kept
     try        any                     testing    the program's file, saved in an editor
     take       any                     assembled  the program's file, saved in an editor
 
-There is one accepted edit, whoever accepted it: the state has its rungs and its page. A step names what its
-page has seen, in `base`: accept and save the program that runs, the others the edit. It is refused if that is
-another one by now.
+There is a single accepted edit, whoever accepted it; the state has its rungs and its page. A step states in
+`base` what its page has seen: for accept and save, the running program; for the others, the edit. The step is
+refused if these have changed since.
 
-A step that exchanges the program is an `Edit` with all its files: a recording is repeated with the same
-programs in the same scans.
+A step that replaces the program is recorded as an `Edit` with all its files, so that a recording is repeated
+with the same programs in the same scans.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from .history.program_file import digest, read_edit, rewrite, why_not
 Json = dict[str, Any]
 
 MOST_CHANGES = 20
-"""Most changed elements that a note lists."""
+"""Largest number of changed elements that a note lists."""
 
 NOTHING, ACCEPTED, TESTING, ASSEMBLED = "", "accepted", "testing", "assembled"
 
 
 class Move(NamedTuple):
-    """A step: the stages from which it is taken, the next one, and whether the edited program runs in it."""
+    """A step: the stages in which it is allowed, the next stage, and whether the edited program then runs."""
 
     sources: tuple[str, ...]
     stage: str
@@ -60,26 +60,26 @@ MOVES: Mapping[str, Move] = {
     "try": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), TESTING, True),
     "take": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), ASSEMBLED, True),
 }
-"""The steps by name, see above."""
+"""The steps by name, see the module."""
 
 OF_FILE = ("try", "take")
-"""Steps with the program's file as an editor has saved it; pages do not take them."""
+"""Steps with the program's file as saved by an editor; pages do not take them."""
 
 
 class AcceptedEdit(NamedTuple):
-    """The draft of an edit, and its programs."""
+    """The accepted draft of an edit, and its programs."""
 
     draft: Online
     before: ProgramVersion
     edited: ProgramVersion
-    changes: str  # the elements that changed in the file, and why
+    changes: str  # names of the elements that changed in the file, with reasons
 
 
 class Step(NamedTuple):
-    """What a step does: the version that runs from now on, and how the state was before."""
+    """The effects of a step: the version to run, and the previous state."""
 
     version: ProgramVersion
-    job: LoadedRack | None  # its program, which no engine has used; None if it runs already
+    job: LoadedRack | None  # its program, not yet used by an engine; None if it already runs
     note: str
     stage: str
     edit: AcceptedEdit | None
@@ -89,22 +89,22 @@ class OnlineEdit:
     """The edited rungs of a session.
 
     Attributes:
-        stage: of the edit; "" without one.
-        edit: the accepted one; None in no stage.
+        stage: stage of the edit; "" without an edit.
+        edit: the accepted edit; None without one.
     """
 
     def __init__(self, programs: EditedPrograms) -> None:
         self._programs = programs
         self.stage = NOTHING
         self.edit: AcceptedEdit | None = None
-        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not used yet
+        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not yet used
 
     def take(self, order: Online) -> Step:
         """Take a step.
 
         Raises:
-            ValueError: the step does not fit the stage or what the page has seen, or the edited program
-                can't be used; nothing has changed.
+            ValueError: the step does not fit the stage or the page's base, or the edited program can't be
+                used; nothing has changed.
             OSError: a file can't be written; nothing has changed.
         """
         self.settle()
@@ -126,11 +126,11 @@ class OnlineEdit:
         return step
 
     def undo(self, step: Step) -> None:
-        """Go back to the state before a step whose program could not be exchanged."""
+        """Return to the state before a step whose program could not be used."""
         self.stage, self.edit = step.stage, step.edit
 
     def settle(self) -> None:
-        """Follow what runs: a step that was refused, or another edit."""
+        """Adapt to the running program after a refused step or another edit."""
         if self.edit is None:
             return
         files, runs_edited = self._programs.running.files, self.stage in (TESTING, ASSEMBLED)
@@ -140,7 +140,7 @@ class OnlineEdit:
             self.stage, self.edit = NOTHING, None
 
     def state(self, running: ProgramVersion) -> Json:
-        """Return the state for pages, with the version that runs from now on."""
+        """Return the state for pages, given the version that now runs."""
         data, on_disk = running.files[self._programs.name], self._programs.on_disk
         state: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
         if self.edit is not None:
@@ -153,7 +153,7 @@ class OnlineEdit:
         return digest(version.files[self._programs.name])
 
     def _check_allowed(self, order: Online, running: ProgramVersion) -> None:
-        """Raise a ValueError if a step does not fit, or its page has seen another program or edit."""
+        """Raise ValueError if a step does not fit, or its page has seen another program or edit."""
         lacks = "" if order.step in OF_FILE else why_not(self._programs.file)
         if lacks or self._programs.rungs is None:
             raise ValueError(lacks or "the program has no rungs: reload it")
@@ -162,7 +162,7 @@ class OnlineEdit:
         self._check_seen(order, running)
 
     def _check_seen(self, order: Online, running: ProgramVersion) -> None:
-        """Raise a ValueError if the page of a step has seen another program or edit."""
+        """Raise ValueError if the page of a step has seen another program or edit."""
         if order.step in ("accept", "save"):
             if (order.base or order.step == "accept") and order.base != self._digest(running):
                 raise ValueError("the program was edited meanwhile: edit the one that runs now")
@@ -171,7 +171,7 @@ class OnlineEdit:
             raise ValueError(f"{order.step}: {by} has accepted another edit meanwhile: look at it first")
 
     def _accepted(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
-        """Load the running program with the edits of an order beside it."""
+        """Load the running program with the edits of an order, beside the original."""
         program = self._programs.rungs
         assert program is not None
         if not order.rungs:
@@ -199,7 +199,7 @@ class OnlineEdit:
         return AcceptedEdit(order, before, version, "")
 
     def _job_of(self, version: ProgramVersion) -> LoadedRack:
-        """Return the program of a version, which no engine has used yet."""
+        """Return the program of a version, not yet used by an engine."""
         ready, self._ready = self._ready, None
         if ready is not None and ready[0] is version:
             return ready[1]
@@ -207,7 +207,7 @@ class OnlineEdit:
 
 
 def _listed(changes: Sequence[FileChange]) -> str:
-    """Return the changed elements of a file, "" for a single one."""
+    """Return the changed elements of a file as text; "" for a single one."""
     if len(changes) < 2:
         return ""
     shown = [f"{each.element}: {each.why}" for each in changes[:MOST_CHANGES]]

@@ -1,8 +1,8 @@
-"""The files of the page, as a browser gets them: the modules as one script, the style within the page.
+"""Prepares the files of the page for browsers: the modules as one script, the style within the page.
 
 /              index.html with watch.css in it: 1 request
 /page.js       all modules, see `joining`: 1 request
-/dom.js        what scripts of a test import: the names of a module out of /page.js
+/dom.js        for scripts of a test: the names of a module, re-exported from /page.js
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ TYPES = {
     ".ico": "image/x-icon",
     ".woff2": "font/woff2",
 }
-"""Served files of `web/`, by suffix."""
+"""Media types of the served files in `web/`, by suffix."""
 
 SOURCE_OF_SHARED_PAGES = "embedded.js"
 STYLE_LINK = '<link rel="stylesheet" href="watch.css">'
@@ -32,11 +32,11 @@ SCRIPT = f'<script type="module" src="{MAIN}"></script>'
 
 
 class ServedFile:
-    """A file as it is sent.
+    """A file in the form in which it is sent.
 
     Attributes:
         kind: its media type.
-        style: SHA-256 of the style within it, in base64; "" without one.
+        style: SHA-256 of its inline style, in base64; "" without one.
     """
 
     def __init__(self, body: bytes, kind: str, style: str = "") -> None:
@@ -49,12 +49,12 @@ class ServedFile:
 
     @cached_property
     def digest(self) -> str:
-        """A name of this content."""
+        """A digest that identifies the content."""
         return sha256(self.body).hexdigest()[:32]
 
 
 class PageFiles:
-    """The files by path."""
+    """The served files, by path."""
 
     def __init__(self) -> None:
         self._folder = files(__package__).joinpath("web")

@@ -1,9 +1,10 @@
-"""A session from its start to its end, and its branches: the scan process's side of `scanrack watch RACK`.
+"""Runs a session and its branches: the scan process's side of `scanrack watch RACK`.
 
     session    0 ------------- 12,345 ------------- 20,000
-    branch                     `- 12,345 ----------------- ...     a new rack, the same orders up to there
+    branch                     `- 12,345 ----------------- ...     a new rack, with the same orders up to this
+    scan
 
-The ring, the link and the monitor outlive a branch; rack, program and recording are new.
+The ring, the link and the monitor are kept for a branch; rack, program and recording are new.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ from .watch_options import WatchOptions
 
 
 def watch_job(job: LoadedRack, options: WatchOptions) -> int:
-    """Run a job in a session for pages; return the exit status."""
+    """Run a job in a session with pages; return the exit status."""
     with ExitStack() as stack:
         try:
             listening = stack.enter_context(listen(options.arguments.port))
@@ -63,8 +64,8 @@ class Play:
     """The sessions of one command.
 
     Args:
-        folder: for temporary recordings, and copies of programs.
-        key: that pages must send, of an existing link; None = a new one.
+        folder: folder for temporary recordings and copies of programs.
+        key: key of an existing link that pages must send; None = a new key.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class Play:
         return self.go_on(job)
 
     def _open_services(self, job: LoadedRack) -> None:
-        """Open the ports for clients of tags; ValueError if one can't be used."""
+        """Open the ports for clients of tags; raise ValueError if one can't be used."""
         options = self._options
         self._services = TagServices(job, options.servers, complain, writes=not options.read_only)
         self._stack.callback(self._services.end)
@@ -128,7 +129,7 @@ class Play:
     def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
         with ExitStack() as ports:
             if self._options.arguments.live:
-                for outcome in ports.enter_context(real_time()):  # before there are ports
+                for outcome in ports.enter_context(real_time()):  # before any port is opened
                     complain(str(outcome))
             speed, trace = self._options.speed if start.orders is None else None, self._trace(start)
             pacer = AdjustablePace(speed, spin=self._options.arguments.spin)
@@ -149,7 +150,7 @@ class Play:
                     remembered=self._options.remembered,
                 ),
             )
-            ports.callback(run.cpu.close)  # if it never begins: the recording is in a folder that is removed
+            ports.callback(run.cpu.close)  # if it never begins: the recording's folder is removed
             prepared = PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
         self._stack.callback(prepared.ports.close)
         return prepared
@@ -163,14 +164,14 @@ class Play:
         *,
         paused: bool = False,
     ) -> None:
-        """Prepare a branch: a new rack, in which the orders are repeated up to a scan.
+        """Prepare a branch: a new rack in which the orders are repeated up to a scan.
 
         Args:
-            scan: the first one that may differ.
-            paused: the branch begins paused.
+            scan: the first scan that may differ.
+            paused: whether the branch begins paused.
 
         Raises:
-            ValueError: that is impossible; nothing has changed.
+            ValueError: a branch is impossible; nothing has changed.
         """
         given = [each for each in orders if each.scan <= scan]
         edits = sum(isinstance(each.order, Edit) for each in given)
@@ -181,7 +182,7 @@ class Play:
             raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
 
     def _trace(self, start: Start) -> Path:
-        """Return the path of the recording: the requested one, a name after it, or a temporary file."""
+        """Return the path of the recording: the requested path, one derived from it, or a temporary file."""
         kept = self._options.arguments.record
         if kept is None:
             return _free(self._folder / "session.mcap")
@@ -255,7 +256,7 @@ class Play:
         session.attend = attend_all
 
     def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
-        """Print the link, and start the monitor."""
+        """Print the link and start the monitor."""
         options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if options.arguments.record is None else str(prepared.trace)
@@ -287,7 +288,7 @@ class Play:
             webbrowser.open(link)
 
     def _rest_desk(self, rests: bool) -> None:
-        """Let clients of tags wait while orders are repeated."""
+        """Make clients of tags wait while orders are repeated."""
         if self._services is not None:
             self._services.rest(rests)
 
@@ -314,13 +315,13 @@ class Play:
                         raise
 
         session.on_fault = tell
-        by_signal = options.door is None  # else the editor has ended it
+        by_signal = options.door is None  # otherwise the editor has ended it
         status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
-        return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
+        return faulted[-1] if faulted else status  # of the last session, ignoring those before a branch
 
 
 def _free(path: Path) -> Path:
-    """Return a path that does not exist yet, numbered if necessary."""
+    """Return a path that does not exist yet, with a number if necessary."""
     number, tried = 2, path
     while tried.exists():
         tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
@@ -329,7 +330,7 @@ def _free(path: Path) -> Path:
 
 
 def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
-    """Return the sender of the program's values to the monitor."""
+    """Return the object that sends the program's values to the monitor."""
     if run.program.debugger is not None:
         return LadderNotes(run.program.debugger, ring.snapshots)
     return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)

@@ -15,12 +15,12 @@ from scanrack.runtime.loop.pace import AdjustablePace
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The begin of a session."""
+    """The starting point of a session."""
 
-    scan: int = 0  # the first scan that is not a repetition; 0 without a parent
-    orders: Sequence[RecordedOrder] | None = None  # of the parent before that scan, and of its ancestors
+    scan: int = 0  # the first scan that is not repeated; 0 without a parent
+    orders: Sequence[RecordedOrder] | None = None  # orders of the parent and its ancestors before that scan
     metadata: dict[str, str] = field(default_factory=dict)
-    paused: bool = False  # it begins with a pause
+    paused: bool = False  # whether it begins paused
 
 
 @dataclass(frozen=True, slots=True)

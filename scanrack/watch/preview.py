@@ -1,10 +1,10 @@
-"""A preview of an edit: its difference, its mistakes at their lines, and what it would do.
+"""Makes the preview of an edit: its difference, its mistakes by line, and what it would do.
 
     diff       +  12  XIC(Go)OTX(Lamp);
     mistake       12  no instruction OTX
     groups     restart: Size; new: Count
 
-Pages show it; nothing changes until one takes the edit over.
+Pages show the preview; nothing changes until a page takes the edit over.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from scanrack.ladder.python.online.field_plan import EditRefusal
 Json = dict[str, Any]
 
 NEAR = 3
-"""Unchanged lines shown before and behind a change."""
+"""Number of unchanged lines shown before and after a change."""
 
 MOST_ROWS = 600
-"""Most lines of a difference that a page receives."""
+"""Largest number of lines of a difference that a page receives."""
 
 MOST_COMPARED = 4_000_000
-"""Product of the numbers of lines up to which changed parts are compared line by line."""
+"""Changed parts are compared line by line up to this product of their numbers of lines."""
 
 MOST_NAMES = 200
-"""Most names of a group that a page receives."""
+"""Largest number of names in a group that a page receives."""
 
 
 def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake for a page: its text, the program's file, and its line if that is known.
+    """Return a mistake for a page: its text, the program's file, and its line if known.
 
     >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
@@ -51,8 +51,8 @@ def mistake_of(error: Exception, program: Path) -> Json:
 
 
 def mistakes_of(error: Exception, program: Path) -> list[Json]:
-    """Return the mistakes of an edit one by one, as `mistake_of` does, without their places in the texts."""
-    for each in reversed(list(_causes(error))):  # the rack file's own only says which program is unusable
+    """Return each mistake of an edit as `mistake_of` does, but without its place in the text."""
+    for each in reversed(list(_causes(error))):  # the rack file's error only names the unusable program
         if isinstance(each, EditRefusal):
             return _refusals(each, program)
         if isinstance(each, BuildError):
@@ -69,7 +69,7 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _refusals(error: EditRefusal, program: Path) -> list[Json]:
-    """Return why each sequence can't continue: `old` is the line of the running program where it waits."""
+    """Return why each sequence can't continue; `old` is the line of the running program where it waits."""
     restart = list(error.sequences)
     if not error.refusals:
         return [{**_mistake(error.reason, error.site, program), "restart": restart}]
@@ -85,7 +85,7 @@ def _mistake(text: str, site: Site, program: Path) -> Json:
 
 
 def findings_of(job: LoadedRack) -> list[Json]:
-    """Return what `scanrack check` says of a program's own file: line, rule and sentence."""
+    """Return the findings of `scanrack check` in a program's own file: line, rule and sentence."""
     return [
         {"line": each.place.line, "rule": each.rule, "text": f"{each.text}; {each.row.remedy}"}
         for each in check_rack(job).findings
@@ -94,7 +94,7 @@ def findings_of(job: LoadedRack) -> list[Json]:
 
 
 def new_findings(found: Iterable[Json], known: Iterable[Json]) -> list[Json]:
-    """Return the findings that an earlier version did not have, whatever their lines."""
+    """Return the findings that an earlier version did not have, ignoring line numbers."""
     left = [(each["rule"], each["text"]) for each in known]
     new = []
     for each in found:
@@ -117,12 +117,12 @@ def preview_of(
     """Return a preview for a page.
 
     Args:
-        program: the file.
-        texts: the one that runs, and the edited one.
-        edit: what it would do; None if it can't be taken over.
-        mistakes: why, as `mistakes_of` has them.
-        findings: what `check` says of it and not of the one that runs.
-        effects: what it can change in any run, by kind.
+        program: file of the program.
+        texts: the running text and the edited text.
+        edit: effects of the edit; None if it can't be taken over.
+        mistakes: the reasons for that, as from `mistakes_of`.
+        findings: findings of `check` that the running program does not have.
+        effects: what the edit can change in any run, by kind.
     """
     refused, found = list(mistakes), list(findings)
     marked = {("new", each["line"]) for each in (*refused, *found)} | {
@@ -147,8 +147,8 @@ def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = 
     r"""Return the lines of a difference, and those near marked lines.
 
     A row has `sign` (" ", "+", "-"), `old` and `new` line numbers, from 1, or None, and its `text`. A row
-    without a text stands for lines that are left out. A marked line is `("new", 12)`, or `("old", 12)` of the
-    first text.
+    without a text stands for omitted lines. A marked line is `("new", 12)`, or `("old", 12)` for a line of
+    the first text.
 
     >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
@@ -170,7 +170,7 @@ def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = 
 
 
 def _rows(before: list[str], after: list[str]) -> Iterator[Json]:
-    """Yield all lines of both texts in the order of a difference."""
+    """Yield all lines of both texts in the order of a diff."""
     for tag, first, last, start, end in _changes(before, after):
         if tag == "equal":
             for number in range(last - first):
@@ -187,7 +187,7 @@ def _row(sign: str, old: int | None, new: int | None, text: str) -> Json:
 
 
 def _changes(before: list[str], after: list[str]) -> Iterator[tuple[str, int, int, int, int]]:
-    """Yield equal and changed parts; the equal ends are found first, so that a small edit costs little."""
+    """Yield equal and changed parts; find the equal ends first, so that a small edit is cheap."""
     most = min(len(before), len(after))
     head = next((n for n in range(most) if before[n] != after[n]), most)
     tail = next((n for n in range(most - head) if before[-1 - n] != after[-1 - n]), most - head)

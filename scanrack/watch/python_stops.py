@@ -1,4 +1,4 @@
-"""Breakpoints of a program in Python, or a list of steps: a line that runs, a value that changes.
+"""Breakpoints of a Python program or a list of steps: on a line that runs, or a value that changes.
 
 The session pauses after the scan.
 """
@@ -18,33 +18,33 @@ from scanrack.runtime.loop.scan import ScanLogic
 from typing_extensions import override
 
 EXECUTES = ("true", "executes")
-"""What a breakpoint on a line may wait for: that it runs."""
+"""Conditions of a breakpoint on a line; both mean that the line runs."""
 
 
 class PythonStops(Observer):
-    """Breakpoints of a program; satisfies `runtime.live.session.Stops`.
+    """The breakpoints of a program; satisfies `runtime.live.session.Stops`.
 
     Args:
         logic: returns the program, which an edit may replace.
-        file: its file; a copy of it with the same name may run.
+        file: file of the program; a copy with the same name may run.
 
     Attributes:
-        ran: the lines that ran in the latest scan, while there is a breakpoint on one.
+        ran: the lines that ran in the latest scan, while any line has a breakpoint.
     """
 
     def __init__(self, logic: Callable[[], ScanLogic], file: Path) -> None:
         self._logic, self._file = logic, file
         self._breaks: set[int] = set()
-        self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: how to read it, and the value before
+        self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, previous value
         self._running: set[int] = set()
-        self._begun = 0  # steps of a list that have begun
+        self._begun = 0  # number of steps in the list that have begun
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
-        self._watch.only()  # a branch begins without the observers of its session
+        self._watch.only()  # a branch begins without its session's observers
 
     @property
     def stops(self) -> tuple[str, ...]:
-        """The breakpoints that were met since this was read last, as sentences."""
+        """Sentences about the breakpoints that were hit since this was last read."""
         if self._breaks:
             self._note_step()
         self.ran, self._running = tuple(sorted(self._running)), set()
@@ -55,11 +55,11 @@ class PythonStops(Observer):
         """Set a breakpoint at a line.
 
         Args:
-            routine: the name of the program's file.
-            rung: the number of the line, from 1.
+            routine: name of the program's file.
+            rung: line number, from 1.
 
         Raises:
-            ValueError: another file, or a line without a statement of a function.
+            ValueError: it is another file, or the line has no statement in a function.
         """
         if routine.casefold() != self._file.name.casefold():
             raise ValueError(f"no file {routine}; the program is {self._file.name}")
@@ -76,15 +76,15 @@ class PythonStops(Observer):
         self._watch.add(self)
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a value of the program; ValueError if it can't be read."""
+        """Set a breakpoint on a value of the program; raise ValueError if it can't be read."""
         try:
             code = compile(tag, "<breakpoint>", "eval")
             self._values[tag] = code, self._read(code)
-        except Exception as error:  # whatever a property of the user's raises
+        except Exception as error:  # a user's property may raise anything
             raise ValueError(f"{tag} can't be read: {error}") from error
 
     def remove_breakpoint(self, at: str, rung: int | None = None, when: str = "executes") -> None:
-        """Remove a breakpoint at a line, or on a value."""
+        """Remove a breakpoint from a line or value."""
         if rung is None:
             self._values.pop(at, None)
             return
@@ -109,7 +109,7 @@ class PythonStops(Observer):
         return logic if isinstance(logic, Steps) else None
 
     def _note_step(self) -> None:
-        """Note a step of a list that has begun."""
+        """Record a step of a list that has begun."""
         steps = self._steps()
         if steps is not None and steps.resumed != self._begun:
             self._begun = steps.resumed
@@ -119,7 +119,7 @@ class PythonStops(Observer):
         for name, (code, before) in self._values.items():
             try:
                 now = self._read(code)
-            except Exception as error:  # it has no value now: a property of the user's raises
+            except Exception as error:  # there is no value now: a user's property raises
                 now = f"not known: {error}"
             if now != before:
                 self._values[name] = code, now

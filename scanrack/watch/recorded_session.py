@@ -1,4 +1,4 @@
-"""`scanrack watch TRACE`: a recording in the same page as a running rack."""
+"""`scanrack watch TRACE`: shows a recording in the same page as a running rack."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ class TracePlace(NamedTuple):
     """The place `TRACE#scan=12345&rung=Main.6`."""
 
     path: Path
-    scan: int | None  # None = the last one
+    scan: int | None  # None = the last scan
     rung: str  # "" = none
 
 
 def place_of(text: str) -> TracePlace:
-    """Parse a place in a trace; ValueError if the scan is not a number.
+    """Parse a place in a trace; raise ValueError if the scan is not a number.
 
     >>> place_of("run.mcap#scan=12&rung=Main.6")
     TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
@@ -77,7 +77,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
     Raises:
         ValueError: the recording or the port can't be used.
     """
-    from .server import Server  # imported late: no other command needs websockets in its own process
+    from .server import Server  # imported late, since no other command needs websockets in its own process
 
     with ExitStack() as stack:
         trace = stack.enter_context(open_trace(place.path))
@@ -87,7 +87,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         begun: list[Play] = []
 
         def prepare(*words: Any, **more: Any) -> None:
-            from .play import Play  # its imports take longer than the first page
+            from .play import Play  # imported late, since its imports take longer than the first page
 
             queried = WatchArguments(rack=str(place.path), port=port, record=place.path)
             begun[:] = [Play(WatchOptions(queried, editable=False), listening, folder, stack, key)]
@@ -116,11 +116,11 @@ def _fragment(place: TracePlace) -> str:
 
 
 def open_beside(path: Path) -> OpenedBeside:
-    """Open a recording to compare with: nothing of Python that came with it runs.
+    """Open a recording for comparison; Python that came with it does not run.
 
     Raises:
-        ValueError: it can't be used.
-        OSError: it can't be read.
+        ValueError: the recording can't be used.
+        OSError: the recording can't be read.
     """
     with ExitStack() as stack:
         monitor = open_to_read(stack, path, trust=False)
@@ -136,11 +136,11 @@ def open_to_read(
     told: Callable[[Trace], None] | None = None,
     prepare: Prepare | None = None,
 ) -> TraceMonitor:
-    """Return the monitor of a recording, open as long as the stack lasts.
+    """Return the monitor of a recording, which stays open until the stack is closed.
 
     Args:
-        prepare: prepares branches; None = it has none.
-        told: called with the recording when it is closed, also if it is refused.
+        prepare: prepares branches; None = no branches.
+        told: called with the recording when it is closed, even if it is refused.
     """
     trace = stack.enter_context(open_trace(path))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -150,10 +150,10 @@ def open_to_read(
 
 
 class OpenedRecording:
-    """A recording with the usable parts of its rack and programs.
+    """A recording, with the usable parts of its rack and programs.
 
     Args:
-        place: its path, and the first scan of pages.
+        place: path of the recording, and the scan that pages show first.
 
     Raises:
         ValueError: the trace does not name its rack, or its files can't be used.
@@ -183,7 +183,7 @@ class OpenedRecording:
         )
 
     def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
-        """Return the monitor of the recording; without `prepare` it has no branches."""
+        """Return the monitor of the recording; without `prepare`, it has no branches."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         about = SessionFacts(
@@ -209,7 +209,7 @@ class OpenedRecording:
         return found
 
     def _sources(self) -> list[Source]:
-        """Return its programs, in the order of their scans; unknown ones without their logic."""
+        """Return its programs in scan order; unknown programs have no logic."""
         if self.job is None or self._editions is None:
             return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
         found = [Source(0, self.job.logic, self.job.program)]
@@ -220,7 +220,7 @@ class OpenedRecording:
         return sorted(found, key=lambda each: each.first)
 
     def _branch(self, prepare: Prepare | None, scan: int, *, paused: bool) -> None:
-        """Prepare a session that repeats the recording up to a scan; ValueError if that is impossible."""
+        """Prepare a session that repeats the recording up to a scan; raise ValueError if impossible."""
         if prepare is None:
             raise ValueError("branches begin in the page of the recording itself")
         if self.job is None or self._editions is None:
@@ -241,10 +241,10 @@ class OpenedRecording:
         prepare(scan, orders, editions, self._place.path, paused=paused)
 
     def _check_untouched(self, scan: int) -> None:
-        """Refuse a recording of an operated bench, which has no orders.
+        """Check that a recording is not from a bench that was operated, since it would lack the orders.
 
         Raises:
-            ValueError: a script set tags, or pressed inputs.
+            ValueError: a script set tags or pressed inputs.
         """
         flags = read_columns(self._trace, Selection(0, scan)).flags
         touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0

@@ -1,4 +1,4 @@
-"""The server of a monitor: files and one socket per page. The only file that imports `websockets`."""
+"""The server of a monitor: it serves files and one socket per page. No other file imports `websockets`."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from .monitors.page import Page
 from .monitors.questions import ask
 
 HZ, IDLE_HZ = 30, 10
-"""Frames per second, with pages and without."""
+"""Frames per second with and without pages."""
 
 BUSY_S = 0.025
-"""Longest work of a monitor between two frames."""
+"""Longest time that a monitor works between two frames, s."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
-"""Most waiting messages of a page: one that does not read them gets no further answers."""
+"""Largest number of waiting messages for a page; a page that does not read them gets no more answers."""
 
 PAGES_MOST = 8
 STRANGERS_MOST = 16
-"""Most sockets that have not sent the key yet."""
+"""Largest number of sockets that have not sent the key yet."""
 
 KEY_S = 5
-"""Longest time of a socket to send the key."""
+"""Time within which a socket must send the key, s."""
 
 WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
-"""Reasons to close a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
+"""Status codes for closing a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
 
 
 class Server:
@@ -54,7 +54,7 @@ class Server:
     def run(self, listening: socket.socket) -> None:
         """Serve until the scan process has ended, or a recording continues as a session."""
         quiet(*CLIENT_LOGS)
-        # Windows' usual loop keeps a listening socket to itself: the next monitor could not use it
+        # Windows' default loop takes exclusive hold of a listening socket: the next monitor could not use it
         with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
             runner.run(self._run(listening))
 
@@ -74,7 +74,7 @@ class Server:
                 self._monitor.elsewhere.close()
 
     async def _pump(self) -> None:
-        """Call the monitor's `tick` regularly."""
+        """Call the monitor's `tick` at regular intervals."""
         loop = asyncio.get_running_loop()
         due = loop.time()
         while not self._ended():
@@ -100,7 +100,7 @@ class Server:
             return True
 
     def _request(self, _connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request for a file; let one for the socket through."""
+        """Answer a request for a file; let a request for the socket pass."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         host = hosts[0] if len(hosts) == 1 else None
@@ -168,7 +168,7 @@ class Server:
         ask(self._monitor, page, said)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
-        """Send due messages. A slow page delays only itself, and gets fewer frames."""
+        """Send messages that are due. A slow page delays only itself, and gets fewer frames."""
         while True:
             await page.due.wait()
             page.due.clear()
@@ -182,10 +182,10 @@ class Server:
                 await connection.send(_json({"frame": frame}))
 
     def _frame(self, page: Page) -> dict[str, Any] | None:
-        """Return the changes for a page; None after our own mistake, which ends this page only."""
+        """Return the changes for a page; None after an internal error, which ends only this page."""
         try:
             return self._monitor.frame(page)
-        except Exception:  # our own mistake: printed where the session was started
+        except Exception:  # an internal error: printed where the session was started
             traceback.print_exc()
             return None
 

@@ -1,4 +1,4 @@
-"""The process of a monitor beside a rack that runs."""
+"""The process of a monitor beside a running rack."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .server import Server
 
 
 def main(orders: socket.socket, listening: socket.socket, memory: SharedMemory) -> None:
-    """Run a monitor until the scan process ends: the main function of its process, see `keeper`.
+    """Run a monitor until the scan process ends: the main function of its process.
 
     Args:
         orders: the connection to the scan process.
-        memory: of the ring.
+        memory: shared memory of the ring.
     """
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):

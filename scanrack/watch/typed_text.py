@@ -1,4 +1,4 @@
-"""The text of a program's file in a page: what may be edited, and what an edit of it would do."""
+"""Previews edits of a program's text in a page: what may be edited, and what an edit would do."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from .history.program_file import digest
 from .preview import Json, findings_of, mistakes_of, new_findings, preview_of
 
 TYPED_SUFFIXES = (".rung", ".st", ".py")
-"""Suffixes of programs that a page edits."""
+"""Suffixes of programs that a page can edit."""
 
 Answer = Callable[[], Json]
-"""Makes an answer between two scans; ValueError if it is refused."""
+"""Makes an answer between two scans; raises ValueError if it is refused."""
 
 
 class TypedText:
-    """Previews edits of the text.
+    """Previews edits of the text of a program.
 
     Args:
-        trust: Python that is typed in a page may run.
+        trust: whether Python that is typed in a page may run.
     """
 
     def __init__(self, programs: EditedPrograms, run: JobRun, *, trust: bool) -> None:
         self._programs, self._run, self._trust = programs, run, trust
 
     def source(self) -> Json:
-        """Return the text of the file, and why a page may not edit it; OSError if it can't be read."""
+        """Return the text of the file, and why a page may not edit it; raise OSError if it can't be read."""
         text, program, why = self._programs.saved_text(), self._programs.file, ""
         if len(json.dumps(text, ensure_ascii=False).encode()) > DRAFT_MOST:
             why = f"{program.name} is too long: a page edits up to {DRAFT_MOST:,} bytes"
@@ -46,7 +46,7 @@ class TypedText:
         return {"file": program.name, "text": "" if why else text, "base": base, "lacks": why}
 
     def check(self, draft: Draft) -> None:
-        """Raise a ValueError if a page may not edit the program, or has not seen what is on the disk."""
+        """Raise ValueError if a page may not edit the program, or has not seen the text on disk."""
         source = self.source()
         if source["lacks"]:
             raise ValueError(source["lacks"])
@@ -54,13 +54,13 @@ class TypedText:
             raise ValueError(f"{source['file']} was changed by another program: reload it, then edit")
 
     def preview(self, draft: Draft) -> Answer:
-        """Return what previews an edited text, loaded from a copy of the running files."""
+        """Load an edited text from a copy of the running files; return a function that makes its preview."""
         data = draft.text.encode()
         load = lambda: self._programs.with_file(data)[1]  # noqa: E731
         return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
 
     def preview_saved(self) -> Answer:
-        """Return what previews the text that another program has saved."""
+        """Load the text that another program has saved; return a function that makes its preview."""
         return self._previewed(self._programs.saved_text(), "", self._programs.from_disk, effects=True)
 
     def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
@@ -86,7 +86,7 @@ class TypedText:
 
 
 def effects_between(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
-    """Return what an edit of rungs can change; nothing for other programs."""
+    """Return what an edit of rungs can change; empty for other programs."""
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()
     return effects_of(running.logic, edited.logic)

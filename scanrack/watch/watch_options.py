@@ -18,7 +18,7 @@ from scanrack.terminal.shared_options import (
     UaUsersOption,
 )
 
-if TYPE_CHECKING:  # the command is listed without them
+if TYPE_CHECKING:  # not needed to list the command
     from collections.abc import Callable
 
     from scanrack.jobs.run.running import JobRun
@@ -101,17 +101,17 @@ class WatchArguments:
 
 @dataclass(frozen=True, slots=True)
 class WatchOptions:
-    """The options, and what they mean for a session."""
+    """The settings of a session, derived from the options."""
 
     arguments: WatchArguments
-    speed: float | None = 1.0  # times real time; None = as fast as possible
-    read_only: bool = False  # refuse orders, and edits of the program
-    scans: int | None = None  # their number; None = until Ctrl-C
-    editable: bool = True  # the program's files are on the disk, and saved changes are used
-    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
-    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
-    servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
-    door: Callable[[Session, JobRun], object] | None = None  # called with each session: a debug adapter
-    saved: Callable[[str], None] | None = None  # called with a saved file of the program, which then waits
-    remembered: int = 0  # snapshots from which a debug adapter runs scans again, see `Debugger`
+    speed: float | None = 1.0  # multiple of real time; None = as fast as possible
+    read_only: bool = False  # whether to refuse orders and edits of the program
+    scans: int | None = None  # number of scans; None = until Ctrl-C
+    editable: bool = True  # whether the program's files are on disk and saved changes are used
+    keep: int | None = None  # number of earlier recordings to keep; None = as in the rack file
+    forces: tuple[Force, ...] = ()  # forces of tags and images from the first scan
+    servers: tuple[ServerAddress, ...] = ()  # servers through which clients read and write tags
+    door: Callable[[Session, JobRun], object] | None = None  # called with each session, by a debug adapter
+    saved: Callable[[str], None] | None = None  # called with a saved program file's name, which then waits
+    remembered: int = 0  # number of snapshots from which a debug adapter reruns scans, see `Debugger`
     page: bool = True  # whether there is a page

@@ -5,12 +5,13 @@
     line.slot[1].press("estop", "100 ms")
     assert line["Trouble"], line.why("Trouble")
 
-Made for tests that read as a story. The report of a condition that stays false shows the bench at that time.
+It is made for tests that read like a story. If a condition stays false, the error shows the state of the
+bench.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers treat it as true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .bench import Bench, ObservedLogic

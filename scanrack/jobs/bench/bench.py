@@ -50,21 +50,21 @@ class ObservedLogic(Protocol):
 
     @property
     def tags(self) -> Any:
-        """The tags by name."""
+        """The tags, by name."""
 
     def why(self, tag: str) -> str:
-        """Explain the present value of a tag."""
+        """Explain the current value of a tag."""
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value."""
+        """Force a tag to a value."""
 
     def unforce(self, tag: str | None = None) -> None:
-        """Release a tag."""
+        """Release the force of a tag."""
 
 
 Condition = Callable[["Bench"], Any] | str
-"""The condition that ends a run: a function of the bench, or a tag that becomes true; of a rack with a Python
-program, a bit of an image.
+"""The condition that ends a run: a function of the bench, or a tag that becomes true. With a Python program,
+it is a function or a bit of an image.
 """
 
 
@@ -72,17 +72,17 @@ class Bench:
     """A rack under test.
 
     Attributes:
-        slot: the modules by slot number.
+        slot: the modules, by slot number.
         events: the events, oldest first.
-        recorder: what records it, if anything.
-        load: reloads a Python program; None without its file.
+        recorder: the recorder; None without a recording.
+        load: reloads a Python program; None if its file is unknown.
         read: the tags that `bench[tag]` has read since the latest scan, oldest first.
 
     Args:
-        logic: the program; a ladder program under a debugger for tags, forces and `why`.
-        listeners: makes further listeners of the rack, such as a recorder.
-        watched: the rack's watchdog ends endless logic. Without it a test can stop at a breakpoint for
-            any time.
+        logic: the program; a ladder program runs under a debugger for tags, forces and `why`.
+        listeners: creates further listeners of the rack, such as a recorder.
+        watched: the rack's watchdog ends endless logic. Without it, a test can stay at a breakpoint for any
+            time.
         load: reloads a Python program, so that `why` can name its lines.
         editions: keeps the files of edits for the recording; None without one.
     """
@@ -99,7 +99,7 @@ class Bench:
     ) -> None:
         self.spec = spec
         self._editions, self._edits = editions, 0
-        self._order: dict[str, str] = {}  # of the edit that is being made, if its files are known
+        self._order: dict[str, str] = {}  # describes the current edit, if its files are known
         self.load = load
         self.logic: Any = logic
         self._observed = isinstance(logic, ObservedLogic)
@@ -133,7 +133,7 @@ class Bench:
 
     @property
     def scans(self) -> int:
-        """Number of scans so far."""
+        """Number of completed scans."""
         return self.cpu.scan
 
     @property
@@ -148,11 +148,11 @@ class Bench:
 
     @property
     def stops(self) -> tuple[Any, ...]:
-        """The breakpoints that were met in the latest scan."""
+        """The breakpoints that were hit in the latest scan."""
         return self.logic.stops if self._observed else ()
 
     def scan(self, scans: int = 1) -> None:
-        """Run scans; a breakpoint that is met ends the run.
+        """Run scans; end early if a breakpoint is hit.
 
         Raises:
             CpuFault: the program faults the CPU.
@@ -168,7 +168,7 @@ class Bench:
             self.read.clear()
 
     def run_for(self, time: str) -> None:
-        """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
+        """Run for a machine time with a unit, such as "2 s", rounded up to whole scans.
 
         Raises:
             ValueError: not a time.
@@ -183,7 +183,7 @@ class Bench:
             condition: a function of the bench, or the address of a tag.
 
         Raises:
-            NotReachedError: it does not hold in time; the message shows the bench.
+            NotReachedError: the condition does not hold in time; the message shows the bench.
             ValueError: `within` is not a time, or the tag is unknown.
             CpuFault: the program faults the CPU.
         """
@@ -205,7 +205,7 @@ class Bench:
         return word if place.bit is None else word >> place.bit & 1
 
     def program_mode(self) -> None:
-        """Turn the CPU's key to program: logic rests, outputs are not sent."""
+        """Turn the CPU's key to program: the logic rests, and outputs are not sent."""
         self.cpu.mode = CpuMode.PROGRAM
 
     def run_mode(self) -> None:
@@ -216,7 +216,7 @@ class Bench:
 
     @property
     def program(self) -> Any:
-        """The ladder program under its debugger: breakpoints, truth, pictures, cross reference.
+        """The ladder program under its debugger, with breakpoints, truth, pictures and cross reference.
 
         Raises:
             ValueError: the program is a Python function.
@@ -226,22 +226,22 @@ class Bench:
         return self.logic
 
     def edit(self, program: Any, restart: SequenceOf[str] = ()) -> Any:
-        """Continue with an edited program from the next scan on, see `Debugger.edit` and `edit_logic`.
+        """Continue with an edited program from the next scan, see `Debugger.edit` and `edit_logic`.
 
-        Edit the program's file, and give its rack file: `bench.edit("feeder.toml")`. The recording then has
-        the edited files, and `scanrack replay --into session` repeats it. A program that a test has made,
-        such as `read_program(path)` or an instance of a class of `Logic`, has no files: a rerun says what it
-        lacks.
-        The next scan is recorded with an event of kind "edit": new, changed and dropped tags or fields.
+        Edit the program's file, and pass its rack file: `bench.edit("feeder.toml")`. The recording then has
+        the edited files, and `scanrack replay --into session` repeats the edit. A program that a test
+        creates, such as `read_program(path)` or an instance of a subclass of `Logic`, has no files. A rerun
+        then reports what is missing. The next scan is recorded with an event of kind "edit": new, changed and
+        dropped tags or fields.
 
         Args:
-            program: path of the rack file, whose program is loaded again; or a ladder program, or an instance
-                of a class of `Logic`.
-            restart: sequences of a class of `Logic` that restart.
+            program: path of the rack file, whose program is loaded again; or a ladder program; or an instance
+                of a subclass of `Logic`.
+            restart: names of the sequences to restart.
 
         Raises:
-            ValueError: the program is a Python function, it can't continue as the edited one, or its files
-                can't be used.
+            ValueError: the program is a Python function, can't continue as the edited program, or has
+                unusable files.
             OSError: its files can't be read.
         """
         self.__dict__.pop("_names", None)
@@ -261,7 +261,7 @@ class Bench:
         return done
 
     def _edit_files(self, rack: str, restart: SequenceOf[str]) -> Any:
-        """Continue with the program of a rack file; its files go with the event, as those of a session do."""
+        """Continue with the program of a rack file; record its files with the event, as in a session."""
         if self._editions is None:
             raise ValueError(f"{rack}: this bench has no files: give the program itself")
         self._editions.forget()
@@ -283,7 +283,7 @@ class Bench:
         self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit), **self._order}))
 
     def __getitem__(self, tag: str) -> Any:
-        """Return the present value of a tag, a bit or word of an image, or a value of a Python program.
+        """Return the current value of a tag, a bit or word of an image, or a value of a Python program.
 
         Raises:
             ValueError: an unknown name.
@@ -301,9 +301,10 @@ class Bench:
         return eval(value.source, namespace)
 
     def __setitem__(self, tag: str, value: object) -> None:
-        """Set a tag of a ladder program, or a field of a class of `Logic`, before the next scan.
+        """Set a tag of a ladder program, or a field of a `Logic` program, before the next scan.
 
-        The next scan is recorded with an event of kind "set" if it is a field: a replay sets it as well.
+        If it is a field, the next scan is recorded with an event of kind "set", so that a replay sets it as
+        well.
 
         Raises:
             ValueError: an unknown name, or the value does not fit.
@@ -311,17 +312,17 @@ class Bench:
         self._desk.tags[tag] = value
         if isinstance(self.logic, Logic):
             held = self._fields[tag]
-            with suppress(ValueError):  # NaN and infinities are no JSON: they are not recorded
+            with suppress(ValueError):  # NaN and infinities are not JSON and are not recorded
                 order = {"order": text_of(Write(tag, held))}
                 self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {held!r}", order))
 
     @property
     def _desk(self) -> Any:
-        """The tags or fields of the program, to be set and forced."""
+        """The tags or fields of the program, which can be set and forced."""
         return self._fields if isinstance(self.logic, Logic) else self.program
 
     def check(self, *tags: str) -> None:
-        """Check tags and addresses before a run; ValueError for an unknown name."""
+        """Check tags and addresses before a run; raise ValueError for an unknown name."""
         for tag in tags:
             if self._observed and not self._is_image(tag):
                 _ = self.program.tags[tag]
@@ -336,15 +337,15 @@ class Bench:
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot})
 
     def why(self, tag: str | None = None) -> str:
-        """Explain a value in at most six lines: since when, the way, and the cause, see `chain`.
+        """Explain a value in at most six lines: since when it holds, how, and why, see `chain`.
 
-        A Python program is loaded again and runs on its recorded inputs; the scan in question is traced.
-        The program on the bench is not touched.
+        A Python program is loaded again and runs on its recorded inputs, with the scan in question traced.
+        The program on the bench is not affected.
 
         Args:
             tag: a tag of a ladder program; an address of an image; a value of a Python program, such as
-                `line.step`. Left out: the condition that every module waits for, and the
-                latest change of its output words.
+                `line.step`. None = the condition for which each module waits, and the latest change of its
+                output words.
 
         Raises:
             ValueError: an unknown name, or no scan has run.
@@ -353,11 +354,11 @@ class Bench:
         return why.rack() if tag is None else why.of(tag)[0]
 
     def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Return the answer of `why`, and its chain; with `deep` the text has all of that, see `chain`."""
+        """Return the answer of `why` and its chain; `deep` puts all of the chain into the text."""
         return self._why().of(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
-        """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
+        """Return the chain of causes of a value, back to an input, operator, incident or power-up.
 
         Args:
             tag: see `why`.
@@ -369,9 +370,9 @@ class Bench:
         return self._why().chain(tag, deep=deep)
 
     def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
-        """Return the smallest sets of inputs that would give a tag of a ladder program a value.
+        """Return the smallest sets of inputs that would give a ladder program's tag a value.
 
-        Each set is found by running the program with it, on a copy, from the latest scan on.
+        Each set is tested by running a copy of the program with it from the latest scan.
         """
         return self._why().suggest_inputs(tag, requested, scans)
 
@@ -381,9 +382,9 @@ class Bench:
         return Why(recording, len(recording.scans) - 1, self.spec, self.load, debugger)
 
     def force(self, address: str, value: int) -> None:
-        """Hold a bit or word of an image, a tag, or a field of a class of `Logic`, at a value.
+        """Force a bit or word of an image, a tag, or a field of a `Logic` program to a value.
 
-        A name of an image, such as an alias, is its address. Forces of images are recorded.
+        A name for part of an image, such as an alias, counts as its address. Forces of images are recorded.
 
         Raises:
             ValueError: an unknown name, or the value does not fit.
@@ -395,7 +396,7 @@ class Bench:
             self._desk.force(address, value)
 
     def unforce(self, address: str) -> None:
-        """Release a force; ValueError if it is not forced."""
+        """Release a force; raise ValueError if there is none."""
         image = self._image(address)
         if image is not None:
             self.cpu.forces.remove(image)
@@ -413,7 +414,7 @@ class Bench:
         return parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
 
     def _image(self, name: str) -> str | None:
-        """Return the address of the word or bit of an image that a name means; None for any other name."""
+        """Return the address of the image word or bit to which a name refers; None for any other name."""
         if self._is_image(name):
             return str(self._place(name))
         found: str | None = (
@@ -423,14 +424,14 @@ class Bench:
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:
-        """The sequences of the program by name: `bench.sequences["cycle"].line`."""
+        """The sequences of the program, by name: `bench.sequences["cycle"].line`."""
         return {each.name: each for each in sequences_in(self.logic)}
 
     # --- events
 
     @property
     def rules(self) -> SequenceOf[str]:
-        """Ids of the manual's rules that have fired, in their order."""
+        """Ids of the manual's rules that have fired, in the order of firing."""
         return [each.name for each in self.events if each.kind == "rule"]
 
     def __str__(self) -> str:
@@ -453,7 +454,7 @@ class Bench:
     # --- the end
 
     def end_recording(self) -> None:
-        """Complete the recording; further scans are not in it."""
+        """Complete the recording; it does not include later scans."""
         if self.recorder is not None:
             self.cpu.dismiss(self.recorder)
 

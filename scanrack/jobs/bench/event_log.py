@@ -18,10 +18,10 @@ class BenchEvent:
     Attributes:
         scan: number of the scan that reported it.
         now_ns: its time, ns since power-up.
-        slot: the module, 0 for the CPU.
+        slot: slot number of the module; 0 for the CPU.
         kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
         name: the rule's id, the move's kind, the input's name; the topic for the CPU.
-        text: the event in words.
+        text: description of the event.
     """
 
     scan: int

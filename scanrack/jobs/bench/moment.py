@@ -1,4 +1,4 @@
-"""The scan of a question: by time, by number, or when a bit becomes true."""
+"""Chooses the scan of a question: by time, by number, or by a bit that becomes true."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scanrack.traces.replay import PackedTrace
 
 
 class NotReachedError(AssertionError):
-    """A condition that did not come true in time; the message shows the bench.
+    """A condition did not come true in time; the message shows the bench.
 
     Attributes:
         tags: the tags that the condition read.
@@ -24,15 +24,15 @@ class NotReachedError(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class ScanChoice:
-    """The scan of a question; the last one by default.
+    """The chosen scan of a question; the last scan by default.
 
     Raises:
-        ValueError: more than one of them is given, or `at` is neither.
+        ValueError: more than one field is given, or `at` is neither a time nor a number.
     """
 
-    at: str | None = None  # a time with its unit, such as "1.5 s", or the number of a scan
+    at: str | None = None  # a time with a unit, such as "1.5 s", or the number of a scan
     scans: int | None = None
-    until: str | None = None  # the bit that must be true: a tag, or an address of an image
+    until: str | None = None  # the bit that must become true: a tag, or an address in an image
 
     def __post_init__(self) -> None:
         options = (("--at", self.at), ("--scans", self.scans), ("--until", self.until))
@@ -48,16 +48,16 @@ class ScanChoice:
         return int(self.at) if self.at is not None and self.at.strip().isdecimal() else None
 
     def scans_from_power_up(self, period_ns: int) -> int | None:
-        """Return the number of scans that a rack runs; None if it depends on the run."""
+        """Return how many scans a rack must run to reach the choice; None if this depends on the run."""
         if self.scans is not None:
             return self.scans
         if self.number is not None:
             return self.number + 1
-        # the scan at that very time is one of them
+        # the scan at exactly that time is included
         return None if self.at is None else parse_time(self.at) // period_ns + 1
 
     def row(self, recording: PackedTrace) -> int:
-        """Return the row of a recording; `until` is ignored.
+        """Return the row of a recording for `at`; `until` is ignored.
 
         Raises:
             ValueError: the recording has no such scan.

@@ -1,4 +1,4 @@
-"""A bench as a notebook shows it: scan, each module's status, the program with its power, the last events."""
+"""Shows a bench in a notebook: scan, module status, the program with its power, the last events."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ if TYPE_CHECKING:
 
 EVENTS = 5
 RUNGS = 20
-"""Most events, and most rungs, that are shown."""
+"""Largest numbers of events and of rungs that are shown."""
 
 
 def as_html(
     name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], events: Sequence[object], logic: Any
 ) -> str:
-    """Return a bench as HTML: its slots with the names of their words, the last events, the program."""
+    """Return a bench as HTML: its slots with named words, the last events, the program."""
     parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
     parts.append(rows([str(each)] for each in events[-EVENTS:]))
     return card(name, *parts, _rungs(logic))
 
 
 def _slot(slot: SlotBench, names: ModuleWords) -> str:
-    """Return a slot: its status, and its words by name."""
+    """Return a slot as HTML: its status, and its words by name."""
     own = getattr(slot.status, "_repr_html_", None)
     status = line(str(slot.status)) if own is None else own()
     images = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
@@ -36,7 +36,7 @@ def _slot(slot: SlotBench, names: ModuleWords) -> str:
 
 
 def _rungs(logic: Any) -> str:
-    """Return the first routine of a ladder program with the power of the last scan."""
+    """Return the first routine of a ladder program as HTML, with the power in the last scan."""
     if not hasattr(logic, "truth"):
         return ""
     from scanrack.ladder.draw import captions_of, routines_svg

@@ -1,4 +1,4 @@
-"""Questions about a trace: its program runs on the recorded inputs, up to the scan in question."""
+"""Answers questions about a trace by running its program on the recorded inputs up to a scan."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TraceAnswer:
-    """An answer, the number of its scan, reasons to doubt it, and the lines of the program that it names."""
+    """An answer, the number of its scan, reasons to doubt it, and the program lines that it names."""
 
     scan: int
     now_ns: int
     text: str
     notes: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
-    chain: CauseLink | None = None  # of causes; None without a question
-    remedies: Remedies | None = None  # what it would take; None if no value is required
+    chain: CauseLink | None = None  # chain of causes; None without a question
+    remedies: Remedies | None = None  # what would give the required value; None without one
 
 
 def why_of_trace(
@@ -57,17 +57,17 @@ def why_of_trace(
     """Answer a question about a trace.
 
     Args:
-        trace: without its program, its images alone give the answer.
+        trace: if it lacks its program, the answer comes from its images alone.
         what: see `Bench.why`.
-        trust: run Python that came with the trace; otherwise only files that equal those of the current
+        trust: run any Python that came with the trace; otherwise only files that equal those in the current
             folder.
-        deep: whether rungs of add-on instructions are links of the chain, too.
-        want: the value that it should have: what it would take is answered, too.
-        more: scans of a growing trace that are not written yet.
+        deep: whether the chain also includes rungs of add-on instructions.
+        want: the required value; the answer then also says how `what` could get it.
+        more: scans of a growing trace that are not yet written.
 
     Raises:
-        ValueError: an unusable file or option, or an unknown name.
-        UntrustedError: Python of the trace would run.
+        ValueError: a file or an option is unusable, or a name is unknown.
+        UntrustedError: untrusted Python of the trace would run.
         NotReachedError: the bit of `moment` does not become true.
     """
     recording = PackedTrace.of(trace, more)
@@ -87,12 +87,12 @@ def lines_of_trace(
     more: Columns | None = None,
     latest: Sequence[tuple[int, str]] = (),
 ) -> ExecutedLines:
-    """Return the lines of a trace's Python program that ran in a range of scans.
+    """Return the lines of a trace's Python program that were executed in a range of scans.
 
-    The program runs: it must be trusted. For `more` and errors see `why_of_trace`.
+    The program is run, so it must be trusted. For `more` and errors, see `why_of_trace`.
 
     Args:
-        latest: orders that may not be written yet: the scan before which each acts, and its text.
+        latest: orders that may not be written yet, each with the scan before which it acts and its text.
     """
     from ..why.executed_lines import executed_lines
 
@@ -110,8 +110,8 @@ def lines_of_trace(
 
 
 def _load_of(trace: Trace, job: LoadedRack, folder: Path, *, trust: bool) -> Load:
-    """Return what loads a trace's Python program again, and its edits."""
-    from ..record.order_repeater import orders_of  # with the modules of a session: rungs need none
+    """Return a loader for a trace's Python program and its edits."""
+    from ..record.order_repeater import orders_of  # imports the modules of a session, which rungs do not need
     from ..record.program_versions import versions_of
     from ..why.traced_run import Load
 
@@ -157,7 +157,7 @@ def _of_ladder(
         done = follow(recording, debugger, last, until, snapshots)
         found, departs = done.row if done.met or until is None else None, done.departs
     else:
-        from ..replay.replaying import edit_notes, score_of  # with a CPU: most recordings need none
+        from ..replay.replaying import edit_notes, score_of  # imports a CPU; most recordings need none
         from ..replay.tag_orders import TagOrders, first_few
         from ..why.input_replay import InputReplay
 
@@ -173,10 +173,10 @@ def _of_ladder(
 
 
 def _without_images(moment: ScanChoice, what: str | None, images: Why, debugger: Debugger) -> ScanChoice:
-    """Return the choice of a scan, by its number if it is that of a bit of an image.
+    """Return the choice of a scan; replace a bit of an image by the number of the scan in which it comes on.
 
     Raises:
-        ValueError: an unknown tag, before the run.
+        ValueError: a tag is unknown; raised before the run.
         NotReachedError: the bit of `moment` does not become true.
     """
     for tag in (what, moment.until):
@@ -189,7 +189,7 @@ def _without_images(moment: ScanChoice, what: str | None, images: Why, debugger:
 
 
 def _departed(why: Why, row: int | None) -> list[str]:
-    """Return a note if the program has deviated from the recording, in a row."""
+    """Return a note that the program deviated from the recording in the given row; [] if there is none."""
     if row is None:
         return []
     when = why.past.when(row)
@@ -218,7 +218,7 @@ def _answer(
 
 
 def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
-    """Yield the lines of a Python program that an answer names."""
+    """Yield the lines of a Python program that a chain names."""
     from ..why.source.lines import Line
 
     for each in chain.path if load is not None else ():

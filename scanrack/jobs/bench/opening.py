@@ -1,4 +1,4 @@
-"""From a rack file to a bench: for users' tests, and for commands that inspect a running program."""
+"""Opens a rack file on a bench, for users' tests and for commands that inspect a running program."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .bench import Bench
 
 
 class BenchObserver:
-    """Sees every bench that is opened while it is in `OBSERVER`; this one does nothing."""
+    """Observes every bench that is opened while it is set in `OBSERVER`; this base class does nothing."""
 
     def loading(self) -> AbstractContextManager[object]:
-        """Return a context in which a program is loaded."""
+        """Return a context in which programs are loaded."""
         return nullcontext()
 
     def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
@@ -36,22 +36,22 @@ class BenchObserver:
 
 
 OBSERVER: ContextVar[BenchObserver] = ContextVar("OBSERVER", default=BenchObserver())  # noqa: B039 - it has no state
-"""Who sees the benches that are opened."""
+"""The observer of all benches that are opened."""
 
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
-    """Open a rack with its program on a bench, powered up and not yet scanned.
+    """Open a rack with its program on a bench, powered up but not yet scanned.
 
-    A ladder program runs under a debugger: it can be questioned, forced and stopped. A Python program
-    is loaded again, so that no state of an earlier bench remains.
+    A ladder program runs under a debugger: its values can be explained and forced, and it can be stopped. A
+    Python program is loaded again, so that no state of an earlier bench remains.
 
     Args:
         rack: path of the rack file, TOML or Python.
-        record: path of a recording, by default none; `Bench.close` completes it.
+        record: path of the recording, which `Bench.close` completes; None = no recording.
         watched: the rack's watchdog ends endless logic.
 
     Raises:
-        ValueError: an unusable rack or program; with file, line, key and the allowed values.
+        ValueError: the rack or program is unusable; the message has file, line, key and allowed values.
         OSError: the recording can't be written.
     """
     with OBSERVER.get().loading():
@@ -62,7 +62,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
 
 
 def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | None:
-    """Return the loader of a job's Python program; None for a ladder program, which has a debugger.
+    """Return the loader of a job's Python program; None for a ladder program, which runs under a debugger.
 
     Args:
         rack: path of the rack, as for `load_job`.
@@ -73,7 +73,7 @@ def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | No
 
 
 def with_edits(load: Load, editions: ProgramVersions) -> Load:
-    """Return a loader of the first program of a bench and of those of its edits, as their files were."""
+    """Return a loader for the first program of a bench and its edits, from their files at that time."""
 
     def logic() -> ScanLogic:
         return editions.again(0).logic if editions.edited else load.logic()

@@ -1,6 +1,6 @@
-"""Finds what an owner could have done in a recorded run to give a tag another value, by trials on copies.
+"""Finds what an owner could have done in a recorded run to give a tag another value, by trying it on copies.
 
-The rack runs again up to the scan, with the orders of the session, see `why.acts`.
+The rack runs again up to the scan in question, with the orders of the session, see `why.acts`.
 """
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ def acts_in_trace(
     *,
     trust: bool,
 ) -> Iterator[Acts]:
-    """Yield what an owner could do after a scan of a recording, up to `MOST_ANSWERS`; see `every_act`.
+    """Yield up to `MOST_ANSWERS` actions of an owner after a scan of a recording; see `every_act`.
 
     Args:
-        folder: where to unpack the files of the trace.
-        orders: of the session up to then.
+        folder: folder into which to unpack the files of the trace.
+        orders: orders of the session up to that scan.
 
     Raises:
-        ValueError: an unknown name, or the program was edited before that scan.
-        UntrustedError: Python of the trace would run.
+        ValueError: the name is unknown, or the program was edited before that scan.
+        UntrustedError: untrusted Python of the trace would run.
     """
     edits = [each.scan for each in trace.events() if is_edit(each) and each.scan <= scan]
     if edits:

@@ -1,4 +1,4 @@
-"""A module on the bench: its words, its machine, and a test's means to act on it."""
+"""A module on the bench: its words, its machine, and methods for a test to act on it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class SlotBench:
     """A module on the bench, and its machine: `bench.slot[1]`.
 
     Attributes:
-        number: of the slot.
+        number: slot number.
         outputs: the latest output image of the program.
         inputs: the latest input image that the program read.
-        status: the bits and values of the input image by name.
+        status: the bits and values of the input image, by name.
     """
 
     def __init__(
@@ -34,9 +34,9 @@ class SlotBench:
         self.status: Any = record.status(slot.inputs, slot.words)
         self._record = record
         self._run_for, self._now_ns = run_for, now_ns
-        self._latest_fault = FaultKind.POWER_CYCLE  # what was done to the module last
+        self._latest_fault = FaultKind.POWER_CYCLE  # the fault that was last injected
         self._module: Any = slot.module
-        self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
+        self._device: Any = getattr(slot.module, "module", slot.module)  # unwrap injected faults
 
     @property
     def moving(self) -> bool:
@@ -45,7 +45,7 @@ class SlotBench:
 
     @property
     def shaft(self) -> int:
-        """True position of the shaft, steps from its place at power-up; the module may be wrong."""
+        """True position of the shaft, steps from its place at power-up. The module may report another."""
         shaft, *_ = self._device.figures()
         return int(shaft)
 
@@ -56,15 +56,14 @@ class SlotBench:
         return frozenset(name for name, bit in INPUT_NAMES.items() if mask & bit)
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set an input from now on.
+        """Set an input until it is set again.
 
         Args:
-            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, the name
-                in the
-                rack file.
+            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; for a card, the name in
+                the rack file.
 
         Raises:
-            ValueError: an unknown input, or one that the machine of the rack file controls.
+            ValueError: the input is unknown, or is controlled by the machine of the rack file.
         """
         if isinstance(self._device, NamedInputs):
             self._device.set_input(name, energized)
@@ -76,13 +75,13 @@ class SlotBench:
         self._device.look_again()
 
     def set_value(self, name: str, value: float) -> None:
-        """Set an analog input of a card from now on.
+        """Set an analog input of a card until it is set again.
 
         Args:
-            value: V or mA of a channel with a range, else the raw number.
+            value: V or mA for a channel with a range, else the raw number.
 
         Raises:
-            ValueError: an unknown input, or an illegal value.
+            ValueError: the input is unknown, or the value is illegal.
         """
         if not isinstance(self._device, AnalogInputs):
             raise ValueError(f"slot {self.number}: a {self._slot.catalog} has no analog inputs")
@@ -92,7 +91,7 @@ class SlotBench:
         """Energize an input and run for a time; then release it.
 
         Raises:
-            ValueError: as `set_input`; or `for_` is not a time.
+            ValueError: see `set_input`; or `for_` is not a time.
         """
         self.set_input(name, True)
         self._run_for(for_)
@@ -110,7 +109,7 @@ class SlotBench:
             how: "link-lost", "removed", "fatal-error" or "asic-lost".
 
         Raises:
-            ValueError: an unknown fault, or a module without faults.
+            ValueError: the fault is unknown, or the module has no faults.
         """
         names = {each.value: trouble for each, trouble in TROUBLES.items()}
         if how is not None and how not in names:
@@ -124,7 +123,7 @@ class SlotBench:
         self._tell(None if how is None else FaultKind(how), begins=how is not None)
 
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
-        """Report what a test did to the module with the next scan, as an incident of a rack file is."""
+        """Record a test's action on the module with the next scan, like an incident of a rack file."""
         self._latest_fault = what or self._latest_fault
         event = incident_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)

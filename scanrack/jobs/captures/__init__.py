@@ -1,1 +1,1 @@
-"""Recordings of real controllers: captures of a network and logs of frames become traces."""
+"""Turns recordings of real controllers, network captures and frame logs, into traces."""

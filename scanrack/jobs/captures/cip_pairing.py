@@ -1,9 +1,9 @@
-"""EtherNet/IP: what clients read and write of modules' images in a CompactLogix, out of their packets.
+"""EtherNet/IP: extracts from packets how clients read and write modules' images in a CompactLogix.
 
     frame, items -> message, out of Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
 
-A message names a tag by its name, or by the number that the controller gave it in the list of its tags: a
-capture that lacks the list, since it began later, lacks those [1756-PM020].
+A message identifies a tag by its name, or by its number in the controller's list of tags. If a capture began
+after the list was read, tags with numbers stay unknown [1756-PM020].
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from typing_extensions import override
 from .pairing import OPEN_MAX, PairedExchange, Pairing
 
 DEEPEST = 2
-"""Levels of batches and routed messages inside each other."""
+"""Largest nesting depth of batches and routed messages."""
 
 TAGS_MOST = 100_000
-"""Tags of a list that are kept."""
+"""Largest number of tags kept from a list."""
 
 _SOME_FAILED = 0x1E
-"""Status of a batch of which some failed."""
+"""Status of a batch in which some messages failed."""
 
 _ATTRIBUTE_BYTES = {2: 2, 3: 4, 5: 4, 6: 4, 7: 2, 8: 12, 9: 1, 10: 1}
-"""Of a symbol; attribute 1 is its name [1756-PM020, tag list]."""
+"""Sizes of a symbol's attributes, bytes; attribute 1 is its name [1756-PM020, tag list]."""
 
 _REPLY = 0x80
 _Key = tuple[int, bytes]
@@ -58,13 +58,13 @@ _Sent = tuple[int, bytes]
 
 @dataclass(frozen=True, slots=True)
 class ImageExchange(PairedExchange):
-    """A read or a write of a module's words; its unit is the slot.
+    """A read or write of a module's words; its unit is the slot number.
 
     Attributes:
-        output: of `Local:n:O`, not of `Local:n:I`.
-        at: byte of the eight words that `data` begins at; negative for bytes before them.
-        data: bytes read or written.
-        keep: bits that the message leaves as they are; b"" for none.
+        output: whether the words are those of `Local:n:O`, not of `Local:n:I`.
+        at: offset of `data` in the eight words, bytes; negative if it begins before them.
+        data: the bytes that were read or written.
+        keep: mask of the bits that the message leaves unchanged; b"" for none.
     """
 
     output: bool
@@ -74,11 +74,11 @@ class ImageExchange(PairedExchange):
 
 
 class CipPairing(Pairing):
-    """The messages of a TCP connection; a reply has the context or the sequence number of its request.
+    """Pairs the messages of a TCP connection: a reply has the context or sequence number of its request.
 
     Attributes:
-        reads: reads of other tags than those of modules.
-        unnamed: those of them that name a tag by a number whose name the capture lacks.
+        reads: number of reads of tags that are not modules' images.
+        unnamed: how many of these identify the tag by a number that the capture does not explain.
     """
 
     def __init__(self) -> None:
@@ -114,7 +114,7 @@ class CipPairing(Pairing):
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
-        """Yield nothing: a message without a reply has no words."""
+        """Yield nothing: without a reply, a message has no words."""
         self._open.clear()
         return iter(())
 
@@ -122,7 +122,7 @@ class CipPairing(Pairing):
         data, at = (b"" if fresh else self._rest[to_device]) + data, 0
         while len(data) >= at + HEAD.size:
             command, length, _, status, context, options = HEAD.unpack_from(data, at)
-            if command > COMMAND_MOST or options:  # until a segment begins with a frame
+            if command > COMMAND_MOST or options:  # wait until a segment begins with a frame
                 at = len(data)
             if len(data) < at + HEAD.size + length:
                 break
@@ -156,12 +156,12 @@ class CipPairing(Pairing):
             elif status in (DONE, PARTIAL):
                 yield from self._of_tag(times, (request, reply), service, path, data, answer)
         except (CipRefusedError, struct.error, IndexError):
-            return  # cut short, or no message of a tag
+            return  # truncated, or not a message about a tag
 
     def _list(self, path: Path, data: bytes, answer: bytes) -> None:
-        """Keep the names of the controller's tags by their numbers."""
+        """Store the names of the controller's tags by number."""
         if any(not isinstance(each, Instance) for each in path.steps):
-            return  # tags of a program
+            return  # ignore program-scoped tags
         (count,) = struct.unpack_from("<H", data)
         attributes = struct.unpack_from(f"<{count}H", data, 2)
         at = 0
@@ -186,7 +186,7 @@ class CipPairing(Pairing):
         data: bytes,
         answer: bytes,
     ) -> Iterator[PairedExchange]:
-        """Yield the exchange of a tag; count the reads of tags of no module."""
+        """Yield the exchange for a module's tag; count reads of other tags."""
         names = [
             self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps
         ]
@@ -212,7 +212,7 @@ def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
 
 
 def _parts(batch: bytes) -> list[bytes]:
-    """Return the messages of a batch; none if its places go back: its bytes could repeat 16,000 times."""
+    """Return the messages of a batch; none if offsets decrease: bytes could repeat 16,000 times."""
     (count,) = struct.unpack_from("<H", batch)
     places: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
     if any(end < begin for begin, end in pairwise(places)):
@@ -221,11 +221,11 @@ def _parts(batch: bytes) -> list[bytes]:
 
 
 _Change = tuple[int, bytes, bytes]
-"""Place, bytes, bits that stay."""
+"""Offset, bytes, and mask of the bits that stay."""
 
 
 def _change(place: ImagePlace, service: int, data: bytes, answer: bytes) -> _Change | None:
-    """Return what a message reads or writes of the words."""
+    """Return the part of the words that a message reads or writes, or None."""
     if service == MODIFY:
         return _modified(place, data)
     if service not in (READ, READ_PART, WRITE, WRITE_PART):
@@ -238,7 +238,7 @@ def _change(place: ImagePlace, service: int, data: bytes, answer: bytes) -> _Cha
 
 
 def _modified(place: ImagePlace, data: bytes) -> _Change | None:
-    """Return the bits that a Read-Modify-Write sets and clears."""
+    """Return the change by a Read-Modify-Write, or None."""
     (size,) = struct.unpack_from("<H", data)
     ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
     if place.bit is not None or not size or len(ands) < size:
@@ -252,14 +252,14 @@ def _elements(service: int, data: bytes, answer: bytes) -> tuple[int, bytes]:
     is_write = service in (WRITE, WRITE_PART)
     typed = data if is_write else answer
     (code,) = struct.unpack_from("<H", typed)
-    body = typed[(4 if code == STRUCTURED else 2) + 2 * is_write :]  # after type and count
+    body = typed[(4 if code == STRUCTURED else 2) + 2 * is_write :]  # skip type and count
     if service == READ_PART:
         return struct.unpack_from("<I", data, 2)[0], body
     return (struct.unpack_from("<I", body)[0], body[4:]) if service == WRITE_PART else (0, body)
 
 
 def _within(at: int, data: bytes, keep: bytes) -> _Change | None:
-    """Return the part of a change that is in the eight words of a 3601."""
+    """Return the part of a change that lies in the eight words of a 3601, or None."""
     first, end = max(0, -at), 2 * WORDS - at
     data = data[first:end] if end > 0 else b""
     return (at + first, data, keep[first:end]) if data else None

@@ -1,7 +1,7 @@
-"""A trace of a module's words as clients of a CompactLogix read and write them over EtherNet/IP.
+"""Makes scans of a module's words from the EtherNet/IP reads and writes of a CompactLogix's clients.
 
-A scan is a packet that reads input words, whatever else it reads. The output words in the packets after it
-belong to it, until the next such packet.
+Each packet that reads input words begins a scan, whatever else it reads. Output words in later packets belong
+to the scan until the next such packet.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
     """Return the scans of one module, in order, and a sentence for each image with missing words.
 
     Raises:
-        ValueError: no input word is read.
+        ValueError: no packet reads an input word.
     """
     images = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
     seen = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
     scans: list[WordScan] = []
-    packet: tuple[int, int] | None = None  # of the latest scan
+    packet: tuple[int, int] | None = None  # times of the packet of the latest scan
     for each in exchanges:
         if not isinstance(each, ImageExchange):
             continue

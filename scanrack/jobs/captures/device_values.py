@@ -1,4 +1,4 @@
-"""What exchanges say of a controller, by name: registers and terminals, parameters of a PMC006."""
+"""Extracts named values from exchanges with a controller: registers, terminals, parameters of a PMC006."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ Values = dict[str, int]
 
 
 def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
-    """Return what an exchange says about a PCL601.
+    """Return the values of a PCL601 that an exchange shows.
 
     Args:
-        words: the known register words by address; updated.
+        words: the known register words, by address; this call updates them.
     """
     found = decoded(exchange)
     if found is None:
@@ -51,14 +51,14 @@ def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
 
 
 def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
-    """Return what an exchange says about a PMC006: the value that an instruction sets or reads."""
+    """Return the value of a PMC006 that an instruction sets or reads."""
     row = BY_CODE.get(exchange.request[0])
     if row is None or exchange.reply is None or row.kind is Kind.ACTION:
         return {}
     requested = int.from_bytes(exchange.request[1:5], "little", signed=True)
     value = int.from_bytes(exchange.reply, "little", signed=True)
     if row.kind is Kind.SET and value in (STATE_ERROR, UNKNOWN_ERROR) and value != requested:
-        return {}  # refused
+        return {}  # the instruction was refused
     return {row.name: value}
 
 
@@ -66,7 +66,7 @@ SAYS: Mapping[str, Callable[[PairedExchange, dict[int, int]], Values]] = {
     "pcl601": pcl601_says,
     "pmc006": pmc006_says,
 }
-"""By controller."""
+"""Functions that extract values, by controller."""
 
 ALWAYS = (
     Tag("reply_ms", "LREAL"),
@@ -74,9 +74,9 @@ ALWAYS = (
     Tag("exception", "USINT"),
     Tag("answered", "BOOL"),
 )
-"""Tags of each exchange: Modbus function or instruction, exception of Modbus, time to the reply."""
+"""Tags of each exchange: time to the reply, Modbus function or instruction, Modbus exception."""
 
 
 def tag_of(name: str) -> Tag:
-    """Return the tag of a value, 32 bits: all of them fit."""
+    """Return the tag of a value: 32 bits, which hold every value."""
     return Tag(name, "DINT")

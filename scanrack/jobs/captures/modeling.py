@@ -1,12 +1,13 @@
-"""The same requests to a simulated controller: what it would have answered.
+"""Sends the same requests to a simulated controller, to find what it would have answered.
 
     request   sent  |<---- window ---->| answered
     early model     x acts, is read    x is read
     late model      x is read          x acts, is read
 
-The instant at which the real controller acts is unknown: it lies between request and reply. So there are two
-models, one that acts as early as it may and one that acts as late. A value that lies among what both show at
-both ends of the window is explained: the model's is the same. Any other is the nearest that the models show.
+The instant at which the real controller acts lies somewhere between request and reply. So there are two
+models: one acts as early as possible, the other as late as possible. A real value between the lowest and
+highest values that they show at both ends of the window is explained, and the model's value is set to it.
+Otherwise the model's value is the nearest one shown.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from .pairing import PairedExchange
 from .recording import Statement
 
 Answer = Callable[[int, PairedExchange], bytes | None]
-"""From an instant, which never goes back, and a request to the reply."""
+"""Returns the reply to a request at an instant, ns; instants never decrease."""
 
 
 def simulated(controller: str, statements: Sequence[Statement]) -> list[Statement]:
-    """Return what a simulated controller says, powered up at the first request.
+    """Return the statements of a simulated controller that is powered up at the first request.
 
-    Scan n of both traces is the same exchange, at the same time. A request without a reply is taken as one
-    that the controller has carried out.
+    Scan n of both traces is the same exchange at the same time. A request without a reply is assumed to have
+    been carried out.
 
     Args:
         controller: `pcl601` or `pmc006`.
-        statements: of the real one.
+        statements: statements of the real controller.
     """
     begin_ns, unit = statements[0].exchange.requested_ns, statements[0].exchange.unit
     early, late = (_Model(controller, MODELS[controller](unit), begin_ns) for _ in range(2))
@@ -68,13 +69,13 @@ def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> St
 
 
 def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
-    """Return the value that is nearest to the real one, among those from the lowest to the highest shown."""
+    """Return the value in the range of the shown values that is nearest to the real one."""
     numbers = [each[name] for each in shown if name in each]
     return numbers[0] if real is None else min(max(real, min(numbers)), max(numbers))
 
 
 class _Model:
-    """A simulated controller, and the words that it has shown."""
+    """A simulated controller, and the words that it has shown so far."""
 
     def __init__(self, controller: str, answer: Answer, begin_ns: int) -> None:
         self._says = SAYS[controller]
@@ -84,7 +85,7 @@ class _Model:
         self._words: dict[int, int] = {}
 
     def ask(self, at_ns: int, exchange: PairedExchange) -> tuple[bytes | None, Values]:
-        """Carry out a request at an instant of the capture; return the reply and what it says."""
+        """Carry out a request at an instant of the capture; return the reply and its values."""
         self._now_ns = max(self._now_ns, at_ns - self._begin_ns)
         reply = self._answer(self._now_ns, exchange)
         return reply, self._says(replace(exchange, reply=reply), self._words)

@@ -1,4 +1,4 @@
-"""Requests and their replies in the bytes of a connection or line, three sorts of it."""
+"""Pairs requests with their replies in the bytes of a connection or line: Modbus TCP, Modbus RTU, PMC006."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from scanrack.runtime.line.rtu import LONGEST, Framer, Timing, is_frame
 from typing_extensions import override
 
 OPEN_MAX = 256
-"""Requests of a connection that wait for their replies; the oldest one is unanswered then."""
+"""Largest number of open requests on a connection; beyond it, the oldest counts as unanswered."""
 
 GAP_NS = 1_000_000_000
-"""Silence after which unfinished bytes of a line are dropped."""
+"""Silence after which unfinished bytes of a line are dropped, ns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,9 +27,9 @@ class PairedExchange:
     """A request and its reply.
 
     Attributes:
-        unit: address that the request names.
-        request: PDU of a Modbus request; of a PMC006 instruction and its data, 5 bytes.
-        reply: PDU of the reply; of a PMC006 its data, 4 bytes; None if there was none.
+        unit: unit address in the request.
+        request: PDU of a Modbus request; for a PMC006, the instruction and its data, 5 bytes.
+        reply: PDU of the reply; for a PMC006, its data, 4 bytes; None without a reply.
     """
 
     requested_ns: int
@@ -43,11 +43,11 @@ class Pairing(Protocol):
     """Finds exchanges in the bytes of one connection."""
 
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
-        """Take bytes; yield the exchanges that they complete.
+        """Process bytes and yield the exchanges that they complete.
 
         Args:
-            to_device: they go to the controller.
-            fresh: bytes before them are missing.
+            to_device: whether the bytes go to the controller.
+            fresh: whether bytes before them are missing.
         """
 
     def finish(self) -> Iterator[PairedExchange]:
@@ -55,12 +55,12 @@ class Pairing(Protocol):
 
     @property
     def passed_over(self) -> str:
-        """What else the connection has, a sentence; "" for nothing."""
+        """A sentence about ignored content of the connection; "" if there is none."""
         return ""
 
 
 def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
-    """Return a Modbus request and its answer; None if there is none of it, or it is refused."""
+    """Return a Modbus request and its answer; None if it was refused, or either can't be decoded."""
     request = REQUESTS.decode(exchange.request)
     answer = ANSWERS.decode(exchange.reply or b"")
     return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
@@ -82,7 +82,7 @@ class ModbusTcpPairing(Pairing):
         before = b"" if fresh else self._rest[to_device]
         try:
             frames, self._rest[to_device] = split_frames(before + data)
-        except NotModbusError:  # until a segment begins with a frame
+        except NotModbusError:  # wait until a segment begins with a frame
             self._rest[to_device] = b""
             return
         for frame in frames:
@@ -109,7 +109,7 @@ class ModbusTcpPairing(Pairing):
 
 
 class RtuPairing(Pairing):
-    """Modbus RTU: a reply follows its request; its length follows from that."""
+    """Modbus RTU: a reply follows its request, which determines the length of the reply."""
 
     def __init__(self) -> None:
         self._framer = Framer(Timing(GAP_NS, by_length=True))
@@ -151,7 +151,7 @@ class RtuPairing(Pairing):
 
 
 def _reply_bytes(request: bytes, heard: bytes) -> int | None:
-    """Return the length of the reply that begins with `heard`; None if it is not known (yet)."""
+    """Return the length of the reply that begins with `heard`; None if it is still unknown."""
     if len(heard) < 2 or heard[1] & ~EXCEPTION != request[1]:
         return None
     kind = ANSWERS.lookupPduClass(heard)
@@ -159,7 +159,7 @@ def _reply_bytes(request: bytes, heard: bytes) -> int | None:
 
 
 class PmcPairing(Pairing):
-    """A PMC006's frames: a reply does not name its instruction, so that they are paired in order."""
+    """PMC006 frames: a reply does not name its instruction, so frames are paired in order."""
 
     def __init__(self) -> None:
         self._framers = {True: pmc.Framer(), False: pmc.Framer()}
@@ -171,7 +171,7 @@ class PmcPairing(Pairing):
             self._framers[to_device].drop()
         for frame in self._framers[to_device].feed(data):
             if to_device and frame.second != pmc.REPLY:
-                yield from self.finish()  # one at a time: without a reply before the next it has none
+                yield from self.finish()  # one at a time: the earlier one stays unanswered
                 self._open.append((at_ns, frame))
             elif self._answers(at_ns, frame):
                 requested_ns, request = self._open.popleft()
@@ -179,7 +179,7 @@ class PmcPairing(Pairing):
                 yield PairedExchange(requested_ns, at_ns, request.second, _instruction(request), reply)
 
     def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
-        """Whether a frame is the reply to the open request."""
+        """Return whether a frame is the reply to the open request."""
         if not self._open or frame.second != pmc.REPLY:
             return False
         requested_ns, request = self._open[0]

@@ -1,4 +1,4 @@
-"""The exchanges of a capture or log with one controller."""
+"""Reads the exchanges with one controller from a capture or log."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ PORTS_SHOWN = 8
 
 @dataclass(slots=True)
 class DeviceCapture:
-    """What a file has of one controller.
+    """The content of a file for one controller.
 
     Attributes:
-        exchanges: in the order of their ends.
-        notes: what is missing or was left out, a sentence each.
+        exchanges: the exchanges, in the order in which they end.
+        notes: sentences about missing or ignored content.
     """
 
     exchanges: list[PairedExchange]
@@ -38,15 +38,15 @@ class DeviceCapture:
 def read_capture(
     path: Path, pairing: Callable[[], Pairing], port: int = MODBUS_PORT, unit: int | None = None
 ) -> DeviceCapture:
-    """Read a capture, pcap or pcapng, or a log of frames.
+    """Read a capture (pcap or pcapng) or a log of frames.
 
     Args:
-        pairing: makes what finds the exchanges of a connection.
-        port: TCP port of the controller, or of its gateway.
-        unit: its address; None if the file has only one.
+        pairing: creates the object that finds the exchanges of a connection.
+        port: TCP port of the controller or its gateway.
+        unit: unit address of the controller; None if the file has only one.
 
     Raises:
-        ValueError: no such file, no sound capture, none of its connections, or several units.
+        ValueError: the file is missing or damaged, has no connection to the controller, or has several units.
     """
     try:
         with open_input(path) as file:
@@ -61,7 +61,7 @@ def read_capture(
 
 
 def pairing_of(controller: str, *, rtu: bool) -> Callable[[], Pairing]:
-    """Return what finds the exchanges with a controller: `pcl601`, `pmc006`, `amci3601` or `compactlogix`."""
+    """Return the pairing for a controller: `pcl601`, `pmc006`, `amci3601` or `compactlogix`."""
     if controller == "compactlogix":
         return CipPairing
     if controller == "pmc006":
@@ -70,7 +70,7 @@ def pairing_of(controller: str, *, rtu: bool) -> Callable[[], Pairing]:
 
 
 def is_capture(head: bytes) -> bool:
-    """Whether a file that begins so is a capture."""
+    """Return whether a file that begins with `head` is a capture."""
     numbers = int.from_bytes(head, "big"), int.from_bytes(head, "little")
     return SECTION in numbers or any(number in PCAP_MAGICS for number in numbers)
 
@@ -87,7 +87,7 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
 
 
 class _Connections:
-    """The latest connections of a capture with one controller, and their exchanges in `found`."""
+    """The latest connections with one controller in a capture; their exchanges are in `found`."""
 
     def __init__(self, pairing: Callable[[], Pairing]) -> None:
         self._pairing = pairing
@@ -95,7 +95,7 @@ class _Connections:
         self.found = DeviceCapture([])
 
     def feed(self, chunk: Chunk, *, to_device: bool) -> None:
-        """Take bytes of a connection."""
+        """Process bytes of a connection."""
         connection = (chunk.source, chunk.target) if to_device else (chunk.target, chunk.source)
         if connection not in self._pairings:
             self._pairings[connection] = self._pairing()
@@ -106,7 +106,7 @@ class _Connections:
         _add(self.found, one.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
 
     def finish(self) -> list[Pairing]:
-        """End all connections; return them."""
+        """End all connections and return their pairings."""
         for each in self._pairings.values():
             _add(self.found, each.finish())
         return list(self._pairings.values())
@@ -135,11 +135,11 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
 
 
 def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
-    """Return why a capture has no exchange at a port.
+    """Return a sentence why a capture has no exchange at a port.
 
     Args:
-        others: the ports that it has.
-        cut: its frames that are not whole.
+        others: the ports with connections in the capture.
+        cut: counts of its truncated frames.
     """
     if cut.count:
         return f"no whole exchange at port {port}: {_cut(cut)}"
@@ -149,7 +149,7 @@ def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut
 
 
 def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:
-    """Yield the segments of a capture; count the cut ones of a port."""
+    """Yield the segments of a capture; count truncated frames of a port."""
     for packet in capture.packets():
         segment = segment_in(packet)
         if segment is not None:
@@ -177,7 +177,7 @@ def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
 
 
 def _lines(file: BinaryIO) -> Iterator[str]:
-    """Yield the lines of a text; of one that is too long its parts, which are no frames."""
+    """Yield the lines of a text; yield a line that is too long in parts, which are not frames."""
     while line := file.readline(LINE_MAX + 1):
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 

@@ -1,4 +1,4 @@
-"""Traces of exchanges: one scan for each, at the time of its reply."""
+"""Writes traces of exchanges: one scan for each exchange, at the time of its reply."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .device_values import ALWAYS, SAYS, Values, tag_of
 from .pairing import PairedExchange
 
 SCAN_PERIOD_NS = 1_000_000
-"""In the facts of a trace whose scans have their own times."""
+"""Scan period in the facts of a trace whose scans have individual times, ns."""
 
 RUN_MODE = 1
 EXCEPTION = 0x80
 
 
 class ExchangeTags:
-    """The tags of the present exchange, see `traces.format.tagplan.TagSource`."""
+    """The tags of the current exchange, see `traces.format.tagplan.TagSource`."""
 
     def __init__(self, plan: TagPlan, images: bytes) -> None:
         self.plan, self._images = plan, images
@@ -38,31 +38,31 @@ class ExchangeTags:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """An exchange, and what its reply says of the controller, by name."""
+    """An exchange, and the controller's values in it, by name."""
 
     exchange: PairedExchange
     values: Values
 
 
 def statements_of(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
-    """Return what exchanges say about a controller: `pcl601` or `pmc006`."""
+    """Return the exchanges with a controller, `pcl601` or `pmc006`, and the values that they show."""
     words: dict[int, int] = {}
     return [Statement(each, SAYS[controller](each, words)) for each in exchanges]
 
 
 def value_names(*traces: Sequence[Statement]) -> list[str]:
-    """Return the names of all values, in the order of their first appearance."""
+    """Return the names of all values, in order of first appearance."""
     return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
 
 
 def record(target: Path, controller: str, statements: Sequence[Statement], names: Sequence[str]) -> None:
-    """Write a trace of exchanges: scan 0 is the first one, and time begins with its request.
+    """Write a trace of exchanges: scan 0 is the first exchange, and time begins at its request.
 
     Args:
-        names: of the values that are tags, see `value_names`.
+        names: names of the values that become tags, see `value_names`.
 
     Raises:
-        OSError: it can't be written.
+        OSError: the file can't be written.
     """
     slot = SlotInfo(1, controller)
     images = bytes(block_layout([slot]).size)

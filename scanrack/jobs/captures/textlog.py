@@ -1,11 +1,11 @@
-"""A log of frames as text: a time, a direction and bytes in a line.
+"""Reads a log of frames as text, with a time, a direction and bytes in each line.
 
     0.000 > 01 03 00 00 00 26 c5 d0
     0.027 < 01 03 4c 00 00 ...
     12:00:01.250 TX: a5 01 70 00 00 00 00 16
 
-`>`, `->`, TX, sent or request go to the controller; `<`, `<-`, RX, received or reply come from it. Lines that
-have no such form are passed over and counted. A time is seconds, or hours, minutes and seconds.
+`>`, `->`, TX, sent or request go to the controller; `<`, `<-`, RX, received or reply come from it. Lines in
+any other form are skipped and counted. A time is in seconds, or in hours, minutes and seconds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NOT_HEX = re.compile(r"[^0-9A-Fa-f]")
 
 @dataclass(frozen=True, slots=True)
 class LoggedBytes:
-    """Bytes of a line of a log."""
+    """The bytes in one line of a log."""
 
     at_ns: int
     to_device: bool
@@ -37,14 +37,14 @@ class TextLog:
     """Reads the lines of a log.
 
     Attributes:
-        passed_over: lines without bytes, so far.
+        passed_over: number of skipped lines so far.
     """
 
     def __init__(self) -> None:
         self.passed_over = 0
 
     def entries(self, lines: Iterable[str]) -> Iterator[LoggedBytes]:
-        """Yield the bytes of the lines; times never go back."""
+        """Yield the bytes of the lines; times never decrease."""
         latest_ns = 0
         for line in lines:
             match = _LINE.fullmatch(line) if len(line) <= LINE_MAX else None

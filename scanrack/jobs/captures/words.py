@@ -1,7 +1,7 @@
-"""A trace of a 3601 as remote I/O: what a PLC reads and writes over Modbus TCP, by the map of `remote_words`.
+"""Makes traces of a 3601 as remote I/O from what a PLC reads and writes over Modbus TCP (`remote_words`).
 
-A scan is a read of input words, with the output words that the PLC writes until its next read: as a program
-that reads, computes and writes. A write without a read before it belongs to the first scan.
+A scan is a read of input words and the writes of output words until the next read, as if a program read,
+computed and wrote. A write before the first read belongs to the first scan.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CATALOG = "amci3601"
 _IMAGES = Struct(f"<{2 * WORDS}H")
 
 Span = tuple[int, Sequence[int]]
-"""Number of the first word, and words."""
+"""Number of the first word, and the words."""
 NO_WORDS: Span = 0, ()
 
 
@@ -41,7 +41,7 @@ class WordScan:
     """The words of a scan, 0 to 65,535.
 
     Attributes:
-        apart: the output words come from another packet than the input words.
+        apart: whether the output words come from another packet than the input words.
     """
 
     at_ns: int
@@ -54,7 +54,7 @@ def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
     """Return the scans of a PLC, in order.
 
     Raises:
-        ValueError: it reads no input words.
+        ValueError: the PLC reads no input words.
     """
     scans: list[WordScan] = []
     outputs, inputs = [0] * WORDS, [0] * WORDS
@@ -73,7 +73,7 @@ def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
 
 
 def _read(request: ModbusPDU, answer: ModbusPDU) -> Span:
-    """Return the input words that an answer brings: their number in the input image, and the words."""
+    """Return the input words in an answer: the number of the first in the input image, and the words."""
     if isinstance(request, ReadWriteMultipleRegistersRequest):
         return request.read_address - WORDS, answer.registers
     if request.function_code == READ_HOLDING:
@@ -89,7 +89,7 @@ def _written(request: ModbusPDU) -> Span:
 
 
 def _put(image: list[int], span: Span) -> bool:
-    """Put words into an image; return whether any is of it."""
+    """Put words into an image; return whether any word belongs to the image."""
     first, words = span
     found = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
     for at, word in found.items():
@@ -98,16 +98,16 @@ def _put(image: list[int], span: Span) -> bool:
 
 
 SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
-"""Facts `words` of a trace whose scans are a client's reads: of both images in one packet, or in several."""
+"""Values of the fact `words` in traces whose scans are a client's reads: in one packet, or in several."""
 
 CAPTURED_AT = "captured_at"
-"""Fact of a trace: date and time of its beginning, by the clock of the capture."""
+"""Fact of a trace: date and time of its beginning, by the capture's clock."""
 
 _YEAR_2000_NS = 946_684_800 * 10**9
 
 
 def is_sampled(facts: Mapping[str, str]) -> bool:
-    """Whether the scans of a trace are a client's reads, by its facts."""
+    """Return whether the scans of a trace are a client's reads, by its facts."""
     return facts.get("words") in (SAMPLED, SAMPLED_APART)
 
 
@@ -117,12 +117,12 @@ def record_words(
     """Write a trace of scans.
 
     Args:
-        begin_ns: its time 0.
-        slot: of the module.
-        sampled: the scans are a client's reads, between which words may come and go.
+        begin_ns: time 0 of the trace, in the time of the scans, ns.
+        slot: slot number of the module.
+        sampled: whether the scans are a client's reads, between which words may change unseen.
 
     Raises:
-        OSError: it can't be written.
+        OSError: the file can't be written.
     """
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
     if sampled:

@@ -1,1 +1,1 @@
-"""The benches of `scanrack drive`: one module or controller, JSON in, JSON out, in virtual time."""
+"""The benches of `scanrack drive`: one module or controller in virtual time, with JSON in and out."""

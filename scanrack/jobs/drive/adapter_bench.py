@@ -1,4 +1,4 @@
-"""The benches of the adapters for `scanrack drive`: image benches with a line and a controller behind."""
+"""The benches of `scanrack drive` for adapters: image benches with a line and a simulated controller."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ class AdapterBench(ImageBench):
     module: SimulatedAdapter[Any]
 
     def answer_line(self, line: str) -> dict[str, Any]:
-        """Carry out one line.
+        """Carry out one line of requests.
 
         Raises:
-            RequestError: it is illegal; nothing has changed.
+            RequestError: the request is illegal; nothing has changed.
         """
         return self.answer(read(line, AdapterRequest, ADAPTER_TABLES))
 

@@ -60,10 +60,10 @@ class CardBench:
         self._inputs = self.module.update(0, self._outputs)
 
     def answer_line(self, line: str) -> dict[str, Any]:
-        """Carry out one line; return the reply as drive prints it.
+        """Carry out one line of requests; return the reply that `drive` prints.
 
         Raises:
-            RequestError: an illegal value; nothing has changed, except that the bench may be a fresh one.
+            RequestError: a value is illegal; nothing has changed, except that the bench may be new.
         """
         request = read(line, CardRequest, CARD_TABLES)
         if request.new is not None:

@@ -34,7 +34,7 @@ Level = Literal["on", "off"] | SwitchRange
 
 
 class DriveEnv(Strict):
-    """The surroundings of an axis from now on; an input that the model lacks is refused."""
+    """New conditions around an axis; an input that the model lacks is refused."""
 
     in1: Level | None = None
     in2: Level | None = None
@@ -90,10 +90,10 @@ class DriveBench:
         self.axes, self.registers, self.now_ns = axes, DriveRegisters(axes), 0
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line; return the reply as drive prints it.
+        """Carry out one line of requests; return the reply that `drive` prints.
 
         Raises:
-            RequestError: it is illegal; nothing has changed.
+            RequestError: the request is illegal; nothing has changed.
         """
         request = read(line, DriveRequest, TABLES)
         frame = None if request.tx is None else _frame(request.tx)
@@ -113,12 +113,12 @@ class DriveBench:
         return {"t_ms": time_ms(self.now_ns), **reply}
 
     def _answer_to(self, frame: bytes) -> str | None:
-        """Return the bytes that answer a frame; None for none."""
+        """Return the bytes that answer a frame; None without an answer."""
         answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
         return None if answer is None else answer.hex(" ")
 
     def _set(self, request: DriveRequest) -> None:
-        """Make the drives, and what is wired to them, as a request gives them."""
+        """Create the drives and their wiring as specified in a request."""
         levels = {} if request.env is None else self._levels(request.env)
         if request.new is not None:
             self._renew(request.new)
@@ -128,7 +128,7 @@ class DriveBench:
             _surround(self.axes[request.axis - 1], request.env, levels)
 
     def _levels(self, env: DriveEnv) -> dict[str, Level]:
-        """Return the inputs that a request sets; refuse those that the model lacks."""
+        """Return the inputs that a request sets; refuse inputs that the model lacks."""
         names = self.model.input_names
         given = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
         for name in given:
@@ -141,7 +141,7 @@ INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
 
 
 def _frame(text: str) -> bytes:
-    """Return the frame of a request, b"" if a drive would not answer it; RequestError for illegal text."""
+    """Return the frame of a request, b"" if no drive would answer it; raise RequestError for illegal text."""
     try:
         data = bytes.fromhex(text)
     except ValueError:

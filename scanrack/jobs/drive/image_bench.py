@@ -1,7 +1,7 @@
 """The bench for image targets of `scanrack drive`: a module, its 8 + 8 words, its discrete inputs.
 
-Time runs in whole exchange periods. The words and levels in force at the start
-of a period act during it; the input image is the module's at its end.
+Time runs in whole exchange periods. The words and levels at the start of a period act during the period. The
+input image is the module's image at its end.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ NS_PER_MS = 1_000_000
 
 
 class BenchModule(Module, Protocol):
-    """A module on the bench: its machine, and a call after a change of an input."""
+    """A module on the bench: its machine, and a method to call after an input has changed."""
 
     machine: Machine
 
     def look_again(self) -> None:
-        """Make the next tick read the inputs."""
+        """Make the module read its inputs at the next tick."""
 
 
 class ImageBench:
@@ -56,10 +56,10 @@ class ImageBench:
         self._image = module.update(0, self._outputs)
 
     def answer(self, request: Request) -> dict[str, Any]:
-        """Carry out one request; return the reply as drive prints it.
+        """Carry out one request; return the reply that `drive` prints.
 
         Raises:
-            RequestError: an illegal value; nothing has changed.
+            RequestError: a value is illegal; nothing has changed.
         """
         self._check(request)
         if request.new is not None:
@@ -87,7 +87,7 @@ class ImageBench:
         return reply
 
     def _befall(self, request: Request) -> None:
-        """Apply the rest of a request, before the words."""
+        """Apply further parts of a request before the words; subclasses override this."""
 
     def _check(self, request: Request) -> None:
         wired = self._wired
@@ -111,7 +111,7 @@ class ImageBench:
         if encoder.counts:
             machine.turn_encoder(encoder.counts, self.now_ns, self.now_ns + scans * self.scan_ns)
         for offset in encoder.markers_ms:
-            machine.marker_at(self.now_ns + max(1, int(offset * NS_PER_MS)))  # the present has passed
+            machine.marker_at(self.now_ns + max(1, int(offset * NS_PER_MS)))  # the current instant is over
         self.module.look_again()
 
     def _run(self, scans: int, until: Until | None, changes: list[list[Any]] | None) -> bool:
@@ -165,7 +165,7 @@ def _names_one_of(errors: Set[str], event: Event) -> bool:
 
 
 def time_ms(now_ns: int) -> int | float:
-    """Return a time in ms as a JSON number, exact: an integer where it is one."""
+    """Return a time as an exact JSON number in ms, an integer if possible."""
     whole, rest = divmod(now_ns, NS_PER_MS)
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
@@ -182,7 +182,7 @@ def machine_of(options: ImageBenchOptions) -> MachineSpec:
 
 
 def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:
-    """Make a simulated module for a fresh bench."""
+    """Create a simulated module for a fresh bench."""
     return record.make(
         firmware=options.firmware,
         machine=machine_of(options),

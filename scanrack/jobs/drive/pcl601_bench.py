@@ -56,7 +56,7 @@ PIN_FORMS = (
 
 
 class Pcl601Env(Strict):
-    """Pins and voltages from now on."""
+    """New states of pins and voltages."""
 
     in1: Any = None
     in2: Any = None
@@ -91,7 +91,7 @@ class Pcl601Env(Strict):
 
 
 def _target(options: Pcl601BenchOptions) -> WireTarget[Pcl601Env]:
-    """Return a controller with its pins within reach; ValueError for a program that does not assemble."""
+    """Return a controller with access to its pins; raise ValueError if its program does not assemble."""
     encoder = EncoderModel(**options.encoder.model_dump()) if options.encoder is not None else None
     digits = int(options.thumbwheel) if options.thumbwheel is not None else None
     device = Pcl601(options.address, encoder, Wiring(options.sw2 == "TWS", digits))
@@ -108,7 +108,7 @@ def _target(options: Pcl601BenchOptions) -> WireTarget[Pcl601Env]:
 
 
 def _set_env(controller: Pcl601Controller, now_ns: int, env: Pcl601Env) -> None:
-    """Set pins, the voltage on input 1, the encoder register."""
+    """Set the pins, the voltage on input 1, and the encoder register."""
     for name in INPUTS:
         if getattr(env, name) is not None:
             controller.pins.connect(name, getattr(env, name))

@@ -34,13 +34,13 @@ FORMS = '"low", "high", {"high_when_pos_le": N, "else": "low"} and the same with
 
 
 class Pmc006Env(Strict):
-    """Levels of the pins from now on; None leaves a pin unchanged."""
+    """New levels of the pins; None leaves a pin unchanged."""
 
     ext1: Any = None
     ext2: Any = None
     fset: Any = None
     gpio8: Any = None
-    """Without effect: it is an output."""
+    """This has no effect, since the pin is an output."""
 
     @field_validator("*")
     @classmethod
@@ -54,7 +54,7 @@ PINS = {"ext1": Pin.EXT1, "ext2": Pin.EXT2, "fset": Pin.FSET}
 
 
 def _target(options: Pmc006BenchOptions) -> WireTarget[Pmc006Env]:
-    """Return a controller with its pins within reach; ValueError for a wrong program or address."""
+    """Return a controller with access to its pins; raise ValueError for a wrong program or address."""
     try:
         program = assemble(options.program or "")
     except ValueError as error:

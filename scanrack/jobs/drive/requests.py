@@ -1,6 +1,6 @@
-"""Requests of `scanrack drive`: the keys of one for an image target, and the errors of all.
+"""Requests of `scanrack drive`: the keys for image targets, and errors for all targets.
 
-Numbers are read as exact decimals, so that times are exact.
+Numbers are read as decimals, so that times are exact.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Milliseconds = Annotated[Decimal, Field(ge=0, le=Decimal(10) ** 12)]
 
 
 class Strict(BaseModel):
-    """A table in which every key is known."""
+    """A table that refuses unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
@@ -145,15 +145,15 @@ TABLES: Tables = {
     ("encoder",): Encoder,
     ("until",): Until,
 }
-"""Allowed values by place in a request."""
+"""The model of each object in a request, by its place."""
 
 
 class RequestError(ValueError):
-    """An illegal request; the text names the key, the value and the allowed values."""
+    """The request is illegal; the message names the key, the value and the allowed values."""
 
 
 def parse(line: str, profile: Profile = WORDS_3601) -> Request:
-    """Read one line for an image target; errors as for `read`."""
+    """Read one line for an image target; for errors, see `read`."""
     return read(line, Request, TABLES, profile)
 
 
@@ -161,11 +161,11 @@ def read(line: str, model: type[Model], tables: Tables, profile: Profile = WORDS
     """Read one line.
 
     Args:
-        tables: the models of the objects in it, by their place, to name the known keys.
-        profile: of the module, for the names of its status bits.
+        tables: the models of the objects in the line, by place; errors name their keys.
+        profile: profile of the module, with the names of its status bits.
 
     Raises:
-        RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
+        RequestError: the line is not a JSON object, has an unknown key, or has a value that is not allowed.
     """
     try:
         data = json_value(line, parse_float=Decimal, parse_constant=_no_constant)
@@ -184,7 +184,7 @@ def _no_constant(name: str) -> Any:
 
 
 def _explain(fault: Any, tables: Tables) -> str:
-    """Return a validation error in one line: key, value, allowed values."""
+    """Return a validation error as one line of text: key, value, allowed values."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
         table = tables.get(fault["loc"][:-1])

@@ -1,4 +1,4 @@
-"""The targets of `scanrack drive`: every module of the registry, and the controllers."""
+"""The targets of `scanrack drive`: every registered module, and the controllers."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from .pmc006_bench import pmc006_bench
 from .requests import parse
 
 Answer = Callable[[str], dict[str, Any]]
-"""Answers a line of a session; RequestError for an illegal one."""
+"""Answers a line of a session; raises RequestError if the line is illegal."""
 
 
 def module_bench(record: ModuleRecord) -> Answer:
-    """Return a fresh bench of a kind of module."""
+    """Return a fresh bench for a kind of module."""
     if Trait.LINE in record.traits:
         return AdapterBench(partial(on_bench, record)).answer_line
     if is_stepper(words := record.words({})):
@@ -43,4 +43,4 @@ BENCHES: Mapping[str, Callable[[], Answer]] = {
     "pmc006": lambda: pmc006_bench().answer,
     **{name: partial(_drive_bench, model) for name, model in MODELS.items()},
 }
-"""Makers of the targets' benches, by name."""
+"""Functions that create a target's bench, by the target's name."""

@@ -1,11 +1,11 @@
 """The bench for wire targets of `scanrack drive`: a controller, its serial line, its pins.
 
-A target (`WireTarget`) has the controller, its signals and its environment; the bench has the
-common parts: the order of the keys, the bytes on the line at the line's speed, time, marks,
-replies. A target's file defines
+A target (`WireTarget`) has the controller, its signals and its environment. The bench has the common parts:
+the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A target's file
+defines
 
     the options of `new` and the table of `env`     two `Strict` models
-    a function that makes a target of the options   ValueError for illegal ones
+    a function that makes a target from the options   raises ValueError for illegal options
 
 and puts `WireBench(make, New, env)` into the table of `drive`.
 """
@@ -35,21 +35,21 @@ MARKED = "position_minus_mark:"
 class WireTarget(Generic[Env]):
     """A controller on the bench.
 
-    All functions are called with the bus's present time, to which the device has been advanced.
+    All functions are called with the bus's current time; the device has been advanced to it.
     """
 
     device: ControllerDevice
-    signals: Mapping[str, Callable[[], JsonValue]]  # those that can be observed, without marks
-    set_env: Callable[[int, Env], None]  # sets pins and voltages; keys that are None are not in the request
-    silence_ns: int  # how long the bench waits for a reply, from the end of the last byte
-    quiet_ns: Callable[[], int] = lambda: 0  # returns the required silence before a frame
-    has_reset: bool = False  # whether there is a reset button, which cycles the power
+    signals: Mapping[str, Callable[[], JsonValue]]  # signals that can be observed, except marks
+    set_env: Callable[[int, Env], None]  # sets pins and voltages; a key is None if the request lacks it
+    silence_ns: int  # how long the bench waits for a reply after the last byte, ns
+    quiet_ns: Callable[[], int] = lambda: 0  # returns the required silence before a frame, ns
+    has_reset: bool = False  # whether it has a reset button, which cycles the power
 
 
 def pin_state(
     value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
 ) -> PinState:
-    """Return the level of a pin's value, or one that follows the position."""
+    """Return the state of a pin for a requested value: a level, or one that follows the position."""
     if isinstance(value, str) and value in levels:
         return levels[value]
     if isinstance(value, dict) and len(value) == 1:
@@ -82,7 +82,7 @@ class WireRequest(Strict, Generic[New, Env]):
         return self
 
     def bytes_to_send(self) -> bytes | None:
-        """Return the bytes to send, or None; RequestError for illegal bytes."""
+        """Return the bytes to send, or None; raise RequestError for illegal bytes."""
         if self.tx is not None:
             try:
                 data = bytes.fromhex(self.tx)
@@ -104,10 +104,10 @@ class WireBench(Generic[New, Env]):
     """One controller on the bench, driven request by request.
 
     Args:
-        make: makes a target for the options of a fresh bench; ValueError for illegal ones.
+        make: creates a target from the options of a fresh bench; raises ValueError for illegal options.
         new: model of the options, all of which have defaults.
         env: model of the controller's environment; every key defaults to None.
-        inner: models of the objects within these two, by their place, to name their keys in errors.
+        inner: models of the objects within `new` and `env`, by place; errors name their keys.
     """
 
     def __init__(
@@ -128,10 +128,10 @@ class WireBench(Generic[New, Env]):
         self._marks: dict[str, int] = {}
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; return the reply as drive prints it.
+        """Carry out one line of requests; return the reply that `drive` prints.
 
         Raises:
-            RequestError: it is illegal; nothing has changed.
+            RequestError: the request is illegal; nothing has changed.
         """
         request = read(line, self._model, self._tables)
         data = request.bytes_to_send()
@@ -150,7 +150,7 @@ class WireBench(Generic[New, Env]):
         return {"t_ms": time_ms(self.bus.now_ns), **reply}
 
     def _checked(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
-        """Refuse an illegal request; return the target of a fresh bench, if it asks for one."""
+        """Check a request; return the target of a fresh bench if it requests one, else None."""
         try:
             fresh = None if request.new is None else self._make(request.new)
         except ValueError as error:
@@ -168,7 +168,7 @@ class WireBench(Generic[New, Env]):
         return fresh
 
     def _touch(self, request: WireRequest[New, Env]) -> None:
-        """Apply manual changes, before anything is sent."""
+        """Apply manual changes before any byte is sent."""
         now_ns = self.bus.now_ns
         self.bus.run_until(now_ns)
         if request.power_cycle:
@@ -182,7 +182,7 @@ class WireBench(Generic[New, Env]):
             self._marks[request.mark] = self.target.device.motor_position
 
     def _exchange(self, data: bytes, gap_ns: int) -> bytes:
-        """Send bytes; run until the reply has arrived, or the silence limit is over."""
+        """Send bytes; run until the reply has arrived or the silence limit is reached."""
         bus, target = self.bus, self.target
         if bus.quiet_since_ns is not None:
             bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns()))

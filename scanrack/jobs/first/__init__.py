@@ -1,1 +1,1 @@
-"""The first run of an export: what it waits for, what it never saw, what it wants."""
+"""The first run of an export: conditions it waits for, inputs that never changed, modules it needs."""

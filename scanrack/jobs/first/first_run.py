@@ -1,7 +1,8 @@
-"""The first run of an export, on a rack in a temporary folder: a thousand scans, and what they show.
+"""Runs an export for the first time, on a rack in a temporary folder for a thousand scans, and reports.
 
-What is not simulated is memory: no one presses a button, no part comes by. So the report names the conditions
-that the program waits for, the inputs that never changed, and the modules that would change them.
+Modules that are not simulated are only memory: no one presses a button, and no part arrives. So the report
+names the conditions for which the program waits, the inputs that never changed, and the modules that would
+change them.
 """
 
 from __future__ import annotations
@@ -32,28 +33,28 @@ from ..load.loading import load_job
 from .waiting import Condition, conditions
 
 SCANS = 1000
-"""Scans of a first run."""
+"""Number of scans in a first run."""
 
 SHOWN = 12
-"""Inputs that are listed as text."""
+"""Largest number of inputs that are listed as text."""
 
 
 @dataclass(slots=True)
 class FirstRun:
-    """What a first run shows."""
+    """The result of a first run."""
 
-    scans: int = 0  # done
+    scans: int = 0  # number of completed scans
     time_ns: int = 0
-    fault: str = ""  # why it ended early, "" if it did not
-    problem: str = ""  # why nothing ran, "" if something did
+    fault: str = ""  # why the run ended early; "" if it did not
+    problem: str = ""  # why nothing ran; "" if it did
     stubs: tuple[str, ...] = ()
     waits: list[Condition] = field(default_factory=list)
-    inputs: list[str] = field(default_factory=list)  # of modules, that never changed
-    others: list[str] = field(default_factory=list)  # read, and written by nothing: panel, other controllers
-    modules: list[dict[str, object]] = field(default_factory=list)  # not simulated
+    inputs: list[str] = field(default_factory=list)  # inputs of modules that never changed
+    others: list[str] = field(default_factory=list)  # tags that are read but never written
+    modules: list[dict[str, object]] = field(default_factory=list)  # modules that are not simulated
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the result for `--json`."""
         return {
             "scans": self.scans,
             "time_ns": self.time_ns,
@@ -67,7 +68,7 @@ class FirstRun:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the result as lines of text."""
         if self.problem:
             yield f"first run: none: {self.problem}"
             return
@@ -93,11 +94,11 @@ def first_run(
     scans: int = SCANS,
     begins: ExportStart = DOWNLOADED,
 ) -> FirstRun:
-    """Run an export on its own rack, and report.
+    """Run an export on its own rack and report.
 
     Args:
-        imported: the export, imported for a trial.
-        begins: how it begins.
+        imported: the export, already imported for a trial.
+        begins: how the program begins.
     """
     missing = (each for each in _modules(imported) if each.module is None)
     found = FirstRun(modules=[_module_row(each) for each in missing])
@@ -125,7 +126,7 @@ def _modules(imported: L5xImport | SlcImport) -> list[ExportSlot]:
 
 
 STRIDE = 20
-"""Scans between two looks at the inputs."""
+"""Number of scans between two checks of the inputs."""
 
 
 def _scan(bench: Bench, found: FirstRun, scans: int, look: Any) -> None:
@@ -139,7 +140,7 @@ def _scan(bench: Bench, found: FirstRun, scans: int, look: Any) -> None:
 
 
 class _Inputs:
-    """The tags that instructions read and none writes, with their values at the begin."""
+    """The tags that instructions read but none writes, with their initial values."""
 
     def __init__(self, debugger: Debugger) -> None:
         self._engine = debugger.engine
@@ -151,19 +152,19 @@ class _Inputs:
         return self._engine.interpreter.get(place)
 
     def look(self) -> None:
-        """Note the ones that have changed."""
+        """Record the inputs that have changed."""
         for name, value in self._before.items():
             if name not in self._changed and self._value(self._places[name]) != value:
                 self._changed.add(name)
 
     def unchanged(self, *, module: bool) -> list[str]:
-        """Return those that never changed: of modules, or the others."""
+        """Return the inputs that never changed: inputs of modules, or all others."""
         left = (name for name in self._places if name not in self._changed)
         return [name for name in left if (":" in self._places[name].path) is module]
 
 
 def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
-    """Yield tags that instructions read and none writes, as in rungs; none with a computed subscript."""
+    """Yield tags that are read but never written, as named in rungs; skip computed subscripts."""
     written: set[str] = set()
     read: dict[str, Place] = {}
     for each in debugger.cross_reference.mentions:

@@ -1,9 +1,9 @@
-"""The conditions that a program waits for: where the power of a rung ends after the last scan.
+"""Finds the conditions for which a program waits: where the power in a rung ends after the last scan.
 
     XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
 
-A rung whose first conditions pass is nearer to passing than one whose first condition is false: those come
-first, in the order of the scan.
+A rung whose first conditions pass is closer to passing than a rung whose first condition is false. Such rungs
+come first, in scan order.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from scanrack.ladder.state.lowered import LoweredLine, LoweredRoutine, LoweredSt
 from scanrack.ladder.state.memory import Value
 
 SHOWN = 3
-"""Conditions that are shown."""
+"""Largest number of conditions that are shown."""
 
 
 HEADS = frozenset({"IF", "ELSIF", "WHILE"})
-"""Conditions of structured text."""
+"""Instructions of structured text with a condition."""
 
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A condition without power behind it."""
+    """A condition that stops the power."""
 
     routine: str
     rung: int
-    unit: str  # rung or line
+    unit: str  # "rung" or "line"
     condition: str  # the instruction as written
     tag: str
     value: object
-    why: str  # since when, and by what
+    why: str  # since when it has its value, and the cause
 
     def as_json(self) -> dict[str, object]:
-        """Return it for `--json`."""
+        """Return the condition for `--json`."""
         return {name: getattr(self, name) for name in self.__slots__}
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the condition as lines of text."""
         yield f"{self.routine}, {self.unit} {self.rung}: {self.condition}"
         yield from (f"    {each}" for each in self.why.splitlines()[:SHOWN])
 
@@ -62,7 +62,7 @@ def conditions(debugger: Debugger) -> list[Condition]:
 
 
 def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, LoweredLine, LoweredStep]]:
-    """Yield rungs that were scanned and have a false condition, and whether a condition before it passes."""
+    """Yield scanned rungs with a false condition, and whether a condition before it passes."""
     for routine in debugger.engine.lowered.routines.values():
         if routine.frame or routine.name == "Axes3601":
             continue
@@ -79,12 +79,12 @@ def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, Lowered
 
 
 def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
-    """Return the false condition of structured text, which always counts as reached."""
+    """Return the false condition of structured text; it always counts as reached."""
     return (True, steps[-1]) if steps and not power[-1] and steps[-1].name in HEADS else None
 
 
 def _false_in_rung(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
-    """Return the first false condition of a rung, and whether one before it passes."""
+    """Return the first false condition of a rung, and whether a condition before it passes."""
     for place, step in enumerate(steps if len(power) == len(steps) else ()):
         if not power[place] and _is_condition(step):
             return any(power[:place]), step
@@ -114,7 +114,7 @@ def _condition(
 
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:
-    """Return why a tag has its value; of one that nothing writes without a search of the past."""
+    """Return why a tag has its value; do not search the past if nothing writes the tag."""
     if ":" in tag or any(each.writes for each in debugger.cross_reference.of(tag)):
         return str(debugger.why(tag))
     return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."

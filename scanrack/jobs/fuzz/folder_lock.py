@@ -1,4 +1,4 @@
-"""The folder of a campaign: only its files are in there, and one campaign at a time uses it."""
+"""Locks the folder of a campaign: it has only the campaign's files, and one campaign at a time uses it."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ OF_A_CAMPAIGN = FileKind("a file of a campaign", lambda _content: True)
 """Any file in a folder that `locked` has accepted."""
 
 STATE_NAME = "state.json"
-"""The file of the campaign's state."""
+"""Name of the campaign's state file."""
 
 NAME = ".lock"
-"""The locked file; it stays after the campaign and has no meaning then."""
+"""Name of the lock file; it stays after the campaign and then has no meaning."""
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Lock a folder within the context, and make it if it is missing.
+    """Create a folder if it is missing, and lock it within the context.
 
-    The system releases the lock when the process dies.
+    The operating system releases the lock when the process dies.
 
     Raises:
-        OwnedError: it has files in it that are not of a campaign.
-        ValueError: another process holds it.
+        OwnedError: the folder has files that are not of a campaign.
+        ValueError: another process holds the lock.
         OSError: the folder or its file can't be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -55,8 +55,8 @@ def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
         used: files that must not be replaced.
 
     Raises:
-        OwnedError: it is one of `used`.
-        OSError: it can't be written.
+        OwnedError: the file is one of `used`.
+        OSError: the file can't be written.
     """
     with new_file(path, OF_A_CAMPAIGN, used=used) as file:
         file.write(text)

@@ -1,4 +1,4 @@
-"""The rack and program of a search, loaded in every worker, and the files about a failure."""
+"""Loads the rack and program of a search in every worker, and writes the files about a failure."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ from .scenarios.rackdoc import rack_text
 from .scenarios.tearing import Rung, reading_rungs
 
 RESERVE = 100
-"""Recorded scans after a failure."""
+"""Number of recorded scans after a failure."""
 
 AROUND_NS = 200_000_000
-"""Time before and after the failure that the chart shows at first."""
+"""Time before and after the failure that the chart shows first, ns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The rack and the rules of a search, in a form that can be sent to a worker."""
+    """The rack and the settings of a search, in a form that can be sent to a worker."""
 
     rack: str
     invariants: tuple[Path, ...]
@@ -70,17 +70,17 @@ class Setup:
 
     @property
     def words(self) -> list[str]:
-        """Invariants and checks as options of the command line."""
+        """Return the invariants and checks as command-line options."""
         words = [word for file in self.invariants for word in ("--invariants", str(file))]
         return words + [word for check in self.checks for word in ("--check", check)]
 
 
 @cache
 def bench_of(setup: Setup) -> TrialBench:
-    """Return the bench of a setup; a worker makes it once.
+    """Return the bench of a setup; a worker creates it only once.
 
     Raises:
-        ValueError: an unusable rack, program or invariant.
+        ValueError: the rack, the program or an invariant is unusable.
     """
     with branches_noted():
         job = load_job(setup.rack)
@@ -99,7 +99,7 @@ def bench_of(setup: Setup) -> TrialBench:
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
-"""The name by which a Python program states the oldest firmware that it supports."""
+"""Variable in which a Python program states the oldest firmware that it supports."""
 
 
 def with_needed_firmware(job: LoadedRack) -> RackSpec:
@@ -137,10 +137,10 @@ def _slot_with_need(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSp
 
 
 def invariants_of(setup: Setup) -> list[Invariant]:
-    """Return the invariants of a setup, each name once.
+    """Return the invariants of a setup, with unique names.
 
     Raises:
-        InvariantError: a file can't be used, or two have an invariant of one name.
+        InvariantError: a file can't be used, or two files have invariants with the same name.
     """
     chosen = {name: STANDARD[name] for name in setup.checks}
     origin: dict[str, Path] = {}
@@ -156,7 +156,7 @@ def invariants_of(setup: Setup) -> list[Invariant]:
 
 
 def logic_factory(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
-    """Return a factory of a job's logic."""
+    """Return a function that creates the logic of a job."""
     logic = job.logic
     if isinstance(logic, LadderLogic):
         return logic.compile
@@ -169,7 +169,7 @@ def logic_factory(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
 
 
 class _FunctionMaker:
-    """Makes the function of a program in Python again, with new globals in all modules of its folder."""
+    """Creates the function of a Python program again, with new globals in all modules of its folder."""
 
     def __init__(self, address: str, folder: Path) -> None:
         self._address, self._folder = address, folder
@@ -208,10 +208,10 @@ def write_failure(
     """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
 
     Args:
-        has_time: whether there is time left to find the point of no return.
+        has_time: returns whether there is time left to find the point of no return.
 
     Returns:
-        Whether the time sufficed.
+        Whether there was enough time.
 
     Raises:
         OSError: a file can't be written.
@@ -241,7 +241,7 @@ def write_failure(
 
 
 def _draw_chart(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
-    """Draw the trace as a page; return its path, and the link to the failure."""
+    """Draw the trace as a page; return its path and a link to the failure."""
     broken, page = found.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
     if late is not None and late.is_clear and late.scan < broken.scan:
@@ -256,7 +256,7 @@ def _draw_chart(found: Counterexample, late: PointOfNoReturn | None, folder: Pat
 
 
 def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
-    """Record a scenario as a trace and as scripts for `scanrack drive`; return commands and obstacles."""
+    """Record a scenario as a trace and `scanrack drive` scripts; return replay commands and obstacles."""
     scripts: dict[int, DriveScript] = {}
     lines = []
     made: list[ScanLogic] = []  # the running logic, whose tags are recorded
@@ -287,7 +287,7 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
 
 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
-    """Run one scenario and show what the program prints; return its failures, each once."""
+    """Run one scenario and show the program's output; return each failure once."""
     found: list[Counterexample] = []
     known: set[str] = set()
     while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:

@@ -1,4 +1,4 @@
-"""A cache with one entry: a search has one program, and asks the same about it in every run."""
+"""A cache with one entry: a search has one program and needs the same facts about it in every run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Answer = TypeVar("Answer")
 
 
 def remember_last(compute: Callable[[LoweredProgram], Answer]) -> Callable[[LoweredProgram], Answer]:
-    """Return a function that computes its answer again only for another program than the last time."""
+    """Return a function that computes its answer again only when the program differs from the last one."""
     last: list[tuple[LoweredProgram, Answer]] = []
 
     @wraps(compute)

@@ -1,4 +1,4 @@
-"""Makes scenarios of recordings, with their rack and program."""
+"""Makes scenarios from recordings, with their rack and program."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """A scenario made from a trace, and the rack that it runs on."""
+    """A scenario made from a trace, and the rack on which it runs."""
 
-    rack: Path  # path of a rack file without events by time
-    scenario: Scenario  # the events by time
+    rack: Path  # path of a rack file without timed events
+    scenario: Scenario  # the timed events
     scans: int
-    notes: list[str]  # the defects of the trace
+    notes: list[str]  # sentences about defects of the trace
 
 
 def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
-    """Yield the actions on the inputs; of real hardware only the status bits show them."""
+    """Yield the actions on the inputs; of real hardware, they are derived from status bits."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     noted = [each for each in recorded_stimuli(recording) if each.slot not in live]
     shown = [each for each in recorded_levels(recording) if each.slot in live]
@@ -46,13 +46,14 @@ def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
 
 
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
-    """Return the stimuli of a recording or a session of `watch` as a scenario for any rack.
+    """Return the stimuli of a recording or a `watch` session as a scenario for any rack.
 
-    No file of the trace is used, so nothing has to be trusted. Incidents of its rack file are left out.
+    The files in the trace are not used, so it does not need to be trusted. Incidents of its rack file are
+    left out.
 
     Raises:
         ValueError: the trace can't be read, or its events do not belong to the rack.
-        OSError: it can't be read.
+        OSError: the trace can't be read.
     """
     bare = spec.model_copy(update={"incident": ()})
     with open_trace(path) as trace:
@@ -66,13 +67,13 @@ def scenario_of(path: Path, spec: RackSpec) -> Scenario:
 
 
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
-    """Extract rack file and program of a trace, and its stimuli for a scenario.
+    """Extract the rack file and program of a trace, and make a scenario from its stimuli.
 
-    A controller on a real port is simulated, and its inputs change when their status bits did.
+    A controller on a real port is simulated; its inputs change when their status bits changed.
     The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
 
     Raises:
-        ValueError: the trace can't be read, or has no rack file in TOML.
+        ValueError: the trace can't be read, or has no TOML rack file.
         OSError: a file can't be written.
     """
     with open_trace(path) as trace:
@@ -95,8 +96,8 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
     """Return the scenario of a recording.
 
-    Signals of stations are left out: the machine makes them again. Injected faults come from the rack file,
-    which has them exactly.
+    Signals of stations are left out: the machine produces them again. Injected faults come from the rack
+    file, which has their exact values.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
@@ -110,7 +111,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 
 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
-    """Yield the presses of one input: each level lasts until the next one; a released button is no press."""
+    """Yield the presses of one input. Each level lasts until the next; a released button is not a press."""
     ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
     for each, until_ns in zip(stimuli, ends, strict=True):
         fed = machines[each.slot].fed_inputs & each.input.value

@@ -1,14 +1,14 @@
-"""A program's sources of differences between runs: chance, the clock, threads, its process.
+"""Finds a program's sources of nondeterminism: chance, the clock, threads, its process.
 
     a call of                                     counts as
-    random.random and the like, without a seed    chance
+    random.random and similar, without a seed     chance
     random.SystemRandom, secrets, os.urandom      chance
     time.*, datetime.now, today                   the clock
     threading.Thread.start                        threads
     os.environ, os.getpid, open, id, hash         state of the process
 
-A profile function sees the calls while the program is loaded and while it is called. It sees executed code
-only, and not the order of a set: it can explain a difference between two runs, but can't rule one out.
+A profile function sees the calls while the program is loaded and while it is called. It sees only executed
+code, and not the order of a set. It can explain a difference between two runs, but can't rule one out.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ MODULES = {
     "pathlib": PROCESS,
     "genericpath": PROCESS,
 }
-"""Source of a function, by its module."""
+"""Sources by the module of the called function."""
 
 NAMES = {
     ("builtins", "id"): PROCESS,
@@ -55,7 +55,7 @@ NAMES = {
     ("posix", "urandom"): CHANCE,
     ("os", "urandom"): CHANCE,
 }
-"""Source of single functions, which override their module."""
+"""Sources of single functions; these override the module's source."""
 
 DETERMINISTIC = {
     "time": {"strftime", "strptime", "mktime", "gmtime", "asctime"},
@@ -70,14 +70,14 @@ DETERMINISTIC = {
 """Deterministic functions of these modules."""
 
 PATH_READS = {"open", "read_text", "read_bytes", "exists", "is_file", "is_dir", "stat", "iterdir", "glob"}
-"""Methods of a path that read the file system; the others only use its text."""
+"""Methods of a path that read the file system; other methods use only its text."""
 
 
 class NondeterminismSources:
-    """A program's observed sources of differences."""
+    """The observed sources of a program's nondeterminism."""
 
     def __init__(self) -> None:
-        self.seen: dict[str, str] = {}  # by source, the first place that uses it, such as "line.py:12"
+        self.seen: dict[str, str] = {}  # the first place that uses each source, such as "line.py:12"
         self._seeded = False
 
     def __str__(self) -> str:
@@ -85,7 +85,7 @@ class NondeterminismSources:
 
     @contextmanager
     def noticing(self) -> Iterator[None]:
-        """Observe the calls of the user's code."""
+        """Observe the calls of the user's code within the context."""
         before = sys.getprofile()
         sys.setprofile(self._notice)
         try:
@@ -94,7 +94,7 @@ class NondeterminismSources:
             sys.setprofile(before)
 
     def watching(self, bench: TrialBench) -> TrialBench:
-        """Return a bench whose program is watched while it is loaded and called."""
+        """Return a bench that observes its program while it is loaded and called."""
 
         def fresh_logic() -> ScanLogic:
             with self.noticing():
@@ -114,7 +114,7 @@ class NondeterminismSources:
             self.seen.setdefault(what, where)
 
     def _builtin(self, function: Callable[..., Any]) -> str | None:
-        """Return the source of a function in C."""
+        """Return the source that a C function uses, or None."""
         owner = getattr(function, "__self__", None)
         name = getattr(function, "__name__", "")
         if isinstance(owner, Random):
@@ -124,7 +124,7 @@ class NondeterminismSources:
         return _of_module(getattr(function, "__module__", None) or "", name)
 
     def _function(self, frame: FrameType) -> str | None:
-        """Return the source of a function in Python."""
+        """Return the source that a Python function uses, or None."""
         module, name = str(frame.f_globals.get("__name__", "")), frame.f_code.co_name
         if module.startswith("pathlib."):  # a package since Python 3.13
             module = "pathlib"
@@ -138,7 +138,7 @@ class NondeterminismSources:
         return _of_module(module, name)
 
     def _random(self, owner: Random, name: str, given: object = None) -> str | None:
-        """Return the source of a random generator's call: with its own seed it is deterministic."""
+        """Return the source of a random generator's call; None if it has its own seed."""
         if name in ("seed", "__init__"):
             self._seeded = self._seeded or (name == "seed" and given is not None)
             return CHANCE if given is None else None
@@ -173,4 +173,4 @@ def _module_generator() -> Random:
 
 
 MODULE_GENERATOR = _module_generator()
-"""The generator that all users of the module `random` share."""
+"""The generator that all users of module `random` share."""

@@ -1,8 +1,8 @@
 """Finds the values of a ladder program that follow the time.
 
-Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only
-timers read the time. A timer is *even* if it can count while nothing else changes: other instructions only
-read its bits, copy the count, or compare it with constants.
+Inputs, memory and time determine a scan. `clocks_of` returns the clocks of a program in which only timers
+read the time. A timer is *even* if it can count while nothing else changes. That is so if other instructions
+only read its bits, copy its count, or compare the count with constants.
 
     XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
     GRT(Cycle.ACC,700)OTE(Late)    changes between a count of 700 and one of 701
@@ -30,7 +30,7 @@ _FAMILIES = (
 )
 
 EVEN = frozenset(_FAMILIES.split(" "))
-"""Families of instructions that depend on their operands only, and count time in milliseconds."""
+"""Families of instructions that depend only on their operands and count time in milliseconds."""
 
 TIMERS = frozenset(
     each.name for each in (timing.TON, timing.TOF, timing.RTO, blocks.TONR, blocks.TOFR, blocks.RTOR)
@@ -45,12 +45,12 @@ COMPARISONS = tuple(
 
 @dataclass(frozen=True, slots=True)
 class EvenTimer:
-    """The members of a timer.
+    """The members and uses of an even timer.
 
     Attributes:
         last: virtual time of its last count, ns.
-        constants: with which its count is compared.
-        copies: tags that get its count by a MOV, and nothing else.
+        constants: constants with which the count is compared.
+        copies: tags that only a MOV of the count writes.
     """
 
     count: Leaf
@@ -75,7 +75,7 @@ class ProgramClocks:
 
 @remember_last
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
-    """Return the clocks of a program; None if it reads the time in other ways, or calls Python."""
+    """Return the clocks of a program; None if it reads the time in another way, or calls Python."""
     schedule = lowered.schedule
     if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
         return None
@@ -105,7 +105,7 @@ class _Uses:
 
 
 def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
-    """Yield the even timers among the single ones, those in instances of add-on instructions included."""
+    """Yield the even timers that are not in arrays, including those in add-on instruction instances."""
     written: dict[str, int] = defaultdict(int)
     for each in mentions:
         written[_path(each)] += each.writes
@@ -120,7 +120,7 @@ def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
 
 
 def _uses_of(timers: Iterable[str], mentions: Iterable[Mention]) -> dict[str, _Uses]:
-    """Return by path how a program uses the counts of its timers."""
+    """Return how a program uses the counts of its timers, by path."""
     uses = {path: _Uses() for path in timers}
     by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
     for each in mentions:
@@ -136,20 +136,20 @@ def _path(mention: Mention) -> str:
 
 
 def _is_single_timer(mention: Mention) -> bool:
-    """Whether a timer instruction names a timer that is no element of an array."""
+    """Return whether a timer instruction names a timer that is not an array element."""
     where = mention.where
     named = mention.step is not None and mention.step.name in TIMERS
     return named and isinstance(where, Group) and not where.indices
 
 
 def _is_written_once(leaf: Leaf, written: dict[str, int]) -> bool:
-    """Whether one instruction only writes a tag, alone or as a part of a structure."""
+    """Return whether only one instruction writes a tag, by itself or as part of a structure."""
     path = leaf.path.upper()
     return sum(count for name, count in written.items() if path == name or path.startswith(f"{name}.")) == 1
 
 
 def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses]) -> None:
-    """Note a mention of timers.
+    """Record a mention of timers.
 
     Args:
         together: all mentions of its instruction.
@@ -166,7 +166,7 @@ def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses])
 
 
 def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
-    """Note a mention of a timer's count."""
+    """Record a mention of a timer's count."""
     constants = [each.value for each in step.operands if isinstance(each, Constant)]
     is_simple = place.bit is None and all(map(_is_plain, step.operands))
     if is_simple and step.spec.run in COMPARISONS and list(map(type, constants)) == [int]:
@@ -178,7 +178,7 @@ def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _
 
 
 def _is_plain(operand: object) -> bool:
-    """Whether an operand is a constant or a tag, without a computed subscript."""
+    """Return whether an operand is a constant, or a tag without a computed subscript."""
     return isinstance(operand, Constant) or (isinstance(operand, Place) and not operand.can_fault)
 
 

@@ -18,7 +18,7 @@ from .aim.corpus import Feature
 from .aim.probe import noting
 
 LARGE = 1 << 30
-"""A number of instructions whose size alone is noted, see `aim.probe.SMALL`."""
+"""Stands for a number of instructions of which only the size is recorded, see `aim.probe.SMALL`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Gap:
 
     Attributes:
         text: the instruction or line, with its place.
-        number: of an instruction, in `LoweredProgram.sites`; None of a branch of a Python program.
+        number: index of an instruction in `LoweredProgram.sites`; None for a branch of a Python program.
     """
 
     text: str
@@ -39,9 +39,9 @@ class ProgramReach:
     """Instructions that passed power in some run, or branches that were taken.
 
     Attributes:
-        what: the counted things, in words.
+        what: name of the counted things.
         total: their number.
-        gaps: those that were not reached, in the order of the program.
+        gaps: the instructions or branches that were not reached, in program order.
     """
 
     what: str
@@ -50,10 +50,10 @@ class ProgramReach:
 
 
 def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
-    """Return the coverage of the program's own text.
+    """Return the coverage of the user's own part of the program.
 
     Args:
-        seen: the changes of all runs, see `aim.corpus.Corpus`.
+        seen: the changes in all runs, see `aim.corpus.Corpus`.
     """
     if isinstance(job.logic, LadderLogic):
         return _of_rungs(job.logic, seen)
@@ -83,7 +83,7 @@ def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
 
 
 def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int]]]:
-    """Return the largest count of each place of the notes, and what was true in lines that note truths."""
+    """Return the largest count at each place of the notes, and the truths of lines that record truths."""
     counts: dict[int, int] = {}
     truths: dict[int, set[int]] = {}
     for group, kind in seen:
@@ -112,6 +112,6 @@ def _instructions(
 
 def _passed_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:
     if at >= len(reading):
-        return True  # nothing is noted here: no gap is claimed
+        return True  # nothing is recorded here, so no gap is reported
     place, above, further = reading[at]
     return counts.get(place, -1) > above and all(counts.get(other, -1) > least for other, least in further)

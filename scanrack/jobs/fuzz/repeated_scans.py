@@ -1,13 +1,13 @@
-"""Scans of a ladder program that repeat the one before them: a search passes over them.
+"""Finds scans of a ladder program that repeat the previous scan, so that a search can skip them.
 
     scan            n     n + 1 ... n + k     n + k + 1
     inputs          R     R                   R, or others
     memory before   M     M                   M, or a timer is done now
     memory after    M
 
-If a scan leaves the memory as it was and the inputs stay, the scans after it do the same. Only even timers
-count (`program_clocks`): they are advanced by k scans, the last of which comes before anything depends on a
-count. The invariants must also keep their answers (`invariants.Watch`).
+If a scan leaves the memory as it was and the inputs stay the same, the scans after it do the same. Only even
+timers count (`program_clocks`). They are advanced by k scans, and all of these come before anything depends
+on a count. The invariants must also keep their answers (`invariants.Watch`).
 """
 
 from __future__ import annotations
@@ -27,20 +27,21 @@ from .program_clocks import EvenTimer, ProgramClocks
 NS_PER_MS = 1_000_000
 
 LEAST = 3
-"""Fewest scans that are worth passing over."""
+"""Fewest scans that are worth skipping."""
 
 SameUntil = Callable[[bool], int]
-"""Takes whether timers count; returns the instant up to which all that is watched has the same answer, ns."""
+"""Takes whether timers count; returns the instant until which all invariants have the same answer, ns."""
 
 Clocks = list[tuple[int, int]]
-"""Count and time of the latest count of each timer."""
+"""The count of each timer, and the time of its latest count."""
 
 
 class RepeatedScans:
-    """Finds the scans of one run that repeat the one before them, a `runtime.loop.scans_ahead.RepeatFinder`.
+    """Finds the scans of one run that repeat the previous one, as a `runtime.loop.scans_ahead.RepeatFinder`.
 
     Args:
-        period_ns: time from scan to scan, whole milliseconds: a timer that runs counts in each scan.
+        period_ns: time from scan to scan, ns: whole milliseconds, so that a running timer counts in each
+        scan.
         stops: numbers of scans that are always run, in ascending order.
     """
 
@@ -59,7 +60,7 @@ class RepeatedScans:
         self._kept_clocks: Clocks = []
 
     def _moved_leaves(self) -> Iterator[Leaf]:
-        """Yield what moves on with the time."""
+        """Yield the variables that change with time."""
         for timer in self._timers:
             yield from (timer.count, timer.last)
         if self._scanned is not None:
@@ -79,7 +80,7 @@ class RepeatedScans:
                 self._plain.append(cell)
 
     def _has(self, timer: EvenTimer) -> bool:
-        """Whether a timer's members are variables or elements of a list."""
+        """Return whether a timer's members are variables or elements of a list."""
         layout, cells = self._memory.layout, self._memory.cells
         spots = [(leaf, layout.spot(leaf)) for leaf in (timer.count, timer.last, *timer.copies)]
         return all(leaf.ident in cells if spot is None else not spot.view for leaf, spot in spots)
@@ -99,11 +100,11 @@ class RepeatedScans:
         return [(int(read(timer.count)), int(read(timer.last))) for timer in self._timers]
 
     def keep(self) -> None:
-        """Keep the program's memory before the next scan."""
+        """Save the program's memory before the next scan."""
         self._kept, self._kept_clocks = self._state(), self._clocks()
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many scans repeat the latest one, and advance the clocks."""
+        """Return how many scans repeat the latest one, and advance the clocks by them."""
         if self._state() != self._kept:
             return 0
         place = bisect_left(self._stops, scan)
@@ -121,7 +122,7 @@ class RepeatedScans:
         return most
 
     def _until_seen(self, clocks: Clocks, now_ns: int) -> int:
-        """Return the number of scans before anything depends on a count; 0 if one does not count evenly."""
+        """Return the number of scans before anything depends on a count; 0 if a count is not even."""
         by_ms, least = self._period_ns // NS_PER_MS, FOREVER_NS
         read = self._memory.read
         for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
@@ -140,7 +141,7 @@ class RepeatedScans:
         return least
 
     def _advance(self, clocks: Clocks, now_ns: int, scans: int) -> None:
-        """Advance the clocks by scans."""
+        """Advance the clocks by a number of scans."""
         write, ms = self._memory.write, scans * self._period_ns // NS_PER_MS
         for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
             if before != now:
@@ -151,7 +152,7 @@ class RepeatedScans:
 
 
 def stops_of(instants_ns: Iterable[int], period_ns: int) -> list[int]:
-    """Return the scans around some instants, which are always run.
+    """Return the scans around the given instants; these scans are always run.
 
     >>> stops_of([4_000_000, 6_000_000], 2_000_000)
     [1, 2, 3, 4]

@@ -24,11 +24,11 @@ def report(
     """Return the text of a failure's report.
 
     Args:
-        late: since when the failure was inevitable; None if the time was over.
+        late: the point from which the failure was inevitable; None if there was no time to find it.
         cause: the cause chain of the output that changed last.
-        chart: links to its picture, complete and around the failure.
+        chart: links to the chart: all of it, and the part around the failure.
         again: commands that repeat the failure, and obstacles.
-        check: the command that tests a changed program.
+        check: command that tests a changed program.
     """
     broken = found.broken
     parts = [
@@ -51,7 +51,7 @@ def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
 
 
 def note_fixed(file: Path) -> None:
-    """Note in a failure's report that the program no longer has it."""
+    """Add to a failure's report that the failure no longer occurs."""
     if file.is_file():
         text = file.read_text(encoding="utf-8")
         write_text(file, f"{FIXED}\n\n{text.removeprefix(FIXED).lstrip()}")

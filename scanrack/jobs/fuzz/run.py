@@ -1,4 +1,4 @@
-"""One run of a program in one scenario, under invariants."""
+"""Runs a program in a scenario and checks invariants."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
 NO_FAULT = "no-fault"
-"""Name of the permanent invariant: the program does not fault the CPU."""
+"""Name of the invariant that is always checked: the program does not fault the CPU."""
 
 PROGRAM, RUNNING, JUDGING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
 """Parts of a run's time."""
 
 HANGS = "watchdog"
-"""Cause of a watchdog fault, whose place is random."""
+"""Cause of a watchdog fault, which occurs at a random place."""
 
 SENTENCES = ("rule", "refusal", "adapter")
-"""Kinds of events that explain a bit."""
+"""Kinds of events whose text explains why a bit is set."""
 
 FAULT = ScanFlag.FAULT.value
 
@@ -63,18 +63,18 @@ NOTHING: Mapping[str, Any] = {}
 
 @dataclass(frozen=True, slots=True)
 class BrokenInvariant:
-    """An invariant that did not hold.
+    """An invariant that was violated.
 
     Attributes:
-        why: its violation in words.
-        shows: the state of each slot at the end of that scan, in words, and the waits of the program's
+        why: description of the violation.
+        shows: sentences about the state of each slot at the end of that scan, and the waits of the program's
             sequences.
-        rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
-            with their ids.
-        cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
-            the rule that refused a command in that scan (or in the one that started a clock), or else the
-            line that last changed an output word, the waits of the program's sequences, or of a ladder
-            program the commands in force.
+        rules: sentences, with ids, of the manual's rules that fired in that scan and of an adapter's
+            refusals.
+        cause: distinguishes the failure from others of the same invariant. For a fault it is the place.
+            Otherwise it is the rule that refused a command in that scan, or in the scan that started a clock.
+            Without such a rule it is the line that last changed an output word, the waits of the program's
+            sequences, or, for a ladder program, the commands in force.
     """
 
     invariant: str
@@ -88,7 +88,7 @@ class BrokenInvariant:
 
     @property
     def key(self) -> str:
-        """Identity of a failure: the invariant, and its cause if it has one."""
+        """Identity of a failure: the invariant and, if known, its cause."""
         return f"{self.invariant} {self.cause}".rstrip()
 
     def __str__(self) -> str:
@@ -102,26 +102,26 @@ class Verdict:
 
     scans: int
     rules: Mapping[str, int]  # number of firings of each rule of the manual, by id
-    broken: BrokenInvariant | None = None  # the first invariant that did not hold, or None
+    broken: BrokenInvariant | None = None  # the first violated invariant, or None
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
-    printed: int = 0  # number of lines that the program printed, which are not shown
+    printed: int = 0  # number of lines that the program printed; they are not shown
     greatest: Mapping[str, float] = field(
         default_factory=dict
     )  # greatest values of maximized numbers, by name
 
     @property
     def is_unplaced(self) -> bool:
-        """Whether the place of its failure is not known yet."""
+        """Whether the place of its failure is still unknown."""
         return self.broken is not None and self.broken.cause == UNPLACED
 
 
 TIMED = 16
-"""Interval of the scans whose time is measured: reading a clock costs time, too."""
+"""The time of one in this many scans is measured, since reading a clock also takes time."""
 
 
 class _TimedLogic(LogicWrapper):
-    """A logic whose time is measured."""
+    """Measures the time that a logic takes."""
 
     def __init__(self, logic: ScanLogic) -> None:
         super().__init__(logic)
@@ -139,7 +139,7 @@ class _TimedLogic(LogicWrapper):
 
 
 class _LineCounter(TextIOBase):
-    """The program's standard output; it only counts the lines."""
+    """Replaces the program's standard output and only counts lines."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -150,13 +150,13 @@ class _LineCounter(TextIOBase):
         return True
 
     def write(self, text: str, /) -> int:
-        """Count the lines of a text."""
+        """Count the lines in a text."""
         self.lines += text.count("\n")
         return len(text)
 
 
 class _InvariantWatch:
-    """An invariant in one run."""
+    """The state of an invariant in one run."""
 
     __slots__ = ("broken", "invariant", "watch")
 
@@ -171,7 +171,7 @@ class _Watcher(QuietListener):
 
     Args:
         known: keys of failures that are ignored: the run continues.
-        place: returns the cause of a failure if no rule has fired.
+        place: returns the cause of a failure for which no rule has fired.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class _Watcher(QuietListener):
         self._fired: dict[int, list[str]] = {}
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Note the rules that fire, and an adapter's messages beside them."""
+        """Record the rules that fire, and an adapter's messages."""
         if fields.get("kind") in SENTENCES:
             name = str(fields["name"])
             self._explanations.append(f"{fields['text']} [{name}]")
@@ -202,7 +202,7 @@ class _Watcher(QuietListener):
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Check every invariant, unless the scan was not finished."""
         if flags & FAULT:
-            self._stood = self._standing(scan)  # before the CPU closes them
+            self._stood = self._standing(scan)  # read them before the CPU closes the sequences
             return
         start_ns = 0 if scan % TIMED else wall_ns()
         snapshot = self.snapshot
@@ -222,7 +222,7 @@ class _Watcher(QuietListener):
             self.spent_ns += (wall_ns() - start_ns) * TIMED
 
     def _is_new(self, watching: _InvariantWatch, why: str) -> bool:
-        """Note a failure unless it is known; return whether it is new."""
+        """Record a failure if it is new; return whether it is."""
         broken = self._broken(watching.invariant.name, watching.invariant.sentence, why)
         origin = getattr(watching.watch, "origin_scan", broken.scan)
         refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
@@ -235,23 +235,23 @@ class _Watcher(QuietListener):
         return True
 
     def waits(self) -> bool:
-        """Return whether the clock of an invariant runs."""
+        """Return whether the clock of any invariant is running."""
         return any(getattr(each.watch, "waiting", False) for each in self._watches)
 
     def same_until_ns(self, counting: bool) -> int:
-        """Return the instant up to which no invariant has another answer, see `Watch`; 0 if unknown."""
+        """Return the instant until which every invariant keeps its answer, see `Watch`; 0 if unknown."""
         methods = [getattr(each.watch, "same_until_ns", None) for each in self._watches]
         return min((0 if each is None else each(counting) for each in methods), default=FOREVER_NS)
 
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
-        """Note where goals are reached."""
+        """Let goals call `note` when they are reached."""
         for each in self._watches:
             if isinstance(each.watch, Sometimes | MaximumGoal):
                 each.watch.note = note
 
     @property
     def greatest(self) -> dict[str, float]:
-        """The greatest values of what is to be maximized, by name."""
+        """The greatest value of each maximized number, by name."""
         watches = [(each.invariant.name, each.watch) for each in self._watches]
         return {
             name: watch.greatest
@@ -267,18 +267,18 @@ class _Watcher(QuietListener):
         )
 
     def _broken(self, name: str, sentence: str, why: str) -> BrokenInvariant:
-        """Return an invariant that is broken in this scan."""
+        """Return the record of an invariant that is broken in this scan."""
         now = self.snapshot
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
         shows += self._stood or self._standing(now.scan)
         return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._explanations))
 
     def _standing(self, scan: int) -> tuple[str, ...]:
-        """Return where the program's sequences wait, a sentence each."""
+        """Return a sentence for each wait of the program's sequences."""
         return tuple(str(standing(each, scan)) for each in self.sequences)
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
-        """Return the failure that is a fault of the CPU."""
+        """Return the failure for a fault of the CPU."""
         self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
         broken = self._broken(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
@@ -299,22 +299,22 @@ def _state_of(logic: ScanLogic) -> ProgramState:
 
 
 UNPLACED = "?"
-"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
+"""Cause of a failure whose place is still unknown: the run is repeated with its lines traced."""
 
 TRACED_BEFORE = 20
-"""Scans before a failure that are traced at first; more if no output changes in them."""
+"""Number of scans traced before a failure, at first; more if no output changes in them."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialBench:
-    """The constant part of all trials."""
+    """Everything that stays the same in all trials."""
 
     spec: RackSpec
     fresh_logic: Callable[[], ScanLogic]
     invariants: Sequence[Invariant]
     scans: int
     tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)  # returns a logic's tags
-    rungs: tuple[Rung, ...] = ()  # where a tear makes a difference, see `scenarios.tearing`
+    rungs: tuple[Rung, ...] = ()  # rungs where a tear has an effect, see `scenarios.tearing`
     settings: tuple[PanelTag, ...] = ()  # tags that an operator writes
 
     @property
@@ -338,13 +338,13 @@ class TrialBench:
         aloud: bool = False,
         every_scan: bool = True,
     ) -> Verdict:
-        """Run the program in a scenario until an invariant is broken or the time is over.
+        """Run the program in a scenario until an invariant is broken or the run ends.
 
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
-            probe: notes what changes.
-            explored: states of other runs; this one may end in one of them, if it has a probe.
-            every_scan: False = pass over scans that repeat the one before them, without `listeners`.
+            probe: records what changes.
+            explored: states of other runs; a run with a probe may end in one of them.
+            every_scan: False = skip scans that repeat the previous one, if there are no `listeners`.
 
         Raises:
             InvariantError: an invariant raised.
@@ -360,7 +360,7 @@ class TrialBench:
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
 
     def _placed(self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool) -> Verdict:
-        """Repeat a run that failed in a scan, to find the line that last changed an output before."""
+        """Repeat a run to find the line that last changed an output before it failed."""
 
         def traced(since: int) -> tuple[_Run, Verdict]:
             run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
@@ -374,16 +374,16 @@ class TrialBench:
 
 @dataclass(frozen=True, slots=True)
 class _OrderDesk:
-    """The tags of a program, which a scenario's orders set."""
+    """Lets a scenario's orders write the tags of a program."""
 
     tags: Any
 
     def force(self, tag: str, value: object) -> None:
-        """Refuse to hold a tag."""
+        """Refuse to force a tag."""
         raise ValueError(f"{tag} is a tag: a scenario writes tags, and forces images")
 
     def unforce(self, tag: str | None = None) -> None:
-        """Release nothing: no tag is forced."""
+        """Do nothing: no tag is forced."""
 
 
 class _Run:
@@ -391,8 +391,8 @@ class _Run:
 
     Args:
         traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
-            no scan is.
-        every_scan: whether scans that repeat the one before them are run, too, see `repeated_scans`.
+            trace no scan.
+        every_scan: whether to run also scans that repeat the previous one, see `repeated_scans`.
     """
 
     def __init__(
@@ -431,11 +431,11 @@ class _Run:
             self._watcher.note_goals(probe.edges.add)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
-        """Run; return the verdict.
+        """Run the scenario and return the verdict.
 
         Raises:
             InvariantError: an invariant raised.
-            ValueError: an order of the scenario can't be carried out.
+            ValueError: an order in the scenario can't be carried out.
         """
         watcher = self._watcher
         probes = [] if self._probe is None else [self._probe]
@@ -453,7 +453,7 @@ class _Run:
                 cpu.close()
         except CpuFault as error:
             if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
-                raise error.__cause__ from None  # an invariant that raised, not the program
+                raise error.__cause__ from None  # an invariant raised it, not the program
             broken = watcher.faulted(error.fault)
             watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
         if repeated is not None and repeated.refused:
@@ -471,7 +471,7 @@ class _Run:
         )
 
     def _pass_over_repeats(self, cpu: Cpu) -> None:
-        """Let the CPU pass over scans that repeat the one before them, if the program is one of rungs."""
+        """Make the CPU skip scans that repeat the previous one, if it runs a ladder program."""
         engine, spec = unwrapped(self._timed), self._spec
         if not isinstance(engine, Engine) or spec.scan_ns % NS_PER_MS:
             return
@@ -485,7 +485,7 @@ class _Run:
         cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
 
     def _instants_ns(self) -> Iterator[int]:
-        """Yield the instants at which something begins or ends in this run."""
+        """Yield the instants at which an event of this run begins or ends."""
         for part in (*timed_parts(self._scenario), *self._spec.incidents):
             yield part.at_ns
             yield end_ns(part)
@@ -499,7 +499,7 @@ class _Run:
             self.explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
-        """Return what applies the scenario's orders; None without any."""
+        """Return an object that applies the scenario's orders; None if it has none."""
         if not self._orders:
             return None
         given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
@@ -512,7 +512,7 @@ class _Run:
 
     @property
     def last_output_change(self) -> int:
-        """The last scan that is known to have changed outputs, in a run that was not traced far enough."""
+        """The last scan known to have changed outputs, if the run was not traced from early enough."""
         return 0 if self._output_line is None else self._output_line.changed_in
 
     def _place(self) -> str:
@@ -525,7 +525,7 @@ class _Run:
         return self._output_line.last or self._waits() or self._commands()
 
     def _waits(self) -> str:
-        """Return where the sequences of the program wait; empty without any."""
+        """Return where the sequences of the program wait; empty if it has none."""
         waiting = [each for each in self._watcher.sequences if not each.over]
         return " ".join(f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting)
 

@@ -36,39 +36,39 @@ from .shrink import smallest
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
 LEAST_SHRINKING = 30
-"""Runs that always shrink a failure, even if the time of the search is over."""
+"""Number of runs that always shrink a failure, even if the search is out of time."""
 
 SPENT = (PROGRAM, RUNNING, JUDGING, BUILDING, DRAWING, CONFIRMING)
-"""Parts of a search's time."""
+"""Names of the parts of a search's time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A scenario in which an invariant is broken."""
+    """A scenario that breaks an invariant."""
 
     scenario: Scenario
     broken: BrokenInvariant
-    after: int  # number of runs until its first failure
+    after: int  # number of runs until the failure was first found
 
 
 @dataclass(slots=True)
 class SearchReport:
     """The result of a search."""
 
-    runs: int = 0  # their number, including shrinking
+    runs: int = 0  # number of runs, including shrinking
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
     found: list[Counterexample] = field(default_factory=list)  # the failures, each once
     shrinking: int = 0
-    unshrunk: int = 0  # number of failures that were not shrunk to the end
+    unshrunk: int = 0  # number of failures that were not shrunk completely
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
-    printed: int = 0  # number of lines that the program has printed in all runs
-    greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximized, by name
-    steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
+    printed: int = 0  # number of lines that the program printed in all runs
+    greatest: dict[str, float] = field(default_factory=dict)  # of each maximized number, by name
+    steps: bytes = b""  # digest of its runs in order; equal for equal runs
     processor_ns: int = 0
     unshrunk_found: list[Counterexample] = field(default_factory=list)  # the failures before shrinking
-    corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, including the given ones
+    corpus: Corpus = field(default_factory=Corpus)  # scenarios with new features, including the given ones
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -84,17 +84,17 @@ class SearchReport:
 
 
 def keep_greatest(known: dict[str, float], more: Mapping[str, float]) -> None:
-    """Add values to the greatest ones that are known."""
+    """Merge values into the greatest known values."""
     for name, value in more.items():
         known[name] = max(value, known.get(name, value))
 
 
 class NondeterministicError(ValueError):
-    """A program that behaves differently in two runs of the same scenario."""
+    """The program behaves differently in two runs of the same scenario."""
 
 
 Confirm = Callable[[Counterexample, Collection[str]], bool]
-"""Repeats a failure in another process, which ignores known ones.
+"""Repeats a failure in another process, which ignores known failures.
 
 Returns False if the machine may have caused it; raises `NondeterministicError` if the program did.
 """
@@ -122,18 +122,18 @@ def search(
     """Search for scenarios that break invariants.
 
     A failure is shrunk and confirmed, and the search continues until the examples are used up.
-    Failures of one invariant differ by their cause.
+    Failures of the same invariant differ in their cause.
 
     Args:
-        kinds: random events, as far as they are possible in the rack.
-        examples: number of scenarios in all, without shrinking.
+        kinds: kinds of random events; those that are impossible in the rack are ignored.
+        examples: total number of scenarios, without shrinking.
         start: seed of the search; the same seed gives the same results.
         base: a scenario to vary; None = none.
-        corpus: of other searches, see `aim.corpus`; it grows.
+        corpus: results of other searches, see `aim.corpus`; this search adds to it.
         known: names of invariants, and keys of failures, to ignore.
-        again: scenarios to run first; those that show something new enter the corpus.
-        failed: called with a failure at once, before it is shrunk.
-        has_time: whether there is time left; checked before every run, except runs of `again`.
+        again: scenarios to run first; those with new features enter the corpus.
+        failed: called with each failure at once, before it is shrunk.
+        has_time: returns whether there is time left; called before every run except those of `again`.
 
     Raises:
         InvariantError: an invariant raised.
@@ -164,7 +164,7 @@ def search(
             if not repeated:
                 chooser.ran(scenario, edges)
             elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
-                entry.new_features = ()  # it has been trimmed
+                entry.new_features = ()  # it is already trimmed
             continue
         report.unshrunk_found.append(found)
         failed(found)
@@ -181,12 +181,12 @@ def undisturbed(
     confirm: Confirm = _believe,
     has_time: Callable[[], bool] = lambda: True,
 ) -> list[Counterexample]:
-    """Run one scenario without random events; return its failures, each once.
+    """Run one scenario without random events; return each failure once.
 
     Args:
-        scenario: an empty one, or that of a recording.
+        scenario: an empty scenario, or that of a recording.
         known: names of invariants to skip, and keys of failures to ignore.
-        has_time: whether there is time to shrink them to the end.
+        has_time: returns whether there is time left for shrinking.
 
     Raises:
         InvariantError: an invariant raised.
@@ -204,7 +204,7 @@ def undisturbed(
 
 
 def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
-    """Return what to ignore in a run for one failure: all other invariants, and earlier failures."""
+    """Return what a run for one failure ignores: all other invariants, and earlier failures."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
 
@@ -219,7 +219,7 @@ def shrunk(
 
     Args:
         report: counts the runs.
-        has_time: whether there is time for more than the least number of runs.
+        has_time: returns whether there is time for more than `LEAST_SHRINKING` runs.
     """
     runs, whole = 0, True
 
@@ -250,11 +250,11 @@ class _Runner:
     report: SearchReport
     known: set[str]
     runs: int = 0  # without shrinking
-    logic: Any = None  # of the last run
+    logic: Any = None  # logic of the last run
     explored: ExploredStates = field(default_factory=ExploredStates)
 
     def run_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
-        """Run a scenario and note its changes; return its failure, or None.
+        """Run a scenario and record its changes; return its failure, or None.
 
         Raises:
             NondeterministicError: the program is not deterministic.
@@ -270,12 +270,12 @@ class _Runner:
         again = self._run(scenario, None)
         if again is not None and again.key == broken.key:
             return found
-        if broken.cause == HANGS:  # the machine may have been busy
+        if broken.cause == HANGS:  # the computer may have been busy
             return None
         raise NondeterministicError(describe_nondeterminism(found, self._uses(scenario)))
 
     def edges_of(self, scenario: Scenario) -> Edges | None:
-        """Run a scenario; return its changes, None if something is broken."""
+        """Run a scenario; return its changes, or None if it breaks an invariant."""
         self.runs += 1
         edges = Edges()
         broken = self._run(scenario, Probe(edges))
@@ -283,7 +283,7 @@ class _Runner:
         return None if broken else edges
 
     def settle(self, found: Counterexample, confirm: Confirm, has_time: Callable[[], bool]) -> None:
-        """Shrink and confirm a failure; the runs after it ignore it."""
+        """Shrink and confirm a failure; later runs ignore it."""
         report = self.report
         without = all_but(self.bench, found.broken, self.known)
         self.known.add(found.broken.key)
@@ -301,17 +301,17 @@ class _Runner:
         return verdict.broken
 
     def _uses(self, scenario: Scenario) -> str:
-        """Return the program's sources of differences between runs."""
+        """Run a scenario and return the program's sources of nondeterminism."""
         uses = NondeterminismSources()
         uses.watching(self.bench).run(scenario)
         return str(uses)
 
 
 def describe_nondeterminism(found: Counterexample, uses: str = "") -> str:
-    """Return the message that a program is not deterministic, with the cause.
+    """Return the message that a program is not deterministic, with the reason.
 
     Args:
-        uses: its sources of differences, such as "the clock (line.py:12)"; empty without any.
+        uses: its sources of nondeterminism, such as "the clock (line.py:12)"; empty if none is known.
     """
     why = f"It uses {uses}." if uses else UNSEEN_SOURCE
     return (
@@ -325,4 +325,4 @@ UNSEEN_SOURCE = (
     "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
     "an object's address."
 )
-"""Text for a program that was seen to use neither chance nor the clock nor threads."""
+"""Text for a program that has not been seen to use chance, the clock or threads."""

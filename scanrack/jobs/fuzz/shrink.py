@@ -1,15 +1,15 @@
-"""Delta debugging: the smallest scenario with the same failure as a given one.
+"""Delta debugging: finds the smallest scenario with the same failure as a given one.
 
 Two kinds of steps are repeated until neither helps:
 
-    parts     leave some out: a half of them, a quarter, ..., at last each by itself
-    numbers   make a part's time, duration or count rounder; and select the simplest input, the
-              newest firmware, the fewest late words that suffice
+    parts     leave some out: half of them, a quarter, ..., and finally each by itself
+    numbers   make a part's time, duration or count rounder; also choose the simplest input, the newest
+              firmware, and the fewest late words that still fail
 
-At the end no single part can be left out, and no number can be rounder. A number is rounder if it has fewer
-significant decimal digits (166 ms, 170 ms, 200 ms, 0), or as many and is smaller. The candidates for a number
-are 0; 1, 2 or 5 in every decade below it; and its neighbors with fewer digits, above and below. Times stay on
-the grid of the scans.
+At the end, no single part can be left out, and no number can be made rounder. A number is rounder if it has
+fewer significant decimal digits (166 ms, 170 ms, 200 ms, 0), or equally many and is smaller. The candidates
+for a number are 0; 1, 2 or 5 in every decade below it; and its neighbors with fewer digits, above and below.
+Times stay on the grid of the scans.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
 from .scenarios.scenario import LostSteps, Press, Scenario, Signal, SwitchOffset, Turn
 
 Inputs = Mapping[int, Sequence[InputBit]]
-"""Inputs by slot number, those that are simpler to press first."""
+"""Inputs by slot number, the simplest to press first."""
 
 STEPS = (1, 2, 5)
 """Leading digits of round numbers."""
@@ -45,8 +45,8 @@ def smallest(
     """Return the smallest scenario with the same failure, and that failure.
 
     Args:
-        breaks: runs a scenario; returns its failure if that is the same, else None.
-        inputs: of each slot the inputs that may be pressed, the simplest first.
+        breaks: runs a scenario; returns its failure if it is the same failure, else None.
+        inputs: for each slot, the inputs that may be pressed, the simplest first.
         scan_ns: time from scan to scan; candidate times are multiples of it.
     """
     shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
@@ -72,7 +72,7 @@ class _Shrinker:
         self._tried = {scenario}
 
     def drop_parts(self) -> bool:
-        """Leave out dispensable parts; return whether there were any."""
+        """Remove parts that the failure does not need; return whether there were any."""
         before = self.scenario
         count = len(parts_of(before)) or 1
         while count:
@@ -84,7 +84,7 @@ class _Shrinker:
         return self.scenario != before
 
     def simplify_parts(self) -> bool:
-        """Make numbers and other values simpler; return whether any could be."""
+        """Make numbers and other values simpler; return whether any could be simplified."""
         before = self.scenario
         for place in range(len(parts_of(before))):
             while self._simplify(place):
@@ -100,7 +100,7 @@ class _Shrinker:
         )
 
     def _take(self, parts: Sequence[Part]) -> bool:
-        """Continue with these parts if they have the same failure."""
+        """Keep these parts if they have the same failure; return whether they do."""
         scenario = scenario_of(parts)
         if scenario in self._tried:
             return False
@@ -137,17 +137,17 @@ SIMPLER: tuple[tuple[Any, str, Callable[[Any, Inputs, int], Iterable[Any]]], ...
 
 
 def _before(given: InputBit, inputs: Sequence[InputBit]) -> Iterator[InputBit]:
-    """Yield the inputs that are simpler than one."""
+    """Yield the inputs that are simpler than the given one."""
     return takewhile(lambda bit: bit is not given, inputs)
 
 
 def _fewer(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Yield some late words without one of them; the last one stays."""
+    """Yield the late words with one of them left out; a single word stays."""
     return (words[:place] + words[place + 1 :] for place in range(len(words)) if len(words) > 1)
 
 
 def _newer(version: str) -> Iterator[str]:
-    """Yield the versions after one, the newest first."""
+    """Yield the versions newer than the given one, newest first."""
     names = [str(known) for known in KNOWN]
     if version in names:
         yield from reversed(names[names.index(version) + 1 :])
@@ -191,7 +191,7 @@ def _round_below(size: int) -> Iterator[int]:
 
 
 def _neighbors(size: int) -> Iterator[int]:
-    """Yield the next numbers of fewer digits, below and above."""
+    """Yield the closest numbers with fewer digits, below and above."""
     length = len(str(size))
     for kept in range(1, digits(size)):
         unit = 10 ** (length - kept)

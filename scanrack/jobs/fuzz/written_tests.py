@@ -1,8 +1,8 @@
-"""Writes tests for pytest: runs that together reach all that a campaign has reached.
+"""Writes pytest tests: runs that together reach everything that a campaign has reached.
 
 The folder has one file of tests and a scenario for each test. The file names the user's rack file and
-invariants, so the tests follow a change of the program. What a run reaches is named without numbers of lines
-and rungs.
+invariants, so the tests follow a change of the program. The places that a run reaches are named without line
+and rung numbers.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class RunOutcome:
     """Outcome of one run.
 
     Attributes:
-        broken: each broken invariant, a sentence each.
+        broken: a sentence for each broken invariant.
         reached: instructions that passed power, branches that were taken, each with its routine or file.
     """
 
@@ -70,15 +70,15 @@ class RunOutcome:
 def play(
     rack: Path, scenario: Path, scans: int, invariants: Sequence[Path] = (), checks: Sequence[str] = ()
 ) -> RunOutcome:
-    """Run a scenario of a file on a rack.
+    """Run a scenario from a file on a rack.
 
     Args:
         scans: length of the run.
-        invariants: files with what must hold.
-        checks: names of what must hold, as for `scanrack fuzz --check`.
+        invariants: files with invariants.
+        checks: names of standard invariants, as for `scanrack fuzz --check`.
 
     Raises:
-        ValueError: an unusable file.
+        ValueError: a file is unusable.
         OSError: a file can't be read.
     """
     setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
@@ -93,10 +93,10 @@ def _outcome(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutco
 
 
 def check_new(folder: Path) -> None:
-    """Refuse a folder that has something in it.
+    """Check that a folder for new tests is empty or missing.
 
     Raises:
-        OwnedError: it has.
+        OwnedError: the folder is not empty.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise OwnedError(f"{folder} has something in it: give --write-tests a new folder")
@@ -107,10 +107,10 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
 
     Args:
         job: the rack and program.
-        scenarios: runs, those that break something are left out.
+        scenarios: scenarios to choose from; those that break an invariant are left out.
 
     Raises:
-        OwnedError: the folder has something in it.
+        OwnedError: the folder is not empty.
         OSError: a file can't be written.
     """
     check_new(folder)
@@ -137,7 +137,7 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
 def _chosen(
     bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
-    """Yield few of the runs with what is new in each; the one that reaches most comes first."""
+    """Yield few scenarios that together reach every place, best first, each with the places that it adds."""
     runs = [(each, _outcome(bench, each, job)) for each in scenarios]
     left = [(each, went.reached) for each, went in runs if not went.broken]
     reached: frozenset[str] = frozenset()

@@ -1,1 +1,1 @@
-"""Exports of Rockwell's programs to rack files."""
+"""Turns exports of Rockwell programs into rack files."""

@@ -1,13 +1,13 @@
-"""Slots of a rack file for an export.
+"""Makes the slots of a rack file for an export.
 
 | the export has | the rack file has |
 |---|---|
 | a 3601: by name, by its words, or by the user's choice | `amci3601` |
 | a card that is simulated here | that card |
-| any other module | a comment: its tags are memory of the true size |
+| any other module | a comment: its tags are memory of the real size |
 | no simulated module | `amci3601` in the first free slot: a rack needs one module |
 
-The export's tree has precedence: no other module gets an occupied slot.
+The export's module tree has precedence: no other module gets an occupied slot.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ STEPPER = "amci3601"
 class ExportSlot:
     """A slot of an export."""
 
-    number: int  # from 1
+    number: int  # slot number, from 1
     catalog: str
-    name: str = ""  # name of the module, "" without one
+    name: str = ""  # name of the module; "" without a name
     tags: str = ""  # names and sizes of its inputs and outputs
-    module: str | None = None  # its name in a rack file, None if it is not simulated
-    why: str = ""  # the reason for that choice, "" if its catalog number decides
+    module: str | None = None  # its name in a rack file; None if it is not simulated
+    why: str = ""  # reason for the choice of `module`; "" if the catalog number determines it
 
     def __str__(self) -> str:
         return f"slot {self.number}: {f'{self.catalog} {self.name}'.strip() or 'a module'}"
 
 
 def simulated(catalog: str) -> str | None:
-    """Return the rack file's module of a catalog number, None if it is not simulated.
+    """Return the rack file's module name for a catalog number; None if the module is not simulated.
 
     >>> simulated("1769-IQ16/A"), simulated("1769-IF8")
     ('1769-IQ16', None)
@@ -50,13 +50,13 @@ def simulated(catalog: str) -> str | None:
 
 
 def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
-    """Return the slots, with the modules that the user names as 3601s.
+    """Return the slots, with the modules that the user names turned into 3601s.
 
     Args:
-        named: names of modules, or numbers of slots.
+        named: module names or slot numbers.
 
     Raises:
-        ValueError: the export has no such module.
+        ValueError: the export lacks one of the named modules.
     """
     left = {each.upper(): each for each in named}
     found = []
@@ -74,7 +74,7 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
 
 
 def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
-    """Yield the slots of a rack file, with the decisions as comments."""
+    """Yield the lines of a rack file's slots, with the decisions as comments."""
     taken: set[int] = set()
     for slot in sorted(slots, key=lambda each: each.number):
         yield ""
@@ -103,7 +103,7 @@ def _table(slot: ExportSlot) -> Iterator[str]:
 
 
 def _wiring(module: str) -> Iterator[str]:
-    """Yield comments for the user to complete."""
+    """Yield commented-out settings for the user to complete."""
     if Trait.MACHINE in OWN[module].traits:
         yield "# [slot.machine]"
         yield "# switches = ["
@@ -121,10 +121,10 @@ def _wiring(module: str) -> Iterator[str]:
 
 
 def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) -> Iterator[str]:
-    """Yield the differences between a rack and the export's tree.
+    """Yield sentences about differences between a rack and the export's module tree.
 
     Args:
-        rack: number and module of the slots of the rack.
+        rack: number and module of each slot in the rack.
     """
     there = {each.number: each for each in slots}
     for number, module in rack:

@@ -1,4 +1,4 @@
-"""How a program that is an export begins."""
+"""The initial state of an exported program."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from scanrack.io_images.text_limits import EXPORT_MIB
 
 @dataclass(frozen=True)
 class ExportStart:
-    """How a program that is an export begins; the table `[export]` of a rack file has the same keys.
+    """The initial state of an exported program; the table `[export]` of a rack file has the same keys.
 
     Attributes:
-        keep_values: the first scan continues with the values of the export; without it prescan resets them.
-        memory_mib: memory that the tags of the export may take, MiB.
+        keep_values: whether the first scan continues with the values of the export; otherwise prescan resets
+        some of them.
+        memory_mib: largest memory for the tags of the export, MiB.
     """
 
     keep_values: bool = False
@@ -20,4 +21,4 @@ class ExportStart:
 
 
 DOWNLOADED = ExportStart()
-"""An export begins as after a download."""
+"""An export that begins as after a download."""

@@ -1,7 +1,7 @@
-"""A rack file for an export, as `scanrack l5x --print-rack` prints it; `export_slots` has its slots.
+"""Makes the rack file for an export that `scanrack l5x --print-rack` prints; `export_slots` makes its slots.
 
-The file runs as printed: instructions without an implementation have a stub, with a comment that
-lists the alternatives; other refused parts do nothing.
+The file runs as printed. Instructions without an implementation have a stub, with a comment that lists the
+alternatives. Other refused parts do nothing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .export_start import DOWNLOADED, ExportStart
 from .toml_text import comment, key, text
 
 BYTES_OUT, BYTES_IN = 16, (16, 20)
-"""Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
+"""Sizes of a 3601's connection, bytes; 4 more input bytes are the Fault [3601 manual, chapter 2, "16+4"]."""
 
 _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
@@ -38,13 +38,13 @@ def rack_of(
     recorded: bool = True,
     export: ExportStart = DOWNLOADED,
 ) -> str:
-    """Return a rack file as text; ValueError if the export has no such module.
+    """Return a rack file as text; raise ValueError if the export lacks one of the `steppers`.
 
     Args:
-        imported: the export, imported for a trial.
+        imported: the export, already imported for a trial.
         steppers: modules that are 3601s, by name or slot.
-        recorded: whether it names a recording.
-        export: how the export begins.
+        recorded: whether the rack file names a recording.
+        export: initial state of the program.
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)
     head = _head(imported, program, recorded=recorded)
@@ -70,7 +70,7 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
 
 
 def _begins(export: ExportStart) -> Iterator[str]:
-    """Yield the table of what differs from a download."""
+    """Yield the table of settings that differ from a download."""
     usual = asdict(DOWNLOADED)
     changed = {name: value for name, value in asdict(export).items() if value != usual[name]}
     if changed:
@@ -96,7 +96,7 @@ def _stubs(imported: L5xImport) -> Iterator[str]:
 
 
 def _stub_lines(imported: L5xImport) -> dict[str, str]:
-    """Return the stubs of an export, of instructions without an implementation and of missing routines."""
+    """Return the stubs for unimplemented instructions and missing routines of an export."""
     report = imported.report
     found = {name: text(stub) for name, stub in report.stubs.items()}
     called = dict.fromkeys(map(_instruction, report.refused))
@@ -108,13 +108,13 @@ def _stub_lines(imported: L5xImport) -> dict[str, str]:
 
 
 def _instruction(refused: Refusal) -> str:
-    """Return the instruction at the refused column of a rung, "" without one."""
+    """Return the instruction at the refused column of a rung; "" if there is none."""
     found = _CALL.search(refused.text, refused.column - 1)
     return found[1].upper() if found else ""
 
 
 def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
-    """Return all modules of an export, those on networks without a slot; not the controller itself."""
+    """Return all modules of an export except the controller; some on networks have no slot."""
     found = []
     for each in modules:
         slot = _slot(slot_of(each) or 0, each)

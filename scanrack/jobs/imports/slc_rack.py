@@ -1,4 +1,4 @@
-"""A rack file for an export of RSLogix 500; `export_slots` has its slots."""
+"""Makes a rack file for an RSLogix 500 export; `export_slots` makes its slots."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_step
 from .toml_text import comment, text
 
 MESSAGES = "done after 20 ms"
-"""Result of messages."""
+"""Stub of message instructions."""
 
 
 def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:
-    """Return the text of a rack file; ValueError if the export has no such slot.
+    """Return the text of a rack file; raise ValueError if the export lacks one of the `steppers`.
 
     Args:
         path: the program that the rack file names.
-        steppers: slots of modules that are 3601s.
+        steppers: slots whose modules are 3601s.
     """
     slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
     lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
@@ -34,7 +34,7 @@ def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ())
 
 
 def _stubs(report: Report) -> Iterator[str]:
-    """Yield the stubs of messages and of what is refused."""
+    """Yield the stubs for messages and for refused instructions."""
     messages = [f"{ALL_MESSAGES} = {text(MESSAGES)}"] if ALL_MESSAGES in report.stubs else []
     refused = [f"{REFUSED} = {text(EMPTY)}    # what is refused does nothing"] * (not report.complete)
     if messages or refused:
@@ -42,7 +42,7 @@ def _stubs(report: Report) -> Iterator[str]:
 
 
 def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:
-    """Return the slots beside the processor's."""
+    """Return all slots except the processor's."""
     return [_slot(each) for each in slots if each.number]
 
 

@@ -1,4 +1,4 @@
-"""Escapes texts of other files for a printed rack file: none ends its string, key or comment."""
+"""Escapes foreign text for a printed rack file, so that it can't end its string, key or comment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def text(said: str) -> str:
-    r"""Return a text as a basic string of TOML.
+    r"""Return a text as a TOML basic string.
 
     >>> print(text('a "name"\x85'))
     "a \"name\"\u0085"
@@ -18,7 +18,7 @@ def text(said: str) -> str:
 
 
 def key(name: str) -> str:
-    r"""Return a name as a key of TOML.
+    r"""Return a name as a TOML key.
 
     >>> print(key("Main"), key('a = "b"'))
     Main "a = \"b\""
@@ -27,7 +27,7 @@ def key(name: str) -> str:
 
 
 def comment(said: str) -> str:
-    r"""Return a comment of TOML, on one line.
+    r"""Return a TOML comment on one line.
 
     >>> print(comment("slot 1\n[stubs]"))
     # slot 1\u000a[stubs]
@@ -36,7 +36,7 @@ def comment(said: str) -> str:
 
 
 def escaped(said: str) -> str:
-    r"""Return a text with everything that is not printable as the escapes of TOML."""
+    r"""Return a text with every unprintable character as a TOML escape."""
     return said if said.isprintable() else "".join(map(_escaped, said))
 
 

@@ -1,1 +1,1 @@
-"""From the path of a rack to a job: specification, logic, and the files they come from."""
+"""Loads a job from the path of a rack: the specification, the logic, and their files."""

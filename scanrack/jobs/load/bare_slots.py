@@ -1,4 +1,4 @@
-"""Slots without modules, to attach a program that does not run."""
+"""Slots without modules, for programs that are attached but do not run."""
 
 from __future__ import annotations
 
@@ -20,5 +20,5 @@ class BareSlot:
 
 
 def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
-    """Return slots by number, from the names of their words."""
+    """Return a slot for each number, with the given names of its words."""
     return {number: BareSlot(each) for number, each in words.items()}

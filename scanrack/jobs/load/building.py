@@ -1,4 +1,4 @@
-"""From a specification to a CPU with its rack."""
+"""Builds a CPU with its rack from a specification."""
 
 from __future__ import annotations
 
@@ -26,18 +26,17 @@ def build_rack(
     handled: bool = False,
     around: Callable[[int, Module], Module] | None = None,
 ) -> Rack:
-    """Put new modules into a new rack.
+    """Build a new rack with new modules.
 
-    The random numbers of slot n are seeded with the rack's seed and n, so that slots do not repeat each
-    other.
+    The random numbers of slot n are seeded with the rack's seed and n, so that slots differ.
 
     Args:
-        ports: closes the real ports that are opened; None = real ports are not allowed.
-        handled: incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
-        around: returns what sits in a slot in place of its module.
+        ports: stack that closes the real ports opened here; None = real ports are not allowed.
+        handled: whether incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
+        around: returns a replacement, such as a wrapper, for the module of a slot.
 
     Raises:
-        ValueError: a real port that is not allowed, or can't be opened.
+        ValueError: a real port is not allowed or can't be opened.
     """
     modules = {slot.number: _module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
     for module in modules.values():
@@ -59,9 +58,10 @@ def build_rack(
 
 
 def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
-    """Return the time of a command to a slot and its answer: over the backplane, and behind the module.
+    """Return the time for a command to a slot and its answer, over the backplane and beyond the module.
 
-    A CompactLogix exchanges images at its own interval: a command waits for one, its answer for the next.
+    A CompactLogix exchanges images at its own interval: a command waits for one exchange, its answer for the
+    next.
     """
     own_ms = slot.record.round_trip_ms
     if spec.controller != "compactlogix":
@@ -70,7 +70,7 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 
 
 def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
-    """Return a slot's module, exposed to the incidents of the rack file and to later orders."""
+    """Return a slot's module, exposed to incidents from the rack file and from later orders."""
     coming = [each for each in spec.incidents if each.slot == slot.number]
     for each in coming:
         each.check_late_words(len(slot.words.outputs))
@@ -100,7 +100,7 @@ def build_cpu(
     pacer: Pacer | None = None,
     watchdog: Watchdog | None = None,
 ) -> Cpu:
-    """Make the CPU of a specification with its logic, rack and forces."""
+    """Create the CPU of a specification with its logic, rack and forces."""
     cpu = Cpu(
         rack,
         logic,
@@ -120,7 +120,7 @@ def build_cpu(
 
 
 def slot_seed(seed: int, number: int) -> int:
-    """Return the seed of a slot; slot 1 has the rack's.
+    """Return the seed of a slot; slot 1 has the seed of the rack.
 
     >>> slot_seed(7, 1), slot_seed(7, 2)
     (7, 4294967303)
@@ -129,5 +129,5 @@ def slot_seed(seed: int, number: int) -> int:
 
 
 def exchange_of(spec: RackSpec, at_rpi: Callable[[int], Exchange] = EveryRpi) -> Exchange:
-    """Return when images cross the backplane: at the ends of scans, or every RPI."""
+    """Return the timing of image exchanges: at the end of each scan, or every RPI."""
     return at_rpi(spec.rpi_ns) if spec.controller == "compactlogix" else EndOfScan()

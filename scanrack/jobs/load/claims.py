@@ -1,4 +1,4 @@
-"""The claims of a job: the properties of its rack file, and those of its ladder program."""
+"""Collects the claims of a job: properties from its rack file and from its ladder program."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .loading import LoadedRack
 
 
 def claims_of(spec: RackSpec) -> list[Claim]:
-    """Return the assumptions and properties of a rack file, in its order."""
+    """Return the assumptions and properties of a rack file, in file order."""
     given = spec.prove
     assumed = [Claim(f"assume {text}", ClaimKind.ASSUME, text) for text in given.assume]
     return assumed + [
@@ -20,7 +20,7 @@ def claims_of(spec: RackSpec) -> list[Claim]:
 
 
 def has_claims(job: LoadedRack) -> bool:
-    """Whether a job claims something: in its rack file, in comments, or in a routine NEVER."""
+    """Return whether a job has claims in its rack file, in comments, or in a routine NEVER."""
     if not isinstance(job.logic, LadderLogic):
         return False
     return bool(job.spec.prove.property or claims_in(job.logic.build()) or never_routines(job.logic))
@@ -30,7 +30,7 @@ def with_monitors(job: LoadedRack) -> MonitoredProgram:
     """Return a job's ladder program with a monitor for each of its claims.
 
     Raises:
-        ValueError: a claim that can't be used, or a Python program, which has no claims.
+        ValueError: a claim can't be used, or the program is in Python and so has no claims.
     """
     if not isinstance(job.logic, LadderLogic):
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Opens an export: a rack file for it in a temporary folder, as `scanrack l5x --print-rack` prints it."""
+"""Opens an export: writes the rack file that `scanrack l5x --print-rack` prints to a temporary folder."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ if TYPE_CHECKING:
 def rack_of_export(
     program: Path, imported: L5xImport | SlcImport | None = None, export: ExportStart = DOWNLOADED
 ) -> Path:
-    """Write a rack file for an export into a temporary folder, which stays as long as the process.
+    """Write a rack file for an export to a temporary folder, which exists as long as the process.
 
-    Modules that are not simulated are memory, messages end after 20 ms, and refused parts do nothing.
+    Modules that are not simulated are only memory, messages end after 20 ms, and refused parts do nothing.
 
     Args:
-        imported: the export, imported for a trial; None to tell by its suffix what it is, and to import it.
-        export: how it begins.
+        imported: the export, already imported for a trial; None = import it as its suffix says.
+        export: initial state of the program.
 
     Raises:
         ProgramError: the export can't be used.
     """
-    import shutil  # most racks are no exports
+    import shutil  # most racks are not exports
     import tempfile
 
     from scanrack.rockwell.slc import SlcImport
@@ -41,7 +41,7 @@ def rack_of_export(
     folder = Path(holder.name)
     slc = program.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
     source = program.resolve()
-    if program.suffix not in EXPORT_SUFFIXES:  # its suffix says how a program is read
+    if program.suffix not in EXPORT_SUFFIXES:  # the suffix determines how a program is read
         source = folder / f"{program.stem}{'.SLC' if slc else '.L5X'}"
         shutil.copyfile(program, source)
     try:
@@ -59,7 +59,7 @@ def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
     from ..imports.l5x_rack import rack_of
 
     found = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
-    if not found.parts.programs:  # an export of an add-on instruction or a type
+    if not found.parts.programs:  # only an add-on instruction or data type was exported
         raise ProgramError(f"{program} contains no program")
     return rack_of(found, program, recorded=False, export=export)
 
@@ -73,7 +73,7 @@ def _slc_text(program: Path, imported: Any) -> str:
 
 
 def begun(*, keep_values: bool, memory: int | None) -> ExportStart | None:
-    """Return how an export begins by the options of a command, None without one of them."""
+    """Return the initial state of an export from a command's options; None without any of them."""
     if not keep_values and memory is None:
         return None
     return ExportStart(

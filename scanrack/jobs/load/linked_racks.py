@@ -1,10 +1,11 @@
-"""Racks that run beside one another, and partners of its tags and messages.
+"""Racks that run side by side and exchange tags and messages.
 
-    line1.toml   |  scan  |  scan  |  scan  |      a consumed tag gets what the producer's tag was
-    line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after the scans before it
+    line1.toml   |  scan  |  scan  |  scan  |      a consumed tag gets the value of the producer's tag
+    line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after all earlier scans
 
-Another rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any scan
-of the first rack can be run again. Racks may name each other: all of them are one world, in one virtual time.
+Each other rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any
+scan of the first rack can be run again. Racks may refer to each other: all of them form one world with one
+virtual time.
 """
 
 from __future__ import annotations
@@ -28,23 +29,23 @@ from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from .building import build_cpu, build_rack
 from .rungs import is_rungs
 
-if TYPE_CHECKING:  # a program in Python needs no rungs
+if TYPE_CHECKING:  # a Python program needs no rungs
     from scanrack.ladder.lowering.runnable import LadderLogic
     from scanrack.ladder.run.engine import Engine
     from scanrack.ladder.run.view import Tags
 
 MOST_KEPT = 100_000
-"""Changes of a tag that are kept: earlier scans can't be run again."""
+"""Largest number of changes kept for a tag; scans before them can't be run again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Over:
-    """Data over time, as a `DataSource`: entries of time in ns and sample; before the first nothing."""
+    """Data over time, as a `DataSource`: entries of time in ns and sample; no value before the first."""
 
     entries: tuple[tuple[int, Sample], ...]
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
-        """Return the entry of the last multiple of the interval."""
+        """Return a function that returns the entry at the last multiple of the interval."""
         times = [at for at, _ in self.entries]
 
         def sample(now_ns: int) -> Sample:
@@ -61,16 +62,16 @@ class Over:
 
 @dataclass(slots=True)
 class WatchedTag:
-    """Samples of a tag at multiples of an interval: those that differ from the one before."""
+    """Samples of a tag at multiples of an interval; it keeps only changes."""
 
     tag: str
     rpi_ns: int
-    numbers: list[int] = field(default_factory=list)  # of the multiples
+    numbers: list[int] = field(default_factory=list)  # numbers of the multiples
     samples: list[Sample] = field(default_factory=list)
     known: int = -1  # number of the latest multiple
 
     def note(self, now_ns: int, tags: Tags, *, running: bool) -> None:
-        """Note the samples up to a time, all of the present value."""
+        """Record the current value as the sample for all multiples up to a time."""
         number = now_ns // self.rpi_ns
         if number <= self.known:
             return
@@ -83,7 +84,7 @@ class WatchedTag:
                 del self.numbers[: MOST_KEPT // 2], self.samples[: MOST_KEPT // 2]
 
     def at(self, now_ns: int) -> Sample:
-        """Return the sample of the last multiple up to a time; a ValueError if it is no longer kept."""
+        """Return the sample at the last multiple up to a time; raise ValueError if it is no longer kept."""
         place = bisect_right(self.numbers, now_ns // self.rpi_ns)
         if not place:
             raise ValueError(f"what {self.tag} was at {seconds(now_ns)} s is no longer kept")
@@ -91,12 +92,12 @@ class WatchedTag:
 
 
 class LinkedRack:
-    """A rack of a world.
+    """One rack of a world.
 
     Attributes:
-        logic: its program; None while it is loaded.
-        fault: why it has stopped, "" while it runs.
-        job: the rack and its program, once it is loaded.
+        logic: its program; None while it is being loaded.
+        fault: why it has stopped; "" while it runs.
+        job: the rack and its program, once loaded.
     """
 
     def __init__(self, path: Path, *, leads: bool) -> None:
@@ -109,14 +110,14 @@ class LinkedRack:
         self._watched: list[WatchedTag] = []
 
     def take(self, spec: RackSpec, logic: ScanLogic) -> None:
-        """Take its program when it is loaded; the first rack of a world notes its tags as it runs."""
+        """Set the program once it is loaded; the leading rack then records its tags while it runs."""
         self._spec = spec
         self.logic = logic if is_rungs(logic) else None
         if self._leads and self._watched and self.logic is not None:
             self.logic.before_scans(self._note_engine)
 
     def watch(self, tag: str, rpi_ns: int) -> Sampler:
-        """Return the samples of a tag; a LadderError if the program has none."""
+        """Return a function that returns samples of a tag; raise LadderError if the program lacks the tag."""
         watched = WatchedTag(tag, rpi_ns)
         self._watched.append(watched)
         if self.logic is not None and tag not in self.logic.tags:
@@ -132,7 +133,7 @@ class LinkedRack:
         return sample
 
     def _run(self, until_ns: int) -> None:
-        """Do all scans that begin before a time."""
+        """Run all scans that begin before a time."""
         cpu = self._cpu or self._powered()
         while cpu.now_ns < until_ns and not self.fault:
             try:
@@ -166,13 +167,13 @@ class LinkedRack:
 
 @dataclass(slots=True)
 class RackGroup:
-    """The racks that run in one virtual time, by path; the first one leads."""
+    """The racks that run in one virtual time, by path; the first rack leads."""
 
-    load: Callable[[Path, RackGroup], Any]  # loads another rack file into it, and returns its job
+    load: Callable[[Path, RackGroup], Any]  # loads another rack file into the group and returns its job
     racks: dict[Path, LinkedRack] = field(default_factory=dict)
 
     def rack(self, path: Path) -> LinkedRack:
-        """Return a rack, loaded if it is new."""
+        """Return a rack; load it if it is new."""
         key = path.resolve()
         if key not in self.racks:
             self.enter(path).job = self.load(path, self)
@@ -193,10 +194,10 @@ class FromRack:
     """A tag of another rack, as a `DataSource`."""
 
     rack: LinkedRack
-    tag: str  # "" for that of the export
+    tag: str  # "" = the tag that the export names
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
-        """Return its samples."""
+        """Return a function that returns the samples of the tag."""
         if not (self.tag or tag):
             raise LadderError(f'nothing says which tag of {self.rack.path.name} it is: tag = "Counts"')
         return self.rack.watch(self.tag or tag, rpi_ns)
@@ -206,10 +207,10 @@ class FromRack:
 
 
 def stub_of_table(table: StubTable, folder: Path, world: RackGroup) -> Stub:
-    """Return the stub of a table in `[stubs]`; other rack files are loaded into the world."""
+    """Return the stub for a table in `[stubs]`; load other rack files into the world."""
     source = _source(table, folder, world)
     if table.after_ns is None:
-        assert source is not None  # the table is checked
+        assert source is not None  # the table has been validated
         return Partner(source, table.rpi_ns)
     return Ending(min(table.after_ns, NEVER), table.error, None if table.error else source, table.to)
 

@@ -1,4 +1,4 @@
-"""From the path of a rack to the parts of a run: specification, logic, and their files."""
+"""Loads the parts of a run from the path of a rack: specification, logic, and their files."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .program import (
 )
 from .rungs import is_rungs
 
-if TYPE_CHECKING:  # a program in Python needs no rungs
+if TYPE_CHECKING:  # a Python program needs no rungs
     from scanrack.ladder import Controller, Program
     from scanrack.runtime.live.actions import Force
 
@@ -56,20 +56,20 @@ class LoadedRack:
     """A rack and its program, ready to run."""
 
     spec: RackSpec
-    logic: ScanLogic  # the function that is called once per scan
+    logic: ScanLogic  # the function called once per scan
     logic_name: str  # its origin, `file:function`
     program: Path
-    rack_file: Path  # for a rack in Python it may be the program, too
-    rack_name: str  # the rack file's name, with the function of one in Python
-    retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
-    notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
-    world: RackGroup | None = None  # the racks that run beside it
-    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
-    tested: LoadedRack | None = None  # the job whose program a test routine was added to
+    rack_file: Path  # for a Python rack, it may also be the program
+    rack_name: str  # name of the rack file, with the function of a Python rack
+    retained: bytes | None = None  # file with the initial tags of the ladder program; None without one
+    notices: tuple[str, ...] = ()  # sentences about differences of program and rack from an export
+    world: RackGroup | None = None  # the racks that run side by side with it
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # forces of an export, by address
+    tested: LoadedRack | None = None  # the job to whose program a test routine was added
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of an export, and those of a ladder program, such as two coils of one bit."""
+        """Warnings about an export and about a ladder program, such as two coils for one bit."""
         own = map(str, self.logic.warnings) if is_rungs(self.logic) else ()
         return (*self.notices, *own)
 
@@ -80,12 +80,12 @@ class LoadedRack:
 
     @property
     def stub_files(self) -> tuple[str, ...]:
-        """Paths of the Python files of stubs, from the rack file's folder, each once."""
+        """Paths of the stubs' Python files, relative to the rack file's folder, each once."""
         return stub_files(self.spec)
 
     @property
     def folder(self) -> Path:
-        """The base of the paths in the rack file."""
+        """The folder to which paths in the rack file are relative."""
         return self.rack_file.parent
 
 
@@ -98,14 +98,16 @@ def load_job(
     """Load a rack and its program.
 
     Args:
-        rack: path of a TOML file, of a Python file (`path[:function]`), or of an export, which gets a rack
-            file in a temporary folder.
-        program: another program in place of the rack's, `path[:function]` from the current folder.
-        world: the racks that run beside it; None for a new one, which it leads.
-        export: how `rack` begins, an export; None as after a download. A rack file says so itself.
+        rack: path of a TOML file, a Python file (`path[:function]`), or an export, which gets a rack file in
+            a temporary folder.
+        program: another program to run instead of the rack's, `path[:function]`, relative to the current
+        folder.
+        world: the racks that run side by side with it; None = a new group, which it leads.
+        export: initial state if `rack` is an export; None = as after a download. A rack file has its own
+            setting.
 
     Raises:
-        ValueError: an unusable file; with file, line, key and the allowed values.
+        ValueError: a file is unusable; the message has file, line, key and allowed values.
     """
     if is_export(rack):
         rack = str(rack_of_export(Path(rack), export=export or DOWNLOADED))
@@ -134,13 +136,13 @@ def _load_beside(path: Path, world: RackGroup) -> LoadedRack:
 
 
 def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> LoadedRack:
-    """Load a rack for `run`, `open_bench` and the like.
+    """Load a rack for `run`, `open_bench` and similar functions.
 
     Args:
         rack: path of a TOML file, or of a Python file (`path[:function]`).
-        program: runs in place of the rack's program: a `Controller`, a `Program`, a class of `Logic`, a
-            function of the scan, or the path of a file. A recording gets an object as the file that made it:
-            ladder logic as rung text, else the Python file of the function.
+        program: runs instead of the rack's program: a `Controller`, a `Program`, a subclass of `Logic`, a
+            function of the scan, or the path of a file. A recording includes a file for an object: rung text
+            for ladder logic, else the Python file of the function.
 
     Raises:
         ValueError: one of the files can't be used, or the program's file can't be found.
@@ -154,10 +156,10 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
 
 
 def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> LoadedRack:
-    """Return the job of a program that is an object of this process.
+    """Return the job for a program that is an object in this process.
 
     Args:
-        file: the file that made it; None to find or write one.
+        file: the file that created the program; None = find or write one.
     """
     logic = as_logic(program)
     name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
@@ -174,7 +176,7 @@ def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | No
 
 
 def _rung_file(logic: Program | Controller) -> Path:
-    """Write a program of this process as rung text; it stays as long as the process."""
+    """Write a program of this process as rung text to a file that exists as long as the process."""
     from scanrack.ladder import write_program
 
     folder = tempfile.TemporaryDirectory()
@@ -195,15 +197,15 @@ def _source_file(program: Callable[..., Any]) -> Path:
 
 
 def with_tags(job: LoadedRack, patterns: Sequence[str]) -> LoadedRack:
-    """Return a job that records further tags."""
+    """Return a job that also records tags that match the patterns."""
     return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
 
 
 def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]:
-    """Load a rack without its program; return it and its path. See `load_job`.
+    """Load a rack without its program; return the rack and its path. See `load_job`.
 
     Args:
-        program: name of the one that runs in place of the rack's, which may have none.
+        program: name of the program to run instead of the rack's; the rack may then lack one.
     """
     path = _rack_path(rack)
     if rack_form(path) is Form.DATA:
@@ -217,11 +219,11 @@ def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]
 
 
 RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
-"""By the suffix of a rack file; `load_spec` refuses any other."""
+"""How a rack file is used, by suffix; `load_spec` refuses any other suffix."""
 
 
 def is_export(rack: str) -> bool:
-    """Whether the path of a rack is that of an export.
+    """Return whether the path of a rack is that of an export.
 
     >>> is_export("line.L5X"), is_export("line.toml")
     (True, False)
@@ -230,19 +232,19 @@ def is_export(rack: str) -> bool:
 
 
 def runs(address: str) -> bool:
-    """Whether an address is that of a rack file or of an export, and not of a recording."""
+    """Return whether an address is that of a rack file or export, not of a recording."""
     return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
 
 
 SCENARIO, SCENARIO_TRACE = "scenario.json", "trace.mcap"
-"""Files of a refuted property, or of a failure of a search: what happens, and its recording."""
+"""Files of a refuted property or of a search failure: the scenario and its recording."""
 
 
 def recording_of(address: str) -> str:
-    """Return the recording that an address of a recording means: of a scenario, the one beside it.
+    """Return the recording to which an address refers; for a scenario, the recording in the same folder.
 
     Raises:
-        ValueError: the scenario has none: it did not happen on the rack.
+        ValueError: the scenario has no recording, since it did not happen on the rack.
     """
     path, sharp, rest = address.partition("#")
     if PurePath(path).name != SCENARIO:
@@ -254,7 +256,7 @@ def recording_of(address: str) -> str:
 
 
 def rack_form(path: PurePath) -> Form:
-    """Return how `load_spec` reads a rack file; RackFileError if this is not a rack file."""
+    """Return how `load_spec` reads a rack file; raise RackFileError if it is not a rack file."""
     if path.suffix not in RACK_FORMS:
         raise RackFileError(f"{path}: a rack is a .toml or a .py file, or an .L5X or .SLC export")
     return RACK_FORMS[path.suffix]
@@ -267,10 +269,10 @@ def _rack_path(rack: str) -> Path:
 
 
 def forces_to_hold(job: LoadedRack, hold: bool) -> tuple[Force, ...]:
-    """Return the orders that hold the forces of an export; none unless `hold`.
+    """Return the forces of an export as orders; none unless `hold`.
 
     Raises:
-        ValueError: the program's file has no forces.
+        ValueError: `hold` is set, but the program's file has no forces.
     """
     if hold and not job.forces:
         raise ValueError(f"--forces: {job.program} has no forces")
@@ -282,12 +284,12 @@ def forces_to_hold(job: LoadedRack, hold: bool) -> tuple[Force, ...]:
 
 
 def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
-    """Return the number of scans to run, None = until Ctrl-C.
+    """Return the number of scans to run; None = until Ctrl-C.
 
     Args:
         spec: the rack; its `run_for_s` is used without `duration` and `scans`.
-        duration: machine time with its unit, such as "10 s".
-        endless: a run without any of them has no end; otherwise it takes `DEFAULT_RUN`.
+        duration: machine time with a unit, such as "10 s".
+        endless: whether a run without any limit is endless; otherwise it takes `DEFAULT_RUN`.
 
     Raises:
         ValueError: both are given, or one of them is illegal.
@@ -309,23 +311,23 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
 
 @dataclass(frozen=True, slots=True)
 class _RackPlace:
-    """A rack that is loaded: its address, its path, its specification, its text, its world."""
+    """A rack that is being loaded: its address, path, specification, text and world."""
 
     rack: str
     path: Path
     spec: RackSpec
-    file: RackFile | None  # None for a rack in Python
+    file: RackFile | None  # None for a Python rack
     world: RackGroup
 
     def refusal(self, key: str, error: Exception | str, below: str | None = None) -> RackFileError:
-        """Return the error of a key, with its line in a TOML file."""
+        """Return the error for a key, with its line in a TOML file."""
         if self.file is not None:
             return self.file.refusal(key, str(error), below)
         return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
 
 
 def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
-    """Return the job of a program that takes the stubs, the modules and the axes of its rack.
+    """Return the job for a program, loaded with the stubs, modules and axes of its rack.
 
     Args:
         own: whether the rack file names the program.
@@ -357,7 +359,7 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
     """Bind axes of a ladder program to 3601s of the rack.
 
     Raises:
-        LadderError: an unknown axis, or one that needs a function that a 3601 lacks.
+        LadderError: an axis is unknown, or needs a function that a 3601 lacks.
     """
     if not spec.axes:
         return
@@ -377,13 +379,13 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
 
 
 def _round_trip_ms(spec: RackSpec) -> int:
-    """Return the time of words across the backplane both ways: two packets and a scan, 10 ms at least."""
+    """Return the round-trip time of words across the backplane: two packets and a scan, at least 10 ms."""
     packets_ns = 2 * spec.rpi_ns if spec.controller == "compactlogix" else 0
     return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
 
 def _stubs(place: _RackPlace) -> Stubs:
-    """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded."""
+    """Read the stubs of a rack; raise RackFileError if a stub is illegal or its function can't be loaded."""
     spec, folder = place.spec, place.path.parent
     read: dict[str, Stub] = {}
     for name, given in spec.stubs.items():
@@ -403,18 +405,18 @@ def _stubs(place: _RackPlace) -> Stubs:
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of the rack files that a rack's stubs name, from its folder, each once."""
+    """Return the paths of the rack files in a rack's stubs, relative to its folder, each once."""
     tables = (each for each in spec.stubs.values() if not isinstance(each, str))
     return tuple(dict.fromkeys(each.rack for each in tables if each.rack))
 
 
 def module_files(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of the Python files of a rack's `[modules]`, from the rack file's folder."""
+    """Return the paths of the Python files in a rack's `[modules]`, relative to the rack file's folder."""
     return tuple(split_address(each, "")[0] for each in spec.modules.values())
 
 
 def stub_files(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of the Python files of a rack's stubs and modules, from its folder, each once."""
+    """Return the paths of a rack's Python stubs and modules, relative to its folder, each once."""
     texts = (each for each in spec.stubs.values() if isinstance(each, str))
     files = (split_address(text, "")[0] for text in texts if is_python(text))
     return tuple(dict.fromkeys([*files, *module_files(spec)]))
@@ -426,7 +428,7 @@ def _address(rack: str) -> str:
 
 
 def _rack_name(rack: str) -> str:
-    """Return the address of a rack without the folder."""
+    """Return the address of a rack without its folder."""
     path, name = split_address(rack, RACK_FUNCTION)
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
@@ -444,10 +446,10 @@ def _job(place: _RackPlace, program: LoadedProgram) -> LoadedRack:
 
 
 def _other_modules(spec: RackSpec, program: LoadedProgram) -> Iterator[str]:
-    """Yield the slots whose module differs from that of the export."""
+    """Yield a sentence for each slot whose module differs from the export's."""
     if not program.modules:
         return
-    from ..imports.export_slots import differences  # with lxml: most programs are no exports
+    from ..imports.export_slots import differences  # imports lxml, and most programs are not exports
     from ..imports.l5x_rack import slots_of
     from ..imports.slc_rack import slots_of_slc
 

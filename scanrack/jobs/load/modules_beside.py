@@ -1,11 +1,11 @@
-"""Finds modules beside the Python files that are executed, for these files only.
+"""Lets executed Python files, and only these, import modules from their own folders.
 
     importer                                     finds
     a program, a rack file, a stub, invariants   installed modules, then those in its own folder
     a module from such a folder                  installed modules, then those in the same folder
     Python, scanrack, the libraries              installed modules
 
-A `json.py` beside a program therefore never replaces Python's own, and only the program runs its helpers.
+So a `json.py` beside a program never replaces Python's own module, and only the program runs its helpers.
 The folder is in the spec of the importing module; `sys.path` stays unchanged.
 """
 
@@ -23,17 +23,17 @@ from typing import Any
 Compiler = Callable[[bytes, str], CodeType]
 
 BESIDE: ContextVar[Compiler | None] = ContextVar("BESIDE", default=None)
-"""Compiles the modules that are found beside programs; None = as Python does."""
+"""Compiles the modules that are found beside programs; None = compile as Python does."""
 
 
 class _Folder(str):
-    """The folder of an executed file, as `loader_state` of a spec."""
+    """The folder of an executed file, stored as `loader_state` of its spec."""
 
     __slots__ = ()
 
 
 class _Finder(MetaPathFinder):
-    """Searches the folder of the importing module."""
+    """Searches the folder of the importing module for modules."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -49,7 +49,7 @@ class _Finder(MetaPathFinder):
 
 
 class _First(MetaPathFinder):
-    """Finds modules that `BESIDE` compiles that Python finds itself: on `sys.path`, in packages."""
+    """Finds modules for `BESIDE` to compile that Python would find itself: on `sys.path` or in packages."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -63,7 +63,7 @@ class _First(MetaPathFinder):
 
 
 class _Loader(SourceFileLoader):
-    """Loads a module that `BESIDE` compiles; no file keeps its code."""
+    """Loads a module that `BESIDE` compiles; its code is not cached in a file."""
 
     compiler: Compiler
 
@@ -86,7 +86,7 @@ _FIRST = _First()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
-    """Return the spec for `module.__spec__` of an executed file, so that it finds the modules beside it."""
+    """Return a spec for `module.__spec__` with which an executed file finds the modules beside it."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
     if BESIDE.get() is not None and _FIRST not in sys.meta_path:
@@ -96,7 +96,7 @@ def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
 
 
 def shadowed(path: Path, error: BaseException) -> str:
-    """Return a hint if an import failed because an installed module has the name of one beside a file."""
+    """Return a hint if an import failed because an installed module hides one beside a file."""
     owner = error.obj if isinstance(error, AttributeError) else None
     name = error.name if isinstance(error, ImportError) else getattr(owner, "__name__", None)
     module = sys.modules.get(name or "")
@@ -107,7 +107,7 @@ def shadowed(path: Path, error: BaseException) -> str:
 
 
 def _importer(frame: FrameType | None) -> Mapping[str, Any]:
-    """Return the globals of the importing code, above the import system's own frames."""
+    """Return the globals of the importing code, which is above the import system's own frames."""
     while frame is not None:
         name = frame.f_globals.get("__name__")
         if name is not None and name.partition(".")[0] != "importlib":
@@ -117,7 +117,7 @@ def _importer(frame: FrameType | None) -> Mapping[str, Any]:
 
 
 def _folder_of(module: Mapping[str, Any]) -> _Folder | None:
-    """Return the folder in which a module finds others; that of a package for the modules in it."""
+    """Return the folder in which a module finds others; a module in a package uses the package's."""
     spec = module.get("__spec__")
     package, dot, _rest = getattr(spec, "name", "").partition(".")
     if dot:

@@ -1,4 +1,4 @@
-"""The name of a rack's operator panel, which pages show: a file beside the rack file."""
+"""Names the file of a rack's operator panel, which pages show; it is beside the rack file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import PurePath
 from .program import split_address
 
 SUFFIX = ".panel"
-"""TOML, but named otherwise: a .toml file is a rack."""
+"""Suffix of a panel: its content is TOML, but a .toml file is a rack."""
 
 
 def panel_name(rack: str) -> str:

@@ -1,8 +1,8 @@
-"""Programs from files: `path[:function]` to the function, its source and its fingerprint.
+"""Loads programs from files: turns `path[:function]` into the function, its source and its fingerprint.
 
-A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
-such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
-structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, an exported controller.
+A Python file defines `logic`, a function of the scan or an instance of a subclass of `Logic`; or one such
+class; or `program`, a ladder program. A `.rung` file is a ladder program as text, a `.st` file is structured
+text, a `.steps` file is a list of steps, and an `.L5X` or `.SLC` file is an exported controller.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ..imports.export_start import DOWNLOADED, ExportStart
 from .modules_beside import BESIDE, Compiler, find_beside, shadowed
 from .rungs import is_rungs
 
-if TYPE_CHECKING:  # a program in Python needs no rungs
+if TYPE_CHECKING:  # a Python program needs no rungs
     from scanrack.ladder.instructions.motion.axes import AxisSettings
     from scanrack.ladder.lowering.bound_axes import Axes
     from scanrack.ladder.lowering.runnable import LadderLogic
@@ -50,15 +50,15 @@ DEFAULT_FUNCTION = "logic"
 """The function that is called once per scan, unless the address names another."""
 
 SLC_SUFFIXES = (".SLC", ".slc")
-"""Suffixes of the text of an SLC 500 or MicroLogix program."""
+"""Suffixes of an SLC 500 or MicroLogix program as text."""
 
 L5X_SUFFIXES = (".L5X", ".l5x")
 
 EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
-"""Suffixes of programs of which a part may be refused."""
+"""Suffixes of exported programs, parts of which may be refused."""
 
 LADDER_NAME = "program"
-"""The ladder program that is run if the file has no such function."""
+"""Name of the ladder program that is run if the file has no such function."""
 
 
 class Form(StrEnum):
@@ -78,20 +78,20 @@ FORMS = {
     STEPS_SUFFIX: Form.DATA,
     **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
 }
-"""By the suffix of a program. `load_program` refuses any other, so that nothing else is executed."""
+"""Use of a program file, by suffix. `load_program` refuses all others, so that nothing else is executed."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoadedProgram:
-    """A function from a file."""
+    """A program that was loaded from a file."""
 
     path: Path
     name: str
     function: Callable[..., Any]
     data: bytes
-    notices: tuple[str, ...] = ()  # differences from an export, a sentence for each
-    modules: tuple[ModuleRecord | SlotRecord, ...] = ()  # records of the modules of an export
-    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
+    notices: tuple[str, ...] = ()  # sentences about differences from an export
+    modules: tuple[ModuleRecord | SlotRecord, ...] = ()  # records of an export's modules
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # forces of an export, by address
 
     @property
     def source(self) -> str:
@@ -105,11 +105,11 @@ class LoadedProgram:
 
 
 class ProgramError(SiteError):
-    """A program that can't be loaded; the message names file, line and the allowed values."""
+    """The program can't be loaded; the message names file, line and allowed values."""
 
 
 class MissingNameError(ProgramError):
-    """A file without the requested name."""
+    """The file does not define the requested name."""
 
 
 def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
@@ -123,7 +123,7 @@ def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, s
 
 
 def program_form(path: PurePath) -> Form:
-    """Return how `load_program` reads a file; ProgramError if it is not a program."""
+    """Return how `load_program` reads a file; raise ProgramError if it is not a program."""
     if path.suffix not in FORMS:
         raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
     return FORMS[path.suffix]
@@ -144,12 +144,12 @@ def load_program(
         address: `path[:function]`, the path relative to `folder`.
         folder: base of a relative path.
         stubs: replacements of instructions of a ladder program, see `load_stubs`.
-        slots: slots of the rack, for the images of an SLC program; None without a rack.
-        export: how an export begins.
+        slots: slot numbers of the rack, for the images of an SLC program; None without a rack.
+        export: initial state of an export.
 
     Raises:
-        ProgramError: no such file or function, a syntax error, an error while the file runs, or
-            a function that can't be called with one argument.
+        ProgramError: the file or function does not exist, the file has a syntax error or raises an error, or
+            the function can't be called with one argument.
     """
     folder = Path(folder)
     path = folder / split_address(address)[0]
@@ -163,10 +163,10 @@ def load_program(
 
 
 def executed_again(program: LoadedProgram) -> Callable[..., Any]:
-    """Run the file of a program in Python again, as a new module; return the new function.
+    """Run the file of a Python program again as a new module; return the new function.
 
     Raises:
-        ProgramError: an error while the file runs.
+        ProgramError: the file raises an error.
     """
     function: Callable[..., Any] = getattr(_execute(program.path, program.data), program.name)
     return function
@@ -176,13 +176,13 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
     """Read the stubs of a rack file.
 
     Args:
-        texts: by instruction or message tag: see `stubs`; `path:function` of a Python function.
+        texts: stub text by instruction or message tag, see `stubs`; or `path:function` of a Python function.
         folder: base of a relative path.
         missing_tags: see `Stubs`.
 
     Raises:
         ProgramError: a function can't be loaded.
-        LadderError: an illegal stub.
+        LadderError: a stub is illegal.
     """
     read: dict[str, Stub] = {}
     for name, text in texts.items():
@@ -199,14 +199,14 @@ def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_recor
     """Execute the modules of a rack file.
 
     Args:
-        named: from name to file and record, `path[:RECORD]`.
-        path: of the rack file.
+        named: file and record, `path[:RECORD]`, by module name.
+        path: path of the rack file.
 
     Returns:
-        Their records by name.
+        The modules' records, by name.
 
     Raises:
-        ProgramError: a file that can't be executed, or one without the record.
+        ProgramError: a file can't be executed, or lacks the record.
     """
     found = {}
     for name, address in named.items():
@@ -238,7 +238,7 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
 
 
 def is_python(stub: str) -> bool:
-    """Whether the text of a stub names a Python function.
+    """Return whether the text of a stub names a Python function.
 
     >>> is_python("plant.py:xrp"), is_python("done after 20 ms")
     (True, False)
@@ -262,7 +262,7 @@ def load_function(
         address: `path[:function]`.
         folder: base of a relative path.
         default: name of the function, if the address names none.
-        stubs: of a ladder program, see `load_program`.
+        stubs: stubs of a ladder program, see `load_program`.
 
     Raises:
         ProgramError: see `load_program`.
@@ -282,7 +282,7 @@ def load_function(
 
 
 def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an instance of a class of `Logic`, anything else unchanged.
+    """Return an instance if given a subclass of `Logic`; return anything else unchanged.
 
     Raises:
         TypeError: the class takes arguments.
@@ -301,7 +301,7 @@ def _other_name(path: Path, module: ModuleType) -> str:
     """Return the name of the program in a file without the default function.
 
     Raises:
-        ProgramError: there are several classes of `Logic`.
+        ProgramError: there are several subclasses of `Logic`.
     """
     if is_rungs(getattr(module, LADDER_NAME, None)):
         return LADDER_NAME
@@ -335,7 +335,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
 
 def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportStart) -> LoadedProgram:
     """Load an exported controller; refuse to run one with a refused part."""
-    from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
+    from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are not L5X
 
     data = _read(path, TextKind.EXPORT)
     try:
@@ -351,7 +351,7 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: E
 
 
 def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
-    """Yield the sentence that names the values which prescan resets."""
+    """Yield a sentence that names the values that prescan resets, if there are any."""
     from scanrack.ladder.lowering.runnable import shortened as listed
 
     reset = program.reset_by_prescan() if program is not None else []
@@ -364,8 +364,8 @@ def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
-    """Load an export of RSLogix 500; refuse to run one with a refused rung."""
-    from scanrack.rockwell.slc import import_slc  # most programs are no SLC
+    """Load an RSLogix 500 export; refuse to run one with a refused rung."""
+    from scanrack.rockwell.slc import import_slc  # most programs are not SLC
 
     data = _read(path, TextKind.EXPORT)
     try:
@@ -384,7 +384,7 @@ def _whole(
     modules: tuple[ModuleRecord | SlotRecord, ...],
     stubs: Stubs,
 ) -> LoadedProgram:
-    """Return an imported program.
+    """Return an imported program if it is complete.
 
     Raises:
         ProgramError: a part of it was refused, and the stubs do not replace it.
@@ -417,7 +417,7 @@ def _load_steps(path: Path) -> LoadedProgram:
 
 
 def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
-    """Build a program with the stubs and modules of its rack; a ProgramError if it can't be built."""
+    """Build a program with the stubs and modules of its rack; raise ProgramError if it can't be built."""
     try:
         program.take_stubs(stubs)
         program.build()
@@ -446,15 +446,15 @@ def _compiled(data: bytes, file: str) -> CodeType:
 
 
 COMPILER: ContextVar[Compiler] = ContextVar("COMPILER", default=_compiled)
-"""Compiles the Python programs that are loaded; a search has them note their branches."""
+"""Compiles the Python programs that are loaded; a search makes them record their branches."""
 
 
 @contextmanager
 def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
-    """Let the lines of the Python that is loaded meanwhile be observed, of programs and modules beside them.
+    """Make Python programs, and modules beside them, that are loaded in the context report their lines.
 
     Args:
-        watch: observes them; None = the present one.
+        watch: observer of the lines; None = the current one.
     """
     from scanrack.ladder.python.line_marks import WATCH, marked_code  # most commands observe no lines
 
@@ -470,7 +470,7 @@ def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
 def _execute(path: Path, data: bytes) -> ModuleType:
     try:
         code = COMPILER.get()(data, str(path))
-    except (SyntaxError, ValueError) as error:  # null bytes are one or the other, by Python version
+    except (SyntaxError, ValueError) as error:  # null bytes raise one or the other, by Python version
         line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
         site = Site(file=str(path), line=line)
         raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
@@ -491,7 +491,7 @@ def _execute(path: Path, data: bytes) -> ModuleType:
 
 
 def _while_loading(path: Path, error: BaseException) -> ProgramError:
-    """Return the error message, at the innermost line of the program's own file."""
+    """Return the error with the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
     what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
@@ -510,7 +510,7 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
         for key, value in vars(module).items()
         if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
-    import difflib  # most names are right
+    import difflib  # most names are correct
 
     close = difflib.get_close_matches(name, there, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
@@ -527,7 +527,7 @@ def _check_signature(
         raise ProgramError(f"{where}: {name} must be a plain function {form}, without async and yield")
     try:
         signature = signature_of(function)
-    except ValueError:  # a callable of C code has no signature
+    except ValueError:  # a callable in C has no signature
         return
     try:
         (signature.bind_partial if loosely else signature.bind)(*arguments)

@@ -1,6 +1,6 @@
-"""A ladder program that begins with the final tags of another run.
+"""Starts a ladder program with the final tags of another run.
 
-Their file travels with the trace, so that a rerun begins with it, too.
+The file of tags is stored in the trace, so that a rerun starts with them, too.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from .rungs import is_rungs
 
 
 def retaining(job: LoadedRack, data: bytes, name: str) -> tuple[LoadedRack, list[str]]:
-    """Load retained tags into a job's ladder program; return the job, and a sentence for each tag left out.
+    """Load retained tags into a job's ladder program; return the job, and a sentence per ignored tag.
 
     Args:
-        job: its program has done no scan yet.
+        job: job whose program has not run a scan yet.
 
     Raises:
-        ValueError: it is not a file of retained tags, or the program is a Python function.
+        ValueError: the data are not a file of retained tags, or the program is a Python function.
     """
     if not is_rungs(job.logic):
         raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")

@@ -1,4 +1,4 @@
-"""Whether logic is rungs, without an import of rungs: a program in Python needs none."""
+"""Tells whether logic is rungs without importing rungs, since a Python program does not need them."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ _HOME = f"{__package__.split('.')[0]}.ladder.lowering.runnable"
 
 
 def is_rungs(logic: object) -> TypeGuard[LadderLogic]:
-    """Whether logic is a ladder program; without the module of its class there is none."""
+    """Return whether logic is a ladder program; it can't be one if its class's module is not loaded."""
     home = sys.modules.get(_HOME)
     return home is not None and isinstance(logic, home.LadderLogic)

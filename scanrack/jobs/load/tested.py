@@ -1,4 +1,4 @@
-"""A rack whose program has a test routine beside it, see `ladder.files.testfile`."""
+"""Loads a rack and adds a test routine to its program, see `ladder.files.testfile`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def load_test(file: TestFile, routine: str) -> tuple[LoadedRack, str]:
     """Return the job of a test routine, and the routine's full name.
 
     Raises:
-        ValueError: rack, program or test can't be used, or the program is in Python.
+        ValueError: the rack, program or test can't be used, or the program is in Python.
     """
     job = load_rack(file.rack)
     if not is_rungs(job.logic):

@@ -1,4 +1,4 @@
-"""A trial of an export: its import, and some scans of what it has."""
+"""Tries out an export: imports it and runs some scans of its program."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """How an export is tried."""
+    """Settings for the trial of an export."""
 
     scans: int = SCANS
-    stand_in: bool = False  # whether what an L5X names and lacks is declared from its use
-    memory_mib: int = EXPORT_MIB  # memory that its tags may take
+    stand_in: bool = False  # whether to declare names that an L5X uses but lacks
+    memory_mib: int = EXPORT_MIB  # largest memory for its tags, MiB
 
 
 def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
-    """Import an export and run a trial; LadderError if the file can't be used."""
+    """Import an export and run a trial; raise LadderError if the file can't be used."""
     if is_slc(path):
         program = import_slc(path, trial=True)
         run_slc_trial(program, trial.scans)
@@ -56,7 +56,7 @@ def _note_axis(report: Report, axis: str, names: list[str]) -> None:
 
 
 def is_slc(path: Path) -> bool:
-    """Whether a file is an export of RSLogix 500, by its suffix or because it does not begin like XML."""
+    """Return whether a file is an RSLogix 500 export: by suffix, or because it does not begin like XML."""
     if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
         return path.suffix in SLC_SUFFIXES
     try:

@@ -1,1 +1,1 @@
-"""The recording of a run: words, tags, waits of sequences, orders and edits."""
+"""Records a run: words, tags, waits of sequences, orders and edits."""

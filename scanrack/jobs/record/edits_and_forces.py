@@ -1,4 +1,4 @@
-"""Edits of the program, forces and set fields among the events of a recording."""
+"""Finds edits of the program, forces and set fields among the events of a recording."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from scanrack.traces.read.reader import TraceEvent
 
 Forced = Mapping[str, str | int | float | bool]
-"""Forced tags with their values."""
+"""The forced tags with their values."""
 
 
 def is_edit(event: TraceEvent) -> bool:
@@ -16,7 +16,7 @@ def is_edit(event: TraceEvent) -> bool:
 
 
 SET = "set"
-"""Kind of an event that reports a field that a test has set; it has the order."""
+"""Kind of an event for a field that a test has set; the event contains the order."""
 
 
 def is_set(event: TraceEvent) -> bool:
@@ -31,5 +31,5 @@ def forced_in(event: TraceEvent) -> Forced:
 
 
 def image_forces(event: TraceEvent) -> dict[str, int]:
-    """Return the forces of images in a message on /forces, by address; those of tags are beside them."""
+    """Return the forces of images in a message on /forces, by address, without forces of tags."""
     return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}

@@ -1,4 +1,4 @@
-"""Times at which the link to a module was lost: its Module light is off [chapter 1, Front Panel]."""
+"""Finds when the link to a module was lost: its Module light is off [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.modules.amci3601.indicators import Light
 
-if TYPE_CHECKING:  # a run reads no recording
+if TYPE_CHECKING:  # a run does not read recordings
     from scanrack.traces.read.reader import TraceEvent
 
 INDICATORS = "/indicators"
@@ -17,15 +17,15 @@ INDICATORS = "/indicators"
 
 @dataclass(frozen=True, slots=True)
 class LinkChange:
-    """A link that is lost or restored."""
+    """The state of the link at a change of the lights: lost, or good."""
 
     scan: int  # number of the first scan that sees it
     now_ns: int
-    good: bool  # the PLC reaches the module from then on
+    good: bool  # whether the PLC reaches the module from this scan
 
 
 def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:
-    """Return the changes of the link to a module, in order; every change of its lights repeats it."""
+    """Return the state of the link to a module at each change of the module's lights, in order."""
     return [
         LinkChange(each.scan, each.now_ns, each.fields.get("module") != Light.OFF.value)
         for each in events

@@ -1,4 +1,4 @@
-"""A logic that wraps another one: attached and closed with it."""
+"""A logic that wraps another one, and attaches and closes it."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ class LogicWrapper:
         self._logic = logic
 
     def __call__(self, scan: LogicScan) -> object:
-        """Call the logic inside."""
+        """Call the inner logic."""
         return self._logic(scan)
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
-        """Attach the inner logic, if it needs that."""
+        """Attach the inner logic, if it supports that."""
         if (inside := attached(self._logic)) is not None:
             inside.__attach_logic__(slots)
 
     def __close_logic__(self) -> None:
-        """Close the inner logic, if it needs that."""
+        """Close the inner logic, if it supports that."""
         if (inside := attached(self._logic)) is not None:
             inside.__close_logic__()
 

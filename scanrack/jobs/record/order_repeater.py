@@ -1,4 +1,4 @@
-"""The orders of a recorded session, given again before the same scans."""
+"""Repeats the orders of a recorded session before the same scans."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def is_session(trace: Trace) -> bool:
 
 
 def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
-    """Return the orders among the events of a recording; ValueError if one of them can't be read.
+    """Return the orders among the events of a recording; raise ValueError if one can't be read.
 
-    A session has orders. A bench has fields that a test has set, and edits if their files are in the trace.
+    A session has orders. A bench has the fields that a test set, and edits if their files are in the trace.
     """
     found = []
     for event in events:
@@ -41,12 +41,12 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
 
 
 def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:
-    """Return whether an event is an edit at a bench whose files are in the trace; it has its order."""
+    """Return whether an event is a bench edit with files in the trace; such an event contains its order."""
     return topic == "/events" and fields.get("kind") == "edit" and "order" in fields
 
 
 def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
-    """Return the scans from which a program ran that the trace lacks: edits at a bench without files."""
+    """Return the scans of bench edits without files: from them, the trace lacks the program that ran."""
     known = list(events)
     orders = [event for event in known if event.topic == ORDERS.name]
     brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
@@ -55,17 +55,17 @@ def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
 
 
 class OrderRepeater(QuietListener):
-    """Gives recorded orders again; the last listener of the scan loop.
+    """Gives recorded orders again; it must be the last listener of the scan loop.
 
     Args:
-        hands: carries them out.
+        hands: carries out the orders.
     """
 
     def __init__(self, cpu: Cpu, hands: OperatorActions, orders: Iterable[RecordedOrder]) -> None:
         self._cpu, self._hands = cpu, hands
         self._orders: Sequence[RecordedOrder] = sorted(orders, key=lambda each: each.scan)
         self._next = 0
-        self.refused: list[str] = []  # orders that could not be carried out, as sentences
+        self.refused: list[str] = []  # a sentence for each order that could not be carried out
 
     def begin(self) -> None:
         """Give the orders before scan 0."""

@@ -1,11 +1,11 @@
-"""The programs of a session as files: the first one and the results of its edits.
+"""The programs of a session as files: the first program and the result of each edit.
 
     scan     0 ............ 4,010 ............ 9,200 ....
     number   0              1                  2
     trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, and all beside them
     orders                  edit 1             edit 2                 on /orders
 
-Each can be loaded again: for a rerun, for a branch, and by a monitor that shows past scans.
+Each program can be loaded again: for a rerun, for a branch, and by a monitor that shows past scans.
 """
 
 from __future__ import annotations
@@ -43,37 +43,37 @@ from .order_repeater import orders_of
 
 @dataclass(frozen=True, slots=True)
 class ProgramVersion:
-    """A program of a session: its files and its place in them."""
+    """A program of a session, and its files."""
 
-    rack: str  # the rack file among the files, `path[:function]`
-    program: str  # the program among them, `path[:function]`
-    files: Mapping[str, bytes]  # by their names in a trace
-    paths: Mapping[str, Path] = field(default_factory=dict)  # on disk, by the same names; none from a trace
-    retained: bytes | None = None  # its initial tags, the contents of their file; None without one
-    place: Path | None = None  # folder of a copy of the files, for other processes; None without one
+    rack: str  # the rack file in `files`, `path[:function]`
+    program: str  # the program in `files`, `path[:function]`
+    files: Mapping[str, bytes]  # contents by name in a trace
+    paths: Mapping[str, Path] = field(default_factory=dict)  # paths on disk; empty for files from a trace
+    retained: bytes | None = None  # content of the file of its initial tags; None without one
+    place: Path | None = None  # folder with a copy of the files, for other processes; None without a copy
 
     @property
     def is_on_disk(self) -> bool:
-        """Whether the files on the disk are unchanged."""
+        """Whether the files on disk are unchanged."""
         return bool(self.paths) and all(
             path.is_file() and path.read_bytes() == self.files[name] for name, path in self.paths.items()
         )
 
 
 def version_of(job: LoadedRack) -> ProgramVersion:
-    """Return the files of a job that was just loaded from the disk; OSError if one can't be read."""
+    """Return the version for a job just loaded from disk; raise OSError if a file can't be read."""
     made, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
     return ProgramVersion(made["rack_file"], made["program_file"], files, paths, job.retained)
 
 
 class ProgramVersions:
-    """The programs of a session by their numbers; 0 is the first.
+    """The programs of a session, by number; 0 is the first.
 
     Args:
-        folder: for copies of files that have changed on the disk.
-        rack: address of the rack file on the disk; None if all files come from a trace.
-        known: programs by number.
+        folder: folder for copies of files that have changed on disk.
+        rack: address of the rack file on disk; None if all files come from a trace.
+        known: known programs, by number.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class ProgramVersions:
         return self._known[number]
 
     def keep(self, number: int, edition: ProgramVersion, job: LoadedRack) -> None:
-        """Add a loaded program; it replaces one with the same number."""
+        """Add a loaded program; replace a program with the same number."""
         self._known[number], self._loaded[number] = edition, job
         self.follow(job)
 
@@ -99,14 +99,14 @@ class ProgramVersions:
 
     @property
     def edited(self) -> bool:
-        """Whether there is more than the first program."""
+        """Whether there are programs after the first."""
         return any(self._known)
 
     def again(self, number: int) -> LoadedRack:
-        """Return a program in its initial state from copies of its files, in a folder of our own.
+        """Return a program in its initial state, loaded from copies of its files in our own folder.
 
         Raises:
-            ValueError: its files are not there, or it can't be loaded.
+            ValueError: its files are missing, or it can't be loaded.
         """
         if self._copies is None:
             holder = tempfile.TemporaryDirectory(prefix="scanrack-")
@@ -115,25 +115,25 @@ class ProgramVersions:
         return ProgramVersions(self._copies, None, self._known).job(number)
 
     def follow(self, job: LoadedRack) -> None:
-        """Note a loaded program: its modules are dropped when another one is loaded."""
+        """Register a loaded program, so that its modules are dropped when another one is loaded."""
         self._used |= folders_of(job)
 
     def forget(self) -> None:
-        """Drop the modules of the programs so far, so that their files are read again."""
+        """Drop the modules of all programs so far, so that their files are read again."""
         forget(self._used)
 
     def up_to(self, number: int) -> ProgramVersions:
-        """Return the programs up to a number, none of them loaded yet, for a branch."""
+        """Return the programs up to a number for a branch; none of them is loaded yet."""
         known = {each: edition for each, edition in self._known.items() if each <= number}
         branch = ProgramVersions(self._folder, self._rack, known)
         branch._used = set(self._used)
         return branch
 
     def job(self, number: int) -> LoadedRack:
-        """Return a program in its initial state: the kept one, or a new load.
+        """Return a program in its initial state: the kept one, or newly loaded.
 
         Raises:
-            ValueError: an unknown number, or a program that can't be loaded.
+            ValueError: the number is unknown, or the program can't be loaded.
             OSError: its files can't be written.
         """
         loaded = self._loaded.pop(number, None)
@@ -155,7 +155,7 @@ class ProgramVersions:
         return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
 
     def of_a_session(self, begins: ProgramVersion) -> ProgramVersions:
-        """Return the programs of a new session, with a copy of each; OSError if a copy can't be written."""
+        """Return the programs of a new session, with a copy of each; raise OSError if that fails."""
         known = {0: begins, **self._known}
         copies = {number: self.with_copy(edition) for number, edition in known.items()}
         session = ProgramVersions(self._folder, self._rack, copies)
@@ -163,7 +163,7 @@ class ProgramVersions:
         return session
 
     def with_copy(self, edition: ProgramVersion) -> ProgramVersion:
-        """Return a program with a copy of its files; OSError if it can't be written."""
+        """Return a program with a copy of its files; raise OSError if the copy can't be written."""
         return replace(edition, place=self._copied(edition))
 
     def _copied(self, edition: ProgramVersion) -> Path:
@@ -174,13 +174,13 @@ class ProgramVersions:
         return place.resolve()
 
     def attachments(self, number: int) -> list[Attachment]:
-        """Return the files of an edit as a trace's attachments, sorted by name."""
+        """Return the files of an edit as attachments for a trace, sorted by name."""
         files, start = self._known[number].files, folder_of_edit(number)
         return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
 
 
 def edits_of(trace: Trace) -> list[AppliedAction]:
-    """Return the recorded edits, in order; only chunks behind their files are read."""
+    """Return the recorded edits in order, reading only the chunks after their files."""
     starts: dict[int, int] = {}
     for span, name in trace.attachment_names():
         if number := edit_number(name):
@@ -190,7 +190,7 @@ def edits_of(trace: Trace) -> list[AppliedAction]:
 
 
 def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
-    """Return an edit, whose order is in the chunks behind its files."""
+    """Return an edit; its order is in the chunks after its files."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
         if section.span.offset > offset and trace.may_tell(section, topics):
@@ -203,15 +203,15 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
 def versions_of(
     trace: Trace, given: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
 ) -> ProgramVersions:
-    """Return the programs of a recorded session that may be used.
+    """Return the programs of a recorded session, as far as their use is allowed.
 
     Args:
-        given: its orders.
-        job: its first program.
+        given: orders of the session.
+        job: first program of the session.
         trust: run Python of the trace, see `trust`.
 
     Raises:
-        UntrustedError: Python of the trace would be run.
+        UntrustedError: untrusted Python of the trace would be run.
         ValueError: files of an edit are missing, or can't be used.
     """
     files = attached_files(trace)

@@ -1,4 +1,4 @@
-"""The recorder of a run: with its files, and with everything that decides the outcome."""
+"""Makes the recorder of a run, which also stores its files and all that determines the outcome."""
 
 from __future__ import annotations
 
@@ -34,25 +34,25 @@ def recorder_for(
     keep: int | None = None,
     warn: Callable[[str], object] = lambda _cost: None,
 ) -> ScanRecorder:
-    """Return the recorder of a run; `sequence_watch` reports the program's sequences to it.
+    """Return the recorder of a run; `sequence_watch` reports the program's sequences to the recorder.
 
     Args:
-        logic: replaces the job's logic, such as a debugger of it.
+        logic: replacement for the job's logic, such as its debugger.
         orders: whether the rack can be operated while it runs.
         sequences: whether an edit may add sequences to a program without any.
-        keep: number of earlier recordings to keep; None = the rack file's.
+        keep: number of earlier recordings to keep; None = as in the rack file.
 
     Raises:
-        OwnedError: it would replace an owned file.
+        OwnedError: the trace would replace an owned file.
         OSError: the trace can't be written.
-        ValueError: a tag that can't be recorded.
+        ValueError: a tag can't be recorded.
     """
     check_recording(job, trace, keep=keep)
     spec = job.spec
     running = logic or job.logic
     tags = None
     if spec.tags:
-        from .tag_source import tags_of  # it imports the debugger; a run without tags does not wait for it
+        from .tag_source import tags_of  # imports the debugger, which a run without tags does not need
 
         tags = tags_of(running, spec.tags, rack.memory)
         if tags.plan.cost is not None:
@@ -88,16 +88,16 @@ def recorder_for(
 
 
 def _snapshots_of(job: LoadedRack, running: Any) -> SnapshotLog | None:
-    """Return the snapshots of a program of rungs; none of one with routines in Python, whose state is theirs.
+    """Return the snapshots of a ladder program; None for other logic, and if it has routines in Python.
 
-    An edit is the end of them: a question about an edited program runs all its scans.
+    An edit ends the snapshots: a question about an edited program runs all its scans.
     """
     if not is_rungs(job.logic) or job.logic.functions:
         return None
-    from scanrack.ladder.state.snapshots import SavedValues  # only rungs need it
+    from scanrack.ladder.state.snapshots import SavedValues  # only rungs need this import
 
     def present() -> Any:
-        return getattr(getattr(running, "engine", running), "memory", None)  # it may be an engine itself
+        return getattr(getattr(running, "engine", running), "memory", None)  # it may be an engine
 
     memory = present()
     if memory is None:
@@ -107,7 +107,7 @@ def _snapshots_of(job: LoadedRack, running: Any) -> SnapshotLog | None:
     def take() -> str | None:
         try:
             return saved.text() if present() is memory else None
-        except TypeError:  # a value that text can't have: the program has no snapshots then
+        except TypeError:  # text can't represent a value: the program then has no snapshots
             return None
 
     return SnapshotLog(take)

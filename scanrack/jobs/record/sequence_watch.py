@@ -1,10 +1,10 @@
-"""The waits of sequences and of a list of steps, for a recorder, a journal or a message.
+"""Reports the waits of sequences and of a list of steps to a recorder, a journal or a message.
 
     scan     602                       603 to 1,402   1,403
     cycle    waits at line 14          waits          waits at line 15
     written  /sequences                nothing        /sequences
 
-A waiting sequence costs one comparison per scan; the text is made only after a step.
+A waiting sequence costs one comparison per scan; the text is created only after a step.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .logic_wrapper import unwrapped
 
 
 def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
-    """Return the sequences of a program, in order of definition; none if its class is no `Logic`."""
+    """Return the sequences of a program in order of definition; none if it is not a `Logic`."""
     inside = unwrapped(logic)
     return sequences_of(inside) if isinstance(inside, Logic) else ()
 
 
 class Waiting(Protocol):
-    """What waits at a line of the program: a sequence, or a list of steps."""
+    """A sequence or list of steps, which waits at a line of the program."""
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -48,36 +48,36 @@ class Waiting(Protocol):
 
 
 def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:
-    """Return what waits in a program: its sequences, or its list of steps."""
+    """Return the sequences of a program, or its list of steps."""
     inside: object = unwrapped(logic)
     return (inside,) if isinstance(inside, Steps) else sequences_in(logic)
 
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
-    """Return the slots of the axes that a program declares, each with the line of the declaration."""
+    """Return the slots of the axes that a program declares, each with the place of the declaration."""
     if not isinstance(logic, Logic):
         return {}
-    from scanrack.ladder.python.axis3601 import Axis3601  # a program without sequences does not wait for it
+    from scanrack.ladder.python.axis3601 import Axis3601  # not needed without sequences
 
     parts = parts_of(logic)
     return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
 
 
 def standing(sequence: Waiting, scan: int) -> Step:
-    """Return the present wait of a sequence or a list of steps."""
+    """Return the current wait of a sequence or list of steps."""
     file = Path(sequence.file or "").name
     line = sequence.line or 0
     return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
 
 
 def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
-    """Return a listener that also gets the waits of a program; the same one if it has none."""
+    """Return a listener that also receives the waits of a program; the same listener if there are none."""
     sequences = waiting_in(logic)
     return WatchesSequences(listener, sequences) if sequences else listener
 
 
 class WatchesSequences:
-    """Reports to a listener, before a scan, the sequences that have made a step in it.
+    """Reports each scan's sequence steps to a listener before passing on the scan.
 
     A sequence that steps in every scan and waits for the same condition at the same line is reported once.
     """
@@ -88,7 +88,7 @@ class WatchesSequences:
         self.watch(sequences)
 
     def watch(self, sequences: tuple[Waiting, ...]) -> None:
-        """Watch the sequences of an edited program from now on."""
+        """Watch the sequences of an edited program instead."""
         self._watched = [_SequenceState(each) for each in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -108,7 +108,7 @@ class WatchesSequences:
 
     @property
     def look(self) -> Callable[[], bool]:
-        """What is called within rows: true if a sequence has made a step."""
+        """The function to call within rows: returns whether a sequence has made a step."""
         watched, listeners_own = self._watched, None if self._rows is None else self._rows.look
 
         def look() -> bool:
@@ -141,7 +141,7 @@ class _SequenceState:
         self._stood: tuple[str, int, str] | None = None
 
     def step(self, scan: int) -> Step | None:
-        """Return its new wait; None if the wait is unchanged."""
+        """Return the new wait; None if the wait is unchanged."""
         step = standing(self.sequence, scan)
         stands = step.file, step.line, step.wait
         stays = stands == self._stood and scan == self._scan + 1
@@ -150,5 +150,5 @@ class _SequenceState:
 
 
 def fields_of(step: Step) -> dict[str, JsonValue]:
-    """Return a step as the fields of a message on /sequences."""
+    """Return the fields of a message on /sequences for a step."""
     return {"sequence": step.sequence, "file": step.file, "line": step.line, "wait": step.wait}

@@ -1,7 +1,7 @@
-"""Recorded names of a Python program: attributes of the objects in its module, fields of its class.
+"""Finds the recorded values of a Python program: attributes of objects in its module, fields of its class.
 
 Every scan looks up `line.step` in the module, so that a replaced object is found. Types come from
-annotations, else from first values.
+annotations, or else from the first values.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DEPTH = 4
 """Largest depth of nested objects."""
 
 PLAIN_TYPES: Mapping[type, str] = {bool: "BOOL", int: "LINT", float: "LREAL", str: TEXT}
-"""Recorded types of Python's values."""
+"""Recorded types of Python values."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,16 +37,16 @@ class NamedValue:
     name: str
     type: str  # BOOL, LINT, LREAL, ENUM or TEXT
     source: str
-    members: tuple[Enum, ...] = field(default=())  # of an ENUM: its members in order
+    members: tuple[Enum, ...] = field(default=())  # members of an ENUM, in order
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
-    """Return the names of the module that a function is from.
+    """Return the namespace of the module in which a logic is defined.
 
-    An instance of a class of `ScanLogic` has the name of its class in small letters: `line` of `Line`.
+    An instance of a logic class gets the name of its class in lower case: `line` for `Line`.
 
     Raises:
-        ValueError: this kind of program has no module with values.
+        ValueError: the program is of a kind without a module of values.
     """
     if isinstance(logic, Logic):
         return {type(logic).__name__.lower(): logic}
@@ -58,10 +58,10 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
 
 
 def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[NamedValue]:
-    """Return the values that patterns match in a module, each once, in the order of the patterns.
+    """Return the values in a module that match patterns, without duplicates, in the order of the patterns.
 
     Raises:
-        ValueError: a pattern matches nothing, or a value that can't be recorded.
+        ValueError: a pattern matches nothing, or matches a value that can't be recorded.
     """
     known = list(_all_values(namespace))
     names = NamesByPattern(each.name for each in known)
@@ -114,7 +114,7 @@ def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
 
 
 def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
-    """Yield the fields of a class of logic: those of its body, and those of the instance."""
+    """Yield the fields of a logic: from the body of its class, and from the instance."""
     hints = _hints(logic)
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
     fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
@@ -125,7 +125,7 @@ def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
 
 
 def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:
-    """Yield a value, or those of an object's attributes."""
+    """Yield a value, or the values of an object's attributes."""
     made = _named(name, hint, value)
     if made is not None:
         yield made
@@ -139,7 +139,7 @@ def _below(name: str, hint: object, value: object, depth: int, above: frozenset[
 
 
 def _named(name: str, hint: object, value: object) -> NamedValue | None:
-    """Return a value with its type; None for one that is not recorded as a whole."""
+    """Return a value with its type; None if it is not recorded as a whole."""
     kind = hint if isinstance(hint, type) and (hint in PLAIN_TYPES or issubclass(hint, Enum)) else type(value)
     if issubclass(kind, Flag):
         return NamedValue(name, "LINT", f"{name}._value_")
@@ -150,7 +150,7 @@ def _named(name: str, hint: object, value: object) -> NamedValue | None:
 
 
 def _is_own(value: object) -> bool:
-    """Return whether a value is an object of the user's: no class, function, module or library's object."""
+    """Return whether a value is a user's object: not a class, function, module or library object."""
     if isinstance(value, type | ModuleType) or callable(value):
         return False
     top = type(value).__module__.partition(".")[0]
@@ -158,7 +158,7 @@ def _is_own(value: object) -> bool:
 
 
 def _hints(value: object) -> Mapping[str, object]:
-    """Return the annotations of an object's attributes; those that can't be resolved are left out."""
+    """Return the annotations of an object's attributes, except those that can't be resolved."""
     kind = type(value)
     if kind not in _KNOWN:
         try:

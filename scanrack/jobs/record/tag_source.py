@@ -1,10 +1,10 @@
-"""The tags of a run, read in every scan by one generated function.
+"""Reads the tags of a run in every scan with one generated function.
 
     def take():
         return pack(images(), Fill_ACC, Run, *Recipe)
 
-Variables of a ladder program are the cells of its memory; names of a Python program are looked up in its
-module. Neither the compiler nor the program knows that tags are recorded.
+Variables of a ladder program are read from the cells of its memory; names of a Python program are looked up
+in its module. Neither the compiler nor the program is aware of the recording.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class RecordedTag:
     """A tag and the expression that reads it."""
 
     tag: Tag
-    source: str  # the expression; of a TEXT the arguments of the function that returns its code
-    codes: Mapping[Any, int] = field(default_factory=dict)  # of an ENUM: its codes by value of the member
+    source: str  # the expression; for a TEXT, arguments of the function that returns its code
+    codes: Mapping[Any, int] = field(default_factory=dict)  # codes of an ENUM, by value of the member
 
 
 class TextCodes:
-    """Numbers the texts of a run in the order of their first appearance."""
+    """Numbers the texts of a run in order of first appearance."""
 
     def __init__(self, pending: Pending) -> None:
         self._codes: dict[str, int] = {}
@@ -49,7 +49,7 @@ class TextCodes:
         self._full = False
 
     def code(self, name: str, text: str) -> int:
-        """Return the code of a tag's new text, and report the change."""
+        """Return the code of a tag's new text and report the change."""
         known = self._codes.get(text)
         if known is None:
             if len(self._codes) >= LAST_CODE:
@@ -59,7 +59,7 @@ class TextCodes:
         return known
 
     def _last(self, name: str) -> int:
-        """Return the code of all further texts; report it once."""
+        """Return the common code of all texts beyond the limit; report this once."""
         if not self._full:
             self._full = True
             text = f"{name}: this is text {LAST_CODE + 1:,}; from here on new texts are recorded as one"
@@ -80,7 +80,7 @@ class TextValue:
         if text != self._last:
             if not isinstance(text, str):
                 raise TypeError(f"{type(text).__name__} is not text")
-            writable = text.encode("utf-8", "replace").decode()  # half a pair of surrogates is not
+            writable = text.encode("utf-8", "replace").decode()  # a lone surrogate can't be encoded
             self._code, self._last = self._codes.code(self._name, writable), text
         return self._code
 
@@ -98,11 +98,11 @@ class ProgramTags:
 
     Args:
         cells: variables of a ladder program.
-        namespace: names of a Python program's module.
-        texts: numbers the texts; by default from 0.
+        namespace: namespace of a Python program's module.
+        texts: assigns numbers to texts; by default from 0.
 
     Attributes:
-        pending: messages of the last scan.
+        pending: messages about the last scan.
         take: returns the memory block and tags.
     """
 
@@ -133,12 +133,12 @@ class ProgramTags:
 
     @cached_property
     def _single(self) -> list[Callable[[], list[Any]]]:
-        """For each tag what reads it alone, compiled only when a value does not fit."""
+        """A function for each tag that reads only this tag; compiled only when a value does not fit."""
         bodies = [f"return [{source}]" for source in self._sources]
         return _functions(bodies, self._variables, self._namespace)
 
     def _slowly(self) -> bytes:
-        """Return images and tags; a value that does not fit is 0, with one event per tag."""
+        """Return images and tags; replace a value that does not fit by 0, with one event per tag."""
         parts = [self._images()]
         for read, each in zip(self._single, self.plan.fields, strict=True):
             form = Struct("<" + each.letters)
@@ -161,7 +161,7 @@ class ProgramTags:
 class WatchedTags:
     """The tags of a program under a debugger, which may be edited while it runs.
 
-    A tag whose type an edit has changed, or that it has dropped, is 0 from then on.
+    A tag that an edit has dropped, or whose type it has changed, is 0 after the edit.
 
     Args:
         patterns: see `ladder.tag_values`.
@@ -177,13 +177,13 @@ class WatchedTags:
         self.plan, self.pending = self._tags.plan, self._tags.pending
 
     def take(self) -> bytes:
-        """Return the present memory block and tags."""
+        """Return the current memory block and tags."""
         if self._debugger.engine is not self._engine:
             self._read_from(self._debugger.engine)
         return self._tags.take()
 
     def _read_from(self, engine: Engine) -> None:
-        """Read the tags of an edited program."""
+        """Read the tags from an engine, such as that of an edited program."""
         self._engine = engine
         values = TagValues(engine.lowered.layout)
         recorded = [_after_edit(values, field.tag) for field in self.plan.fields]
@@ -191,7 +191,7 @@ class WatchedTags:
 
 
 def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
-    """Return a tag's expression in an edited program."""
+    """Return a tag with its expression in an edited program."""
     try:
         found = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
     except LadderError:
@@ -234,7 +234,7 @@ def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> Pro
 def _services(
     recorded: Sequence[RecordedTag], texts: TextCodes, *, in_cells: bool
 ) -> tuple[dict[str, object], list[str]]:
-    """Return the variables that the generated function needs, and its expressions."""
+    """Return the variables that the generated functions need, and the expressions."""
     own: dict[str, object] = {}
     sources = []
     for number, each in enumerate(recorded):
@@ -254,9 +254,9 @@ def _services(
 def _functions(
     bodies: Sequence[str], cells: Mapping[str, CellType], namespace: dict[str, Any]
 ) -> list[Callable[[], Any]]:
-    """Compile functions without arguments whose free variables are cells, and their globals a namespace.
+    """Compile functions without arguments that use cells as free variables and a namespace as globals.
 
-    The cells are named once for all bodies: a function for each of many tags costs no more than its body.
+    The cells are named once for all bodies, so that each function costs no more than its body.
     """
     inner = "".join(f" def take():\n  {body}\n" for body in bodies)
     outer = _code_in(compile(f"def outer({', '.join(cells)}):\n{inner}", "<tags>", "exec"))[0]

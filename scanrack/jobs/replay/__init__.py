@@ -1,1 +1,1 @@
-"""A recording in place of modules, logic or stimuli."""
+"""Plays a recording instead of modules, logic or stimuli."""

@@ -1,4 +1,4 @@
-"""The levels of a 3601's inputs, from the recorded status bits, the only source on real hardware.
+"""Derives the levels of a 3601's inputs from recorded status bits, the only source on real hardware.
 
 configuration, word 1     which level is active       [chapter 3]
 input word 1, bits 0-5    which inputs are active     [chapter 6]
@@ -25,12 +25,12 @@ from ..run.playback import Stimulus
 def recorded_levels(
     recording: PackedTrace, high: Mapping[int, int] = MappingProxyType({})
 ) -> Iterator[Stimulus]:
-    """Yield the level of every input at the beginning, and whenever it changed, in order of time.
+    """Yield the level of every input at the beginning and at each change, in time order.
 
     An unused input shows no level: it counts as not active.
 
     Args:
-        high: the inputs that are active when energized at the beginning, by slot; all without.
+        high: masks of the inputs that are active when energized at the beginning, by slot; default all.
     """
     for slot in recording.slots:
         if slot.is_stepper:
@@ -50,12 +50,12 @@ def _levels_of(recording: PackedTrace, slot: int, high: int) -> Iterator[Stimulu
 
 
 def _shown(recording: PackedTrace, places: ImagePlaces, high: int) -> Iterator[tuple[int, int]]:
-    """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
+    """Yield the levels of a slot, first and after each change: time, ns, and mask of energized inputs.
 
     Args:
-        recording: read chunk by chunk.
-        places: the slot's images.
-        high: the inputs that are active when energized at the beginning.
+        recording: the recording, which is read chunk by chunk.
+        places: places of the slot's images.
+        high: mask of the inputs that are active when energized at the beginning.
     """
     outputs, inputs = places.columns("out"), places.columns("in")
     before, configured, last_ns = _NOTHING, np.uint16(high), recording.times[0]
@@ -79,7 +79,7 @@ _NOTHING = -1  # no levels
 
 
 def _active_high(outputs: NDArray[np.int16], before: np.uint16) -> NDArray[np.uint16]:
-    """Return, for each scan, the inputs that are active when energized, by the latest configuration.
+    """Return, for each scan, the mask of inputs that the latest configuration makes active when energized.
 
     Args:
         outputs: the slot's output image in each scan.

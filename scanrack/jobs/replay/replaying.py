@@ -1,4 +1,4 @@
-"""A recording played to modules, to a program, or to a whole rack."""
+"""Plays a recording to modules, to a program, or to a whole rack."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Replay:
     """A recording and its receiver.
 
     Args:
-        spec: the rack; its modules answer to the recorded outputs.
-        resumed: the modules that were in operation before; None = all are just powered up.
+        spec: the rack; its modules respond to the recorded outputs.
+        resumed: the modules that were already in operation; None = all have just been powered up.
         exact_inputs: whether the instants at which inputs change are known.
     """
 
@@ -53,7 +53,7 @@ class Replay:
     ) -> None:
         self._recording, self._slots = recording, slots
         self._resumed = resumed if resumed is not None and resumed.slots else None
-        if self._resumed is not None:  # its faults show in the images
+        if self._resumed is not None:  # the images show its faults
             spec = spec.model_copy(update={"incidents": ()})
         self._spec = spec
         self._score = score_of(recording)
@@ -73,7 +73,7 @@ class Replay:
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(
             _assumptions(into, self._score, resumed=self._resumed is not None)
-        )  # restrictions of the replay, in words
+        )  # sentences about restrictions of the replay
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
             self._orders = TagOrders(self._score, recording.events)
@@ -90,13 +90,13 @@ class Replay:
         """Replay to the first difference, or to the end; return the follower with the comparison.
 
         Args:
-            recorders: hear every scan that is replayed.
+            recorders: listeners that receive every replayed scan.
 
-        A program that raises or hangs ends it, too, with a note.
+        A program that raises or hangs also ends the replay, with a note.
 
         Raises:
-            KeyboardInterrupt: Ctrl-C stopped it; what was compared so far is no answer.
-            ValueError: the recording never shows the state of a module that was in operation before.
+            KeyboardInterrupt: Ctrl-C stopped it; the comparison so far is no result.
+            ValueError: the recording never shows the state of a module that was already in operation.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
@@ -121,7 +121,7 @@ class Replay:
 def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
     """Return a rack of modules that show the recorded inputs.
 
-    A trace has the names of words and bits, the rack file also the addresses of a card's data.
+    A trace has the names of words and bits; the rack file also has the addresses of a card's data.
     """
     known = {slot.number: slot.words for slot in spec.slot}
     trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
@@ -143,7 +143,7 @@ def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
 
 
 def score_of(recording: PackedTrace) -> ReplayPlan:
-    """Return numbers, times, modes and forces of the scans of a recording."""
+    """Return the numbers, times, modes and forces of the scans in a recording."""
     forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
     return ReplayPlan(recording.numbers, recording.times, recording.flags, forces)
 
@@ -158,7 +158,7 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
 
 
 def lost_notes(scans: Iterable[int]) -> list[str]:
-    """Return a note for each of `lost_edits`."""
+    """Return a note for each scan from `lost_edits`."""
     return [
         f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
         for scan in scans
@@ -166,7 +166,7 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
 
 
 def forced_rows(score: ReplayPlan) -> list[bool]:
-    """Return whether forces were in effect, by row."""
+    """Return whether forces were in effect in each row."""
     forced, rows = False, []
     for number in score.numbers:
         forced = bool(score.forces.get(number, forced))
@@ -198,9 +198,9 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
 
 
 def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
-    """Yield the recorded actions on the machines' inputs; incidents come with the rack.
+    """Yield the recorded actions on the machines' inputs; the rack itself has the incidents.
 
-    A card's input may have the name of a machine's one: cards have no machine.
+    Cards have no machine, but an input of a card may have the same name as one of a machine.
     """
     bolted = {slot.number for slot in recording.slots if slot.is_stepper}
     for event in recording.events:
@@ -218,13 +218,13 @@ def _slot_of(event: TraceEvent) -> int:
 
 
 NO_SLOT = 0
-"""Slots have numbers from 1."""
+"""Not a slot number: slots are numbered from 1."""
 
 
 def with_stimuli(
     spec: RackSpec, recording: PackedTrace, stimuli: Stimuli, high: Mapping[int, int] = MappingProxyType({})
 ) -> RackSpec:
-    """Return a rack on whose machines the selected stimuli act; for `high` see `recorded_levels`."""
+    """Return a rack with the selected stimuli for its machines; for `high`, see `recorded_levels`."""
     if stimuli is Stimuli.MACHINE:
         return spec
     recorded = stimuli is Stimuli.RECORDED
@@ -246,7 +246,7 @@ def with_stimuli(
 
 
 def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
-    """Return a rack without the slots that a recording lacks, with a note of them."""
+    """Return a rack without the slots that a recording lacks, and notes about these slots."""
     recorded = {slot.number for slot in recording.slots}
     missing = sorted({slot.number for slot in spec.slot} - recorded)
     kept = tuple(slot for slot in spec.slot if slot.number in recorded)
@@ -257,10 +257,10 @@ def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list
 
 
 def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> list[int]:
-    """Return the slots whose images are compared.
+    """Return the numbers of the slots whose images are compared.
 
     Raises:
-        ValueError: trace and rack have different slots, or lack the requested one.
+        ValueError: trace and rack have different slots, or lack the requested slot.
     """
     recorded, given = (
         sorted(slot.number for slot in recording.slots),

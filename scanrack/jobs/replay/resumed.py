@@ -1,12 +1,12 @@
-"""A 3601 whose recording begins in the middle of its operation, or loses sight of its state.
+"""Replays a 3601 whose recording begins during operation, or at times does not show its state.
 
 recording   moves, at rest, .....moves.....  an input changes while it moves  ...at rest, moves
 shown       recorded |  the module, from the state that the image shows  | recorded  |  the module
 
-At rest in command mode the input image shows position, counts, latched bits; the configuration stands in the
-image of configuration mode, and nowhere else. What the recording does not show is not compared: a motion that
-had begun before, one during which an input changes (its instant lies between two scans), a blend profile or a
-minimum registration distance from before.
+At rest in command mode, the input image shows position, counts and latched bits. Only the image in
+configuration mode shows the configuration. States that the recording does not show are not compared: a motion
+that had already begun, a motion during which an input changes (at an instant between two scans), and a blend
+profile or minimum registration distance from before.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _MANUAL = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
 _PROGRAMS, _STORES = CommandLsw.BLEND_PROGRAM.value, CommandLsw.STORE_MIN_REG.value
 _PROXIMITY, _MINIMUM = CommandLsw.HOME_PROXIMITY.value, StatusLsw.MIN_REG_NONZERO.value
 _ECHO = 0x1FFF
-"""Bits of word 0 that configuration mode echoes."""
+"""Mask of the bits of word 0 that configuration mode echoes."""
 
 NO_CONFIGURATION = "the configuration is not known yet"
 NOT_AT_REST = "the axis has not been at rest yet"
@@ -69,10 +69,10 @@ def configuration_in(shown: Words) -> tuple[int, ...] | None:
 
 
 def configuration_words(text: str | None) -> list[int] | None:
-    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
+    """Parse words such as `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing words are 0.
 
     Raises:
-        ValueError: one is no number of 16 bits, or there are more than eight.
+        ValueError: a word is not a 16-bit number, or there are more than eight.
     """
     if text is None:
         return None
@@ -87,7 +87,7 @@ def configuration_words(text: str | None) -> list[int] | None:
 
 @dataclass(frozen=True, slots=True)
 class StartState:
-    """A state that was taken from an image."""
+    """A state that was read from an image."""
 
     row: int
     position: int
@@ -95,22 +95,22 @@ class StartState:
 
 
 class ResumedModule:
-    """A 3601 in the place of the one in a recording; satisfies `runtime.loop.module.Module`.
+    """A simulated 3601 in place of the recorded one; satisfies `runtime.loop.module.Module`.
 
     Args:
         images: the recorded input images, 16 bytes each.
         outputs: the recorded output images.
-        times: of the images, ns, ascending.
+        times: times of the images, ns, ascending.
         forced: whether forces were in effect, by row.
-        configuration: words that are in effect until the recording shows others; None = not known.
+        configuration: words in effect until the recording shows others; None = unknown.
         exact_inputs: whether the instants at which inputs change are known.
-        sampled: the recording is a client's reads, which miss short commands.
+        sampled: whether the recording is a client's reads, which miss short commands.
 
     Attributes:
-        taken: the states that were taken, in order; from the next row on the module itself is shown.
-        unknown: rows in which the recording is shown, by the reason.
-        why: the reason of the present row; "" if the module itself is shown.
-        rests: whether the present row shows all of the state, as the one before it.
+        taken: the states read from images, in order; from the next row, the module's own image is shown.
+        unknown: rows in which the recording is shown, by reason.
+        why: the reason for the current row; "" if the module's own image is shown.
+        rests: whether the current row shows the whole state, and so did the previous one.
     """
 
     def __init__(
@@ -135,14 +135,14 @@ class ResumedModule:
         self._minimum = 0
         self._blend_known = self._minimum_known = False
         self.why = self._why = NOT_AT_REST
-        self._before: tuple[bytes, bytes] = b"", b""  # sent and shown in the row before
+        self._before: tuple[bytes, bytes] = b"", b""  # output and input image of the previous row
         self.rests = False
         self.taken: list[StartState] = []
         self.unknown: Counter[str] = Counter()
 
     @property
     def configuration(self) -> Words | None:
-        """The words of the configuration in effect, as far as it is known."""
+        """The configuration words in effect; None if unknown."""
         return self._words
 
     @property
@@ -189,7 +189,7 @@ class ResumedModule:
         return self._image
 
     def _is_unseen(self, shown: Words, before: Words, command: Words) -> bool:
-        """Whether the module at rest shows something else though no command is in the recording."""
+        """Return whether the module at rest shows a change for which the recording has no command."""
         around = command, words_of(self._before[0]), words_of(self._outputs[self._row])
         if any(words[0] or words[1] & ~_PROXIMITY for words in around) or before[0] & _MOVES:
             return False
@@ -202,12 +202,12 @@ class ResumedModule:
         ]
 
     def _capture(self, image: Image, shown: Words) -> None:
-        """Take the captured value from the recording, which does not have the instant of the capture."""
+        """Copy the captured value from the recording, which lacks the instant of the capture."""
         self.module.layer.state.captured = join_reported(signed_word(shown[6]), signed_word(shown[7]))
         image[6], image[7] = shown[6], shown[7]
 
     def _harmless(self, command: Words) -> int:
-        """Return the inputs that don't act on the present motion."""
+        """Return the inputs that do not affect the current motion."""
         homes = command[0] & _HOMES or isinstance(self.module.layer.operation, Homing)
         return _CAPTURE if homes else _CAPTURE | _HOME
 
@@ -216,7 +216,7 @@ class ResumedModule:
         return refused or self._words is not None
 
     def _at_rest(self, shown: Words, command: Words) -> bool:
-        """Whether the image shows all of the state: no motion, no hold, no command, no force."""
+        """Return whether the image shows the whole state: no motion, no hold, no command, no force."""
         calm = shown[0] & (_OK | _CONFIGURES | _MOVES) == _OK and not shown[1] & _BUSY_LSW
         no_command = not command[0] and not command[1] & ~_PROXIMITY
         return calm and no_command and not self._forced[self._row] and self._has_configuration(shown)
@@ -237,13 +237,13 @@ class ResumedModule:
         self.taken.append(StartState(self._row, self.module.axis.position, configuration))
 
     def _keep_programs(self) -> None:
-        """Remember what no image shows, as far as it is known."""
+        """Save the known state that no image shows."""
         state = self.module.layer.state
         self._blend, self._minimum = state.blend, state.minimum_registration
         self._blend_known &= state.blending is None
 
     def _note(self, shown: Words, command: Words) -> None:
-        """Note the configuration, which erases programs, and the programs that are stored."""
+        """Record the configuration, which erases programs, and the programs that are stored."""
         words = configuration_in(shown)
         if words is not None:
             self._words, self._blend, self._minimum = words, None, 0
@@ -255,7 +255,7 @@ class ResumedModule:
                 self._minimum_known = self._known
 
     def _loss(self, shown: Words, command: Words) -> str:
-        """Return why the state is not known from this row on; "" if it is."""
+        """Return why the state is unknown from this row; "" if it is known."""
         before = words_of(self._before[1])
         if not shown[0] & _OK:
             return NO_ANSWER

@@ -1,4 +1,4 @@
-"""Recordings whose modules were in operation before the first scan; `resumed` has the module."""
+"""Handles recordings whose modules were in operation before the first scan; `resumed` has the module."""
 
 from __future__ import annotations
 
@@ -19,13 +19,12 @@ class ResumedOperation:
     Args:
         simulated: the firmware of each simulated 3601, by slot.
         forced: whether forces were in effect, by row.
-        given: configuration words that were in effect at the beginning; None = those that the recording shows
-            first.
-        captured: the recording is a capture, so that its first scan may be in the middle of operation.
-        sampled: the recording is a client's reads.
+        given: configuration words in effect at the beginning; None = the first that the recording shows.
+        captured: whether the recording is a capture, whose first scan may be during operation.
+        sampled: whether the recording is a client's reads.
 
     Raises:
-        ValueError: `given` is no legal configuration.
+        ValueError: `given` is not a legal configuration.
     """
 
     def __init__(
@@ -61,17 +60,17 @@ class ResumedOperation:
         return None
 
     def words(self, slot: int) -> Words | None:
-        """Return the configuration words that a slot has at the beginning; None if they are not known."""
+        """Return the configuration words of a slot at the beginning; None if they are unknown."""
         first = self._first[slot]
         return self._given or (None if first is None else first[1])
 
     @property
     def active_high(self) -> Mapping[int, int]:
-        """The inputs that are active when energized, by slot, as far as they are known."""
+        """The masks of inputs that are active when energized, by slot, as far as known."""
         return {slot: words[1] & ALL_INPUTS for slot in self.slots if (words := self.words(slot)) is not None}
 
     def around(self, number: int, module: Module, *, exact_inputs: bool) -> Module:
-        """Return what sits in a slot in place of its module."""
+        """Return the replacement for the module of a slot, or the module itself."""
         if number not in self.slots or not isinstance(module, Amci3601):
             return module
         made = ResumedModule(
@@ -88,10 +87,10 @@ class ResumedOperation:
         return made
 
     def notes(self, compared: Sequence[int]) -> list[str]:
-        """Return what was assumed, and what is not compared, a sentence each.
+        """Return sentences about assumptions and about scans that are not compared.
 
         Raises:
-            ValueError: nothing of the compared slots is known.
+            ValueError: nothing is known about the compared slots.
         """
         if compared and all(slot in self.modules and self._is_unknown(slot) for slot in compared):
             why = "; ".join(f"slot {slot}: {', '.join(self.modules[slot].unknown)}" for slot in compared)
@@ -102,7 +101,7 @@ class ResumedOperation:
         return [note for slot in self.modules for note in self._notes_of(slot)]
 
     def _is_unknown(self, slot: int) -> bool:
-        """Whether no scan of a slot is compared."""
+        """Return whether no scan of a slot is compared."""
         return sum(self.modules[slot].unknown.values()) >= len(self._recording.numbers)
 
     def _notes_of(self, slot: int) -> Iterator[str]:

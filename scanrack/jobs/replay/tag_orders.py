@@ -1,8 +1,8 @@
-"""Orders on the tags of a program in a recording, given again during its replay.
+"""Repeats a recording's orders on the tags of a program during its replay.
 
 /orders    of a session: writes, forces and releases, in order
 /forces    of any other recording: the forced tags with their values
-/events    of any other recording: the fields of a program in Python that a test has set; no writes of tags
+/events    of any other recording: the fields of a Python program that a test has set; no writes of tags
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class TagOrders:
     """The orders on tags in a recording.
 
     Args:
-        edited: loads the program of an edit, by its number, for a program in Python; without it the one that
-            the recording begins with runs on.
+        edited: loads the program of an edit, by number, for a Python program; None = the first program
+            continues.
 
     Attributes:
         given: the orders, by scan.
-        lost: scans from which the recording has another program than the one that runs here.
+        lost: scans from which the recorded program differs from the one that runs here.
 
     Raises:
         ValueError: an order of the recording can't be read.
@@ -57,7 +57,7 @@ class TagOrders:
         self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
         self._score, self._events = score, () if session else events
         self._edited = edited
-        self._scans: dict[int, int] = {}  # of edits, by their numbers
+        self._scans: dict[int, int] = {}  # scans of edits, by number
         for each in read if edited is not None else ():
             if isinstance(each.order, Edit):
                 self.given.append(each)
@@ -67,23 +67,23 @@ class TagOrders:
 
     @property
     def notes(self) -> list[str]:
-        """Notes of the orders that can't be repeated."""
+        """Notes about orders that can't be repeated."""
         return list(_unknown(self._score, self._events)) if self._events else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
         if not self.given or not isinstance(logic, LadderLogic):
             return logic
-        from scanrack.ladder.debug import Debugger  # most recordings need none
+        from scanrack.ladder.debug import Debugger  # most recordings need no debugger
 
         return Debugger(logic, remembered=0)
 
     def give(self, cpu: Cpu, rack: Rack, logic: ScanLogic) -> OrderRepeater:
-        """Give the orders again before the same scans of a CPU; return the repeater, with its refusals.
+        """Add a repeater that gives the orders before the same scans of a CPU; return it, with its refusals.
 
         Args:
-            cpu: runs the program, no scan yet.
-            logic: the program of `program`.
+            cpu: runs the program; it has run no scan yet.
+            logic: the result of `program`.
         """
         from scanrack.ladder.debug import Debugger
 
@@ -101,7 +101,7 @@ class TagOrders:
         return repeated
 
     def _edit(self, program: ScanLogic, order: Edit) -> None:
-        """Continue with an edited program; ValueError if that can't be done here."""
+        """Continue with an edited program; raise ValueError if that is impossible here."""
         assert self._edited is not None, "edits are given again if they can be loaded"
         try:
             edited, restart = self._edited(order.number), names_in(order.restart)
@@ -141,7 +141,7 @@ def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
 
 
 def first_few(sentences: Sequence[str]) -> list[str]:
-    """Return the first sentences, and their total if some are left out.
+    """Return the first sentences, and the total number if some are left out.
 
     >>> first_few(["a", "b"])
     ['a', 'b']

@@ -1,4 +1,4 @@
-"""Who receives a recording, and what acts on the machine meanwhile."""
+"""The choices for the receiver of a recording and for the stimuli of its machine."""
 
 from enum import StrEnum
 

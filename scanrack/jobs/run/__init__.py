@@ -1,1 +1,1 @@
-"""From a specification to a rack and a CPU; a job, run and recorded."""
+"""Runs and records jobs."""

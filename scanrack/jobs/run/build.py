@@ -1,4 +1,4 @@
-"""The CPU that repeats a recording, and the check of real ports."""
+"""Builds the CPU that repeats a recording, and checks the use of real ports."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scanrack.runtime.loop.scan import ScanLogic
 
 from ..load.building import exchange_of
 
-if TYPE_CHECKING:  # a run repeats no recording
+if TYPE_CHECKING:  # a run does not repeat recordings
     from .playback import Playback, ReplayPlan
 
 
@@ -28,11 +28,10 @@ def build_playback(
     listeners: Iterable[ScanListener],
     watchdog: Watchdog | None = None,
 ) -> Playback:
-    """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
+    """Create a CPU that repeats the scans of a recording with `logic` on `rack`.
 
-    Modes and forces are the recording's, instead of `spec`'s. Recorded inputs are read unchanged
-    in each scan, so that a rack of `RecordedInputs` has no own exchange. `watchdog` is that of
-    `spec` by default.
+    Modes and forces come from the recording instead of `spec`. Recorded inputs are read unchanged in each
+    scan, so a rack of `RecordedInputs` has no exchange of its own. By default, `watchdog` comes from `spec`.
     """
     from .playback import Playback, RecordedInputs
 
@@ -56,7 +55,7 @@ NO_SAFETY_SYSTEM = (
 
 
 def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
-    """Refuse real ports in virtual time, and real ports without --live; ValueError for such a port."""
+    """Raise ValueError for a real port in virtual time or without --live."""
     for slot in spec.slot:
         if slot.is_live and not realtime:
             raise ValueError(

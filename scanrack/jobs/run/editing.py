@@ -1,4 +1,4 @@
-"""The program of a run, its edits between two scans, and their files in the recording."""
+"""Holds the program of a run, edits it between two scans, and records the files of edits."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "
 
 
 class DescribedEdit(Protocol):
-    """What an edit does, in words."""
+    """A description of an edit's effects."""
 
     @property
     def keeps(self) -> str:
-        """What keeps its value."""
+        """Names of the things that keep their values."""
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The names that it concerns, by what happens to them."""
+        """The affected names, grouped by what happens to them."""
 
 
 @dataclass(frozen=True, slots=True)
 class RestartEdit:
-    """Edit that restarts a Python program: the objects of its module are new."""
+    """An edit that restarts a Python program with new objects in its module."""
 
-    names: tuple[str, ...]  # its values
+    names: tuple[str, ...]  # names of the program's values
     keeps = "the program is loaded again: the objects of its module are new"
 
     @property
@@ -63,17 +63,17 @@ class ProgramEdit:
     """An edit of the running program."""
 
     number: int
-    at_ns: int  # time of the first scan after it
+    at_ns: int  # time of the first scan after the edit, ns
     name: str
     text: str
-    tags: Mapping[str, list[str]]  # new, changed and removed ones
+    tags: Mapping[str, list[str]]  # new, changed and removed tags
 
 
 class RunProgram:
     """The program of a run; edits replace it between two scans.
 
     Args:
-        handled: whether the rack can be operated.
+        handled: whether the rack can be operated while it runs.
         editions: loads the programs of edits; None without edits.
         remembered: snapshots of a ladder program, see `Debugger`.
 
@@ -84,9 +84,9 @@ class RunProgram:
     def __init__(
         self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None, remembered: int = 0
     ) -> None:
-        self.debugger = _debugger_of(logic, remembered) if handled else None  # None without one
+        self.debugger = _debugger_of(logic, remembered) if handled else None  # None without a debugger
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
-        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
+        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called after every edit
         self.editions, self._edits = editions, 0
         self._fields = Fields(self._own_logic)
         self._followers: list[WatchesSequences] = []
@@ -94,11 +94,11 @@ class RunProgram:
 
     @property
     def edits(self) -> int:
-        """Number of edits while the program ran."""
+        """Number of edits so far."""
         return self._edits if self.debugger is None else len(self.debugger.edits)
 
     def following(self, listener: ScanListener) -> ScanListener:
-        """Return a listener that also receives the sequences of the program, even after an edit."""
+        """Return a listener that also receives the sequences of the program, including edited programs."""
         sequences = waiting_in(self.logic)
         if not self.may_bring_sequences and not sequences:
             return listener
@@ -106,7 +106,7 @@ class RunProgram:
         return self._followers[-1]
 
     def recorded(self, recorder: ScanRecorder) -> ScanListener:
-        """Return a recorder that also receives the sequences of the program, and the files of its edits."""
+        """Return a recorder that also receives the sequences of the program and the files of edits."""
         return self.following(recorder if self.editions is None else RecordsEdits(recorder, self.editions))
 
     def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
@@ -118,12 +118,12 @@ class RunProgram:
 
     @property
     def desk(self) -> WritableTags | None:
-        """The values of the program, to be set and forced; None if it has none."""
+        """The values of the program that can be set and forced; None if it has none."""
         return self.operated
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """The same, as it reports what is set and forced from outside."""
+        """The same object, as the one that reports values set and forced from outside."""
         if self.debugger is not None:
             return self.debugger
         return self._fields if isinstance(self.logic, Logic) else None
@@ -133,10 +133,10 @@ class RunProgram:
         return self.logic
 
     def _edit(self, cpu: Cpu, editions: ProgramVersions, order: Edit, at_ns: int) -> None:
-        """Continue with an edited program from the next scan on, and announce that.
+        """Continue with an edited program from the next scan, and announce the edit.
 
         Raises:
-            ValueError: it can't be used; the present one continues.
+            ValueError: the edited program can't be used; the current program continues.
         """
         from scanrack.runtime.live.actions import names_in
 
@@ -145,10 +145,10 @@ class RunProgram:
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
-        """Return what an edit with the program of a job would do; nothing changes.
+        """Return what an edit to the program of a job would do, without changing anything.
 
         Raises:
-            ValueError: the run can't continue with it.
+            ValueError: the run can't continue with that program.
         """
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
@@ -162,7 +162,7 @@ class RunProgram:
         return RestartEdit(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
-        """Whether a program in Python continues as another one; else that one restarts."""
+        """Return whether a Python program can continue as another one; otherwise the other one restarts."""
         from scanrack.runtime.live.actions import ALL
 
         both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
@@ -171,7 +171,7 @@ class RunProgram:
     def _take_over(
         self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
     ) -> tuple[str, str, Mapping[str, list[str]]]:
-        """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
+        """Continue with the program of a job; return its name, a sentence, and the affected tags."""
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
             done: Changes = self.debugger.edit(logic)
@@ -193,9 +193,9 @@ class RunProgram:
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
     def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
-        """Continue with another Python program; return the errors at the end of the present one."""
+        """Continue with another Python program; return the errors at the end of the current one."""
         if isinstance(logic, AttachedLogic):
-            logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
+            logic.__attach_logic__(dict(cpu.rack.slots))  # raises errors before the edit
         before, self.logic = self.logic, logic
         cpu.program = logic
         if isinstance(before, Logic) and Fields(lambda: before).forces:
@@ -206,13 +206,13 @@ class RunProgram:
         try:
             if isinstance(before, AttachedLogic):
                 before.__close_logic__()
-        except Exception as error:  # of the user's, in a program that has ended
+        except Exception as error:  # a user's error, in a program that has ended
             return f"; at its end the one before raised {type(error).__name__}: {error}"
         return ""
 
 
 def _value_names(logic: ScanLogic) -> tuple[str, ...]:
-    """Return the names of the values of a Python program; none if it has none."""
+    """Return the names of a Python program's values."""
     from ..record.tag_names import named_values, namespace_of
 
     try:
@@ -225,34 +225,34 @@ def _debugger_of(logic: ScanLogic, remembered: int) -> Debugger | None:
     """Return a debugger for a ladder program; None for other logic."""
     if not is_rungs(logic):
         return None
-    from scanrack.ladder.debug import Debugger  # imported late: a rack without a session does not need it
+    from scanrack.ladder.debug import Debugger  # not needed by a rack without a session
 
     return Debugger(logic, remembered=remembered)
 
 
 class Changes(Protocol):
-    """What an edit has done to tags or fields."""
+    """The effects of an edit on tags or fields."""
 
     @property
     def new(self) -> tuple[str, ...]:
-        """New ones."""
+        """Names of new tags or fields."""
 
     @property
     def changed(self) -> tuple[str, ...]:
-        """Those with another initial value."""
+        """Names of tags or fields with another initial value."""
 
     @property
     def dropped(self) -> tuple[str, ...]:
-        """Removed ones."""
+        """Names of removed tags or fields."""
 
 
 def tags_in(edit: Changes) -> dict[str, list[str]]:
-    """Return the tags or fields that an edit concerns, as an event has them."""
+    """Return the tags or fields that an edit affects, in the form of an event."""
     return {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
 
 
 class RecordsEdits:
-    """A recorder that attaches the files of an edit before its order, or before a bench tells of it."""
+    """A recorder that attaches the files of an edit before its order, or before a bench's event about it."""
 
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions

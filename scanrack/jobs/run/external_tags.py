@@ -1,4 +1,4 @@
-"""Tags of a program that are set or forced from outside, reported to the CPU, which records them."""
+"""Reports tags that are set or forced from outside to the CPU, which records them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scanrack.runtime.loop.cpu import Cpu
 
 
 class OperatedProgram(Protocol):
-    """A program whose tags are set and forced from outside: a debugger."""
+    """A program whose tags can be set and forced from outside, such as a debugger."""
 
     on_outside: Callable[[], object]
 
@@ -20,12 +20,12 @@ class OperatedProgram(Protocol):
 
 
 def tell_cpu(program: OperatedProgram, cpu: Cpu) -> None:
-    """Report every tag that is set, forced or released between scans to the CPU."""
+    """Make a program report to the CPU every tag that is set, forced or released between scans."""
     program.on_outside = lambda: cpu.tags_from_outside(forced_tags(program))
 
 
 def forced_tags(program: OperatedProgram) -> dict[str, str | int | float | bool]:
-    """Return the forced tags with JSON values; infinity and NaN as text."""
+    """Return the forced tags with JSON values; infinity and NaN become text."""
     return {
         tag: str(value) if isinstance(value, float) and not isfinite(value) else value
         for tag, value in program.forces.items()

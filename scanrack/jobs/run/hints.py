@@ -1,9 +1,9 @@
-"""Hints about a run: actions of a program that a 3601 ignores.
+"""Gives hints about a run: actions of a program that a 3601 ignores.
 
     wired, not configured       an input of the machine that the accepted configuration does not use
     changed without an edge     parameters changed while their move's bit stayed on; no move followed
 
-Neither is an error of the module: it follows its manual without a sign.
+Neither is an error of the module: it follows its manual without reporting anything.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _FIRST_PARAMETER = 2
 
 @dataclass(frozen=True, slots=True)
 class IgnoredParameters:
-    """Parameters that changed while a move's bit stayed on."""
+    """Parameters that changed while the bit of a move stayed on."""
 
     scan: int
     words: tuple[int, ...]
@@ -53,7 +53,7 @@ class IgnoredParameters:
 
 
 class SlotHints:
-    """Watches one module."""
+    """Watches one module for ignored actions."""
 
     def __init__(self, slot: Slot, wired: int, tell: Callable[[str], object]) -> None:
         self.number = slot.number
@@ -66,12 +66,12 @@ class SlotHints:
 
     @property
     def attentive(self) -> bool:
-        """Whether the next scans concern it even if the outputs stay."""
+        """Whether the next scans matter even if the outputs stay the same."""
         return self._configures or self._raw != self._before
 
     def look(self, scan: int) -> None:
         """Check the images of a scan."""
-        if self._configures:  # as sent in the previous scan; these inputs answer it
+        if self._configures:  # these inputs answer the configuration sent in the previous scan
             self._look_for_configuration()
         if self._raw != self._before:
             self._before = bytes(self._raw)
@@ -90,7 +90,7 @@ class SlotHints:
                 self.unheard = IgnoredParameters(scan, changed, str(CommandMsw(on & -on).name))
 
     def _look_for_configuration(self) -> None:
-        """Warn when a configuration has been accepted: the module mirrors it [chapter 3]."""
+        """Warn about unused inputs when a configuration is accepted: the module mirrors it [chapter 3]."""
         msw = self._slot.inputs[0]
         if msw & _MODE_CONFIG and not msw & _CONFIG_ERROR:
             self._configures = False
@@ -100,10 +100,10 @@ class SlotHints:
 
 
 class Hints(QuietListener):
-    """A listener that watches all modules with the words of a 3601.
+    """A listener that watches all modules with 3601 words.
 
     Args:
-        places: by slot: the program's line that declares the axis there.
+        places: by slot, the program's line that declares its axis.
     """
 
     def __init__(
@@ -123,11 +123,11 @@ class Hints(QuietListener):
     look = None
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans are of no interest; 0 while a configuration waits for its answer."""
+        """Return how many scans may be skipped; 0 while a configuration waits for its answer."""
         return 0 if any(slot.attentive for slot in self.slots) else ROWS_AT_ONCE
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Do nothing: their outputs are those of the scan before."""
+        """Do nothing: the outputs are the same as in the previous scan."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Check the images of a scan."""

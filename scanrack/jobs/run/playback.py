@@ -1,11 +1,11 @@
-"""A CPU that repeats the scans of a recording, and a recording's substitutes for modules and logic.
+"""A CPU that repeats the scans of a recording, and substitutes for modules and logic.
 
     recorded outputs -> modules         logic is `recorded_outputs`
     recorded inputs  -> logic           modules are `RecordedInputs`
     stimuli          -> both            modules and logic are real, the stimuli a timeline
 
-Numbers, times and modes of the scans are the recording's, so that scans may be irregular,
-and begin anywhere.
+The numbers, times and modes of the scans come from the recording, so scans may be irregular and begin
+anywhere.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ from ..record.link_losses import LinkChange
 
 @dataclass(frozen=True, slots=True)
 class ReplayPlan:
-    """The scans to repeat."""
+    """The recorded scans to repeat."""
 
     numbers: Sequence[int]
     times: Sequence[int]  # virtual times, ns
     flags: Sequence[int]
-    forces: Mapping[int, Mapping[str, int]]  # number of a scan -> all forces in effect from it on, by address
+    forces: Mapping[int, Mapping[str, int]]  # scan number -> all forces in effect from that scan, by address
 
     def mode(self, row: int) -> CpuMode:
         """Return the mode of a scan."""
@@ -45,7 +45,7 @@ class ReplayPlan:
 
 
 class Playback(Cpu):
-    """A CPU whose scans are those of a recording: their numbers, times, modes and forces.
+    """A CPU that repeats recorded scans, with their numbers, times, modes and forces.
 
     Call `play`; the listeners receive every scan.
     """
@@ -78,7 +78,7 @@ class Playback(Cpu):
         self._turn_to(0)
 
     def play(self) -> None:
-        """Repeat all scans, or those up to a call of `stop`.
+        """Repeat all scans, or until `stop` is called.
 
         Raises:
             CpuFault: see `Cpu.run`.
@@ -114,11 +114,11 @@ class Playback(Cpu):
 
 
 class RecordedInputs:
-    """A module that shows the input images of a recording, one after the other.
+    """A module that shows the recorded input images, one after the other.
 
     Args:
         images: the bytes of an image per scan.
-        times: of the images, ns, ascending.
+        times: times of the images, ns, ascending.
         links: losses and returns of its link, ascending.
     """
 
@@ -135,7 +135,7 @@ class RecordedInputs:
         self.linked = True
 
     def hold(self, image: bytes) -> None:
-        """Show an image from the next update on, whatever was recorded."""
+        """Show an image from the next update, instead of the recorded ones."""
         self._images, self._times, self._last, self._row = (image,), (0,), 0, -1
 
     def update(self, now_ns: int, outputs: Image) -> Image:
@@ -171,23 +171,23 @@ def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes], layout: MemoryL
 
 @dataclass(frozen=True, slots=True)
 class Stimulus:
-    """A stimulus of a recording."""
+    """A recorded stimulus."""
 
     at_ns: int
     slot: int
     input: InputBit
-    energized: bool | None  # its level from then on; None = controlled by the machine's switch or station
+    energized: bool | None  # the new level; None = controlled by the machine's switch or station
 
 
 def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
-    """Return a machine with the recorded stimuli as its only changes by time.
+    """Return a machine with the recorded stimuli as its only timed changes.
 
-    Its own timeline and stations have acted in the recording, so that they are removed; a released
-    input of theirs is de-energized.
+    Its own timeline and stations are removed, since they have already acted in the recording. An input that
+    they would have released is de-energized.
 
     Args:
-        stimuli: those of its slot, in order of time.
-        switches: keep the machine's switches; if not, the stimuli give all levels.
+        stimuli: stimuli of its slot, in time order.
+        switches: whether to keep the machine's switches; otherwise the stimuli set all levels.
     """
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []

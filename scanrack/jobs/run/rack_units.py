@@ -1,4 +1,4 @@
-"""The units on a serial line of a rack: they run in its time, and their recording is beside its trace."""
+"""Runs the units on a serial line of a rack in its time; their recording is beside the rack's trace."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .served_units import pcl601_values
 
 
 class UnitsBeside(QuietListener):
-    """Advances the units with the scans; a listener of the scan loop.
+    """A listener of the scan loop that advances the units with the scans.
 
     Args:
-        units: by their addresses, at least one.
-        trace: of the rack; the line's recording is beside it, see `line_path`.
+        units: the units by address, at least one.
+        trace: trace of the rack; the line's recording is beside it, see `line_path`.
 
     Raises:
         OSError: the recording can't be written.
@@ -36,14 +36,14 @@ class UnitsBeside(QuietListener):
         return LineRecorder(path, columns, {"controller": "pcl601"})
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Advance the line to this scan, and record its traffic."""
+        """Advance the line to this scan and record its traffic."""
         sent = self._line.advance(now_ns)
         if sent and self._recorder is not None:
             self._recorder.said(now_ns, sent)
         self._record(now_ns)
 
     def draft(self) -> None:
-        """Write the recorded data uncompressed: they survive a kill of the process."""
+        """Write the recorded data uncompressed, so that they survive if the process is killed."""
         if self._recorder is not None:
             self._recorder.draft()
 

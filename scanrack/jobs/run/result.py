@@ -1,4 +1,4 @@
-"""`run`, for users' programs, and its result: scans, moves, errors in the manual's words, the trace."""
+"""`run` for users' programs, and its result: scans, moves, errors in the manual's words, the trace."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .running import JobRun, RunOptions
 UNDER_WAY = "still under way at the end"
 
 RULES_OF_START = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every healthy start: nothing is configured, and no position is valid."""
+"""Rules that fire in every normal start: nothing is configured, and no position is valid."""
 
 
 @dataclass(slots=True)
@@ -34,12 +34,12 @@ class SeenError:
 
 @dataclass(slots=True)
 class RunCounters(QuietListener):
-    """A listener that counts. Its size does not grow with the length of a run.
+    """A listener that counts scans, moves and errors. Its size does not grow with the length of a run.
 
     Attributes:
-        moves: number by (slot, kind, outcome).
-        errors: by (slot, rule), the first one first.
-        of_start: those of every start, see `RULES_OF_START`.
+        moves: number of moves, by (slot, kind, outcome).
+        errors: errors by (slot, rule), in order of first appearance.
+        of_start: errors of every start, see `RULES_OF_START`.
     """
 
     scans: int = 0
@@ -72,10 +72,10 @@ class RunCounters(QuietListener):
 
     @property
     def look(self) -> None:
-        """Nothing is called within rows."""
+        """None: nothing needs to be called within rows."""
 
     def begin_rows(self, scan: int) -> int:
-        """Return that any number can be counted at once."""
+        """Return the largest number of scans at once: the listener counts any number."""
         return ROWS_AT_ONCE
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
@@ -85,7 +85,7 @@ class RunCounters(QuietListener):
 
 @dataclass(frozen=True, slots=True)
 class MoveCount:
-    """Moves of one kind that ended in one way, such as 3 "relative" moves that were "complete"."""
+    """Moves of one kind with one outcome, such as 3 "relative" moves that were "complete"."""
 
     slot: JsonValue
     kind: JsonValue
@@ -98,7 +98,7 @@ class ErrorCount:
     """An error of a module."""
 
     slot: JsonValue
-    rule: JsonValue  # of the manual, such as "CMD-03"; for an adapter the kind of its observation
+    rule: JsonValue  # rule of the manual, such as "CMD-03"; for an adapter, the kind of observation
     text: str  # the rule, with its bits, its words and the first scan that shows it
     count: int
 
@@ -108,10 +108,10 @@ class RunResult:
     """The result of a run."""
 
     scans: int
-    time_ns: int  # their machine time, ns
-    moves: list[MoveCount]  # by slot, kind and outcome; one in progress at the end says so
-    errors: list[ErrorCount]  # the first one first
-    every_start: list[ErrorCount]  # errors of every start, see `RULES_OF_START`
+    time_ns: int  # machine time of the scans, ns
+    moves: list[MoveCount]  # by slot, kind and outcome, including moves in progress at the end
+    errors: list[ErrorCount]  # in order of first appearance
+    every_start: list[ErrorCount]  # errors that occur in every start, see `RULES_OF_START`
     hints: list[str]
     trace: Path | None  # path of the recording; None without one
 
@@ -138,14 +138,14 @@ def run(
     """Run a rack in virtual time.
 
     Args:
-        rack: a loaded one (see `load_rack`), or the path of a rack file.
-        duration: machine time with its unit, such as "10 s"; by default `run_for_s` of the rack or 10 s.
-        scans: number of scans, instead.
-        trace: path of a recording, by default none.
+        rack: a loaded rack (see `load_rack`), or the path of a rack file.
+        duration: machine time with a unit, such as "10 s"; by default, `run_for_s` of the rack or 10 s.
+        scans: number of scans, instead of `duration`.
+        trace: path of the recording; None = no recording.
 
     Raises:
-        ValueError: an unusable rack or program, a real port, or a trace that would replace an owned
-            file.
+        ValueError: the rack or program is unusable, the rack uses a real port, or the trace would replace an
+            owned file.
         CpuFault: the program, a module or a listener failed; the trace has all scans until then.
         OSError: the trace can't be written.
     """

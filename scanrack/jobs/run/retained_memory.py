@@ -1,4 +1,4 @@
-"""The file of a ladder program's tags from run to run: read before the first scan, written after the last."""
+"""Keeps a ladder program's tags from run to run: reads them before the first scan, writes them at the end."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from ..trust.owned import in_use, names_of
 
 
 class RetainedMemory:
-    """The retentive memory of a job; its file is locked until the context is left.
+    """The retentive memory of a job; its file is locked until the context exits.
 
     Args:
-        job: runs a ladder program.
+        job: job with a ladder program.
         trace: the recording, or None.
         keep: number of earlier recordings to keep, see `keeping_of`.
 
     Raises:
-        ValueError: the job's program has no tags, the file has another use, or it
-            is not a file of retained tags.
-        OSError: another run has the file, or its folder can't be written.
+        ValueError: the job's program has no tags, the file is in other use, or is not a file of retained
+            tags.
+        OSError: another run has locked the file, or its folder can't be written.
     """
 
     def __init__(
@@ -65,11 +65,11 @@ class RetainedMemory:
         self._lock.close()
 
     def begin(self) -> list[str]:
-        """Return a sentence for each tag that was left out."""
+        """Load the retained tags; return a sentence for each tag that was ignored."""
         return [f"{self.path}: {each}" for each in self._said]
 
     def end(self) -> None:
-        """Write the present tags.
+        """Write the current tags.
 
         Raises:
             OwnedError: the file may no longer be replaced.

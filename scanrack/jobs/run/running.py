@@ -1,4 +1,4 @@
-"""A job, run scan by scan and recorded: the work of `scanrack run`, without its messages.
+"""Runs and records a job scan by scan: the work of `scanrack run`, without its messages.
 
     with ExitStack() as ports:
         run = JobRun(load_job("line.toml"), ports, RunOptions(trace=Path("line.mcap")))
@@ -29,7 +29,7 @@ from .editing import RunProgram
 from .external_tags import tell_cpu
 from .hints import Hints
 
-if TYPE_CHECKING:  # imported late: the controllers of units take time to import
+if TYPE_CHECKING:  # imported late, since the controllers of units take time to import
     from scanrack.runtime.controllers.pcl601.line import Pcl601
     from scanrack.runtime.live.actions import Force
     from scanrack.runtime.live.operator_actions import OperatorActions
@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
-"""Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
+"""Observes a running CPU, such as a progress bar; takes the CPU, and the number of its last scan or None."""
 
 
 def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:
@@ -52,33 +52,32 @@ class RunOptions:
     """The options of a run."""
 
     trace: Path | None = None  # path of the recording; None = no recording
-    live: bool = False  # real ports may be driven
+    live: bool = False  # whether real ports may be driven
     pacer: Pacer | None = None  # makes scans wait for the wall clock; None = as fast as possible
     listeners: Iterable[ScanListener] = ()
     warn: Callable[[str], object] = lambda _hint: None
-    handled: bool = False  # the rack can be operated while it runs: tags are set and forced, incidents happen
+    handled: bool = False  # whether the rack can be operated: tags set and forced, incidents injected
     metadata: Mapping[str, str] = field(default_factory=dict)
-    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
-    orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
-    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
+    keep: int | None = None  # number of earlier recordings to keep; None = as in the rack file
+    orders: Iterable[RecordedOrder] | None = None  # orders of a recorded session, to be repeated
+    forces: tuple[Force, ...] = ()  # forces of tags and images from the first scan
     editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
-    remembered: int = 0  # snapshots of a ladder program, from which its scans run again; see `Debugger`
+    remembered: int = 0  # number of snapshots of a ladder program; see `Debugger`
 
 
 AS_IT_IS = RunOptions()
 
 
 class JobRun:
-    """A job on a new rack, powered up and not yet scanned.
+    """A job on a new rack, powered up but not yet scanned.
 
     Attributes:
-        repeated: gives the orders of a recorded session; None without them.
+        repeated: repeats the orders of a recorded session; None without them.
         stubs: the stubs in use, see `LoadedRack.stubs`.
-        steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
-            fault.
+        steps: sentences about the waits of the program's sequences at the end of the run; none after a fault.
 
     Args:
-        ports: closes the real ports that are opened.
+        ports: stack that closes the real ports opened here.
 
     Raises:
         ValueError: a unit's program or a port can't be used, or a real port is not allowed.
@@ -99,8 +98,8 @@ class JobRun:
         beside = _beside(units, options.trace)
         recorded = (
             None if recorder is None else self.program.recorded(recorder)
-        )  # closed last: reads all files
-        optional = filter(None, (beside, recorded))  # closed last: it reads all files
+        )  # closed last, since it reads all files
+        optional = filter(None, (beside, recorded))  # closed last, since it reads all files
         listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
@@ -120,7 +119,7 @@ class JobRun:
         self.repeated.begin()
 
     def _hold(self, options: RunOptions) -> None:
-        """Hold the forces; warn of those that can't be."""
+        """Apply the forces; warn about forces that can't be applied."""
         for order in options.forces:
             try:
                 self.hands.act(order, 0, 0)
@@ -142,14 +141,14 @@ class JobRun:
 
     @property
     def hands(self) -> OperatorActions:
-        """Carries out orders on the rack; tags only of a program under a debugger."""
+        """The executor of orders on the rack; orders on tags require a program under a debugger."""
         return self.program.hands(self.cpu, self.rack)
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
         """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
 
         Args:
-            scans: their number; None = until Ctrl-C.
+            scans: number of scans; None = until Ctrl-C.
 
         Raises:
             CpuFault: the program, a module or a listener failed.
@@ -174,7 +173,7 @@ def _frozen_collector() -> AbstractContextManager[None]:
 
 
 def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
-    """Return the runner of the units on a rack's serial line; None without units."""
+    """Return a listener that runs the units on a rack's serial line; None without units."""
     if not units:
         return None
     from .rack_units import UnitsBeside

@@ -1,4 +1,4 @@
-"""Simulated controllers of `scanrack serve` on a line: made from options, with a short status."""
+"""Makes the simulated controllers of `scanrack serve` from options; they have a short status."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ NO_PROGRAM = "-"
 THUMBWHEEL_DIGITS = 7
 
 PORT_GAP_MS = 5.0
-"""Silence between frames on transports that do not keep time."""
+"""Silence between frames on transports without exact timing, ms."""
 
 SERIAL_GAP_MS = 25.0
-"""The same on a serial port: USB adapters deliver received bytes every 16 ms."""
+"""Silence between frames on a serial port, ms: USB adapters deliver received bytes every 16 ms."""
 
 GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
@@ -43,10 +43,10 @@ class ServedUnit:
     """One controller, or one axis of a stack of drives.
 
     Attributes:
-        address: on its line, or the number of the axis.
+        address: address on the line, or number of the axis.
         status: returns a word or two for each column of the status table.
-        values: returns its present values, by name, as recorded.
-        wire: sets an input to a state, by name; ValueError for an unknown input or state.
+        values: returns its current values by name, as they are recorded.
+        wire: sets an input to a state, by name; raises ValueError for an unknown input or state.
     """
 
     address: int
@@ -70,13 +70,13 @@ class Unit(ServedUnit):
 
 
 def addresses_in(texts: list[str]) -> list[int]:
-    """Return the addresses of the units; ValueError if it is not an address, or one is given twice.
+    """Return unit addresses; raise ValueError for an invalid or repeated address.
 
     >>> addresses_in(["7", "1-3"])
     [7, 1, 2, 3]
 
     Args:
-        texts: each an address, or the first and the last of a row of them.
+        texts: addresses, or ranges such as "1-3".
     """
     found: list[int] = []
     for text in texts:
@@ -97,13 +97,13 @@ def pcl601_units(
     thumbwheels: Sequence[str] = (),
     gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Make PCL601s, one for each address, by default 1; a frame ends by its length and its CRC.
+    """Create PCL601s, one for each address, by default 1; length and CRC determine the end of a frame.
 
-    Another frame may begin after `gap_ms` of silence, in real time. A program goes to the unit that its
-    `.axis` names; without that directive, to the only unit.
+    Another frame may begin after `gap_ms` of silence in real time. A program is loaded into the unit that its
+    `.axis` directive names, or else into the only unit.
 
     Raises:
-        ValueError: an illegal address, or an unusable program or thumbwheel.
+        ValueError: an address is illegal, or a program or thumbwheel is unusable.
     """
     if not 0 < gap_ms <= GAP_MS_MAX:
         raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
@@ -130,7 +130,7 @@ def pcl601_units(
 
 
 def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiring]:
-    """Return the thumbwheels of the units, given as DIGITS or ADDRESS:DIGITS."""
+    """Return the wiring of units from thumbwheels given as DIGITS or ADDRESS:DIGITS."""
     wirings = dict.fromkeys(addresses, Wiring())
     for text in thumbwheels:
         address, _, digits = text.rpartition(":")
@@ -142,7 +142,7 @@ def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiri
 
 
 def _axis(file: Path, program: Program, addresses: list[int]) -> int:
-    """Return the address of the unit of a program."""
+    """Return the address of the unit for a program."""
     if program.axis is None and len(addresses) == 1:
         return addresses[0]
     if program.axis not in addresses:
@@ -200,10 +200,10 @@ def pmc006_units(
     thumbwheels: Sequence[str] = (),
     _gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Make one PMC006; its line is RS-232, point to point.
+    """Create one PMC006; its line is RS-232, point to point.
 
     Raises:
-        ValueError: several units, or an unusable address or program.
+        ValueError: there are several units, or the address or program is unusable.
     """
     if thumbwheels:
         raise ValueError("--thumbwheel: only a PCL601 has one")
@@ -223,7 +223,7 @@ def pmc006_units(
 
 
 def user_program(file: Path) -> UserProgram:
-    """Read the listing of a user program of a PMC006; ValueError if it can't be read or assembled."""
+    """Read the listing of a PMC006 user program; raise ValueError if it can't be read or assembled."""
     try:
         return assemble(read_checked(file, TextKind.STORED))
     except OSError as error:

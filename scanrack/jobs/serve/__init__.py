@@ -1,1 +1,1 @@
-"""Simulated devices at a port, in step with the wall clock: controllers on a line, the 3601 as remote I/O."""
+"""Serves simulated devices in step with the wall clock: controllers on a line, the 3601 as remote I/O."""

@@ -1,13 +1,14 @@
-"""The control channel of served controllers: JSON objects, one a line, each answered by one.
+"""The control channel of served controllers: one JSON object per line, each answered by one.
 
     {"key": "8c1f..."}         first: the key that was printed, as for the page of `watch`
-    {"fault": "drop=2"}        a fault, as `--fault` has it
-    {"pin": "in1=ground"}      an input, as `--pin` has it
+    {"fault": "drop=2"}        a fault, as for `--fault`
+    {"pin": "in1=ground"}      an input, as for `--pin`
     {"state": 1}               the registers, inputs and outputs of the unit at address 1
 
-An answer is {"ok": true}, with "state" and "at_ns" if the request needs them, or {"error": "..."}.
-A connection that does not begin with the key, or sends a line that is not JSON, is answered and ended: a page
-in a browser on this machine can send a request to any port, and its lines are not taken for orders.
+An answer is {"ok": true}, with "state" and "at_ns" if they were requested, or {"error": "..."}.
+A connection that does not begin with the key, or sends a line that is not JSON, is answered and closed. A
+page in a browser on this machine can send a request to any port; this prevents its lines from being taken for
+orders.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class ControlChannel:
     """Answers the lines of test programs on this machine.
 
     Args:
-        port: on the loopback address, 0 = any that is free.
+        port: port on the loopback address; 0 = any free port.
 
     Raises:
         PortError: it can't listen there.
@@ -44,7 +45,7 @@ class ControlChannel:
         self.key = secrets.token_hex(KEY_BYTES)
 
     def look(self) -> None:
-        """Answer the lines that have arrived."""
+        """Answer all lines that have arrived."""
         self._port.serve(self.answer)
 
     def close(self) -> None:
@@ -58,7 +59,7 @@ class ControlChannel:
             known: whether the client has given the key.
 
         Raises:
-            EndOfTalkError: the line is not JSON, or not the key that has to come first.
+            EndOfTalkError: the line is not JSON, or is first and is not the key.
         """
         try:
             request = json_value(text)
@@ -74,7 +75,7 @@ class ControlChannel:
             return json.dumps({"error": str(error)})
 
     def _admit(self, request: object) -> None:
-        """Compare the key, in constant time."""
+        """Check the key in constant time."""
         key = request.get("key") if isinstance(request, dict) else None
         given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
         if not hmac.compare_digest(given, self.key.encode()):

@@ -1,4 +1,4 @@
-"""The loop of a served drive: Modbus TCP, and EtherNet/IP over TCP and UDP, in one thread."""
+"""The server loop of a drive: Modbus TCP, and EtherNet/IP over TCP and UDP, in one thread."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ from typing_extensions import override
 NS_PER_S = 1_000_000_000
 DATAGRAM = 2048
 PACKETS_MOST = 64
-"""Datagrams read in a row from one socket."""
+"""Largest number of datagrams read in a row from one socket."""
 
 NOTHING = Instant((), 0, 0)
-"""A drive has no tags."""
+"""The empty tags of a drive, which has none."""
 
 
 class LineTap:
-    """Passes what goes over the network to a listener, at the present instant.
+    """Passes network traffic to a listener, with the current instant.
 
     Args:
-        listener: None without.
+        listener: receives the traffic; None without a listener.
     """
 
     def __init__(self, clock: Clock, listener: LineListener | None) -> None:
         self._clock, self._listener = clock, listener
 
     def heard(self, data: bytes) -> None:
-        """Pass on bytes that were received."""
+        """Pass on received bytes."""
         if self._listener is not None:
             self._listener.heard(self._clock.now_ns(), data)
 
     def said(self, data: bytes) -> None:
-        """Pass on bytes that were sent."""
+        """Pass on sent bytes."""
         if self._listener is not None:
             self._listener.said(self._clock.now_ns(), data)
 
 
 class EnipPort:
-    """A drive at EtherNet/IP.
+    """Serves a drive on EtherNet/IP.
 
     Args:
-        tap: gets the bytes of TCP connections and the packets of class 1.
-        place: host; port of TCP and of List Identity over UDP, 0 = any that is free.
-        io_port: UDP port of class 1 packets, 0 = any that is free.
+        tap: receives the bytes of TCP connections and the class 1 packets.
+        place: host, and the port for TCP and for List Identity over UDP; 0 = any free port.
+        io_port: UDP port for class 1 packets; 0 = any free port.
 
     Raises:
         PortError: it can't listen there.
@@ -97,10 +97,10 @@ class EnipPort:
         return opened
 
     def take(self, ready: object, advance: Callable[[], None]) -> None:
-        """Handle a socket that the selector has found ready.
+        """Handle a socket that the selector reports as ready.
 
         Args:
-            advance: advances the drive to the present instant.
+            advance: advances the drive to the current instant.
         """
         for each in (self._io, self._list):
             if ready is each:
@@ -150,7 +150,7 @@ class EnipPort:
                     opened.sendto(reply, place)
 
     def produce(self, advance: Callable[[], None]) -> None:
-        """Send the packet that is due; end a connection that is silent."""
+        """Send the packet that is due; end a silent connection."""
         wake_ns = self.adapter.wake_ns
         if wake_ns is None or wall_ns() < wake_ns:
             return
@@ -183,14 +183,14 @@ def _ipv4(host: str) -> bytes:
 
 
 class DriveServer(Server):
-    """Serves a stack at Modbus TCP and a drive at EtherNet/IP.
+    """Serves a stack on Modbus TCP and a drive on EtherNet/IP.
 
     Args:
-        modbus: None without Modbus TCP.
-        answer: answers a request PDU at the present instant.
-        enip: None without EtherNet/IP.
-        advance: advances the drives to the present instant.
-        selector: that of the ports.
+        modbus: Modbus TCP server socket; None without Modbus TCP.
+        answer: answers a request PDU at the current instant.
+        enip: EtherNet/IP port; None without EtherNet/IP.
+        advance: advances the drives to the current instant.
+        selector: selector that the ports use.
     """
 
     def __init__(
@@ -223,7 +223,7 @@ class DriveServer(Server):
         return self._modbus is not None and owner is self._modbus.listener
 
     def drop_all(self) -> None:
-        """End all connections, as without power."""
+        """End all connections, as a power loss does."""
         for port in (self._modbus, self._enip):
             if port is not None:
                 port.drop_all()

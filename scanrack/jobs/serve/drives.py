@@ -1,7 +1,7 @@
-"""A stack of simulated drives at Modbus TCP and EtherNet/IP, in step with the wall clock.
+"""Serves a stack of simulated drives on Modbus TCP and EtherNet/IP, in step with the wall clock.
 
-Each request acts at its own instant: the drives advance to it, then the registers answer. All axes have
-one set of registers; inputs, machines, flash, power and cable are of each axis.
+Each request acts at its own instant: the drives advance to it, then the registers answer. All axes share one
+set of registers. Each axis has its own inputs, machine, flash, power and cable.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ from .machines import addressed_file, slot_in
 from .memory_file import ControllerMemory
 
 CONNECTIONS = 6
-"""Connections of Modbus TCP at once; a further one is closed [SMD p. 121]."""
+"""Largest number of concurrent Modbus TCP connections; any more are closed [SMD p. 121]."""
 
 
 class DriveService(LineService):
     """Drives and their registers.
 
     Args:
-        axes: in the stack.
-        machines: rack files: FILE for the only axis, AXIS:FILE for one of several.
-        memory: the file of their flash; None without.
+        axes: number of axes in the stack.
+        machines: rack files, as FILE for the only axis or AXIS:FILE for one of several.
+        memory: file of the drives' flash; None without one.
 
     Raises:
-        ValueError: an unusable number of axes, file, machine or memory.
+        ValueError: the number of axes, a file, a machine or the memory is unusable.
     """
 
     def __init__(
@@ -152,7 +152,7 @@ def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> D
 
 
 def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
-    """Return the slots whose machines the axes move, by the number of the axis."""
+    """Return the slots whose machines the axes move, by axis number."""
     found: dict[int, SlotSpec] = {}
     for text in texts:
         axis, file = addressed_file(text, list(range(1, axes + 1)))
@@ -196,7 +196,7 @@ def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict
 
 
 def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
-    """Return the words by their names, in.NAME and out.NAME, and what no word has."""
+    """Return the words by name, in.NAME and out.NAME, and the values that no word has."""
     shaft, counts, energized = drive.figures()
     words = drive.model.words
     late: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""Simulated controllers on a line at a port: how the line behaves, and what is wired to them."""
+"""Serves simulated controllers on a line at a port, with the line's behavior and the controllers' wiring."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ GATEWAY_MS_MAX = 60_000
 
 @dataclass(frozen=True, slots=True)
 class PortChoice:
-    """The port that is asked for; on a line exactly one of the first three."""
+    """The requested port; for a line, exactly one of the first three fields."""
 
     pty: bool = False
     serial: str | None = None
@@ -51,25 +51,25 @@ class PortChoice:
 
 
 class LineService(Protocol):
-    """Units that a port serves.
+    """The units that a port serves.
 
     Attributes:
-        units: in the order of their addresses.
+        units: the units, in order of address.
     """
 
     units: Sequence[ServedUnit]
 
     @property
     def title(self) -> str:
-        """What is served, for people."""
+        """A readable description of what is served."""
 
     def set_fault(self, text: str) -> None:
-        """Set a fault of the line; ValueError for an unknown one."""
+        """Set a fault of the line; raise ValueError if it is unknown."""
 
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
-        """Open the requested port; return its server, and its address for clients.
+        """Open the requested port; return its server and the address for clients.
 
         Raises:
             ValueError: not exactly one port is requested, or it can't be opened.
@@ -80,13 +80,13 @@ class ServedLine(LineService):
     """Units on a line.
 
     Args:
-        controller: name of the units' model.
-        timed: characters take the time of the line's speed on every port.
-        faulty: faults may be set; Modbus TCP then goes through a gateway, as with `timed`.
-        gateway_ms: from the end of a request on the line to the gateway's exception 0Bh, ms.
+        controller: model name of the units.
+        timed: whether characters take the time of the line's speed on every port.
+        faulty: whether faults may be set; Modbus TCP then goes through a gateway, as with `timed`.
+        gateway_ms: time from the end of a request on the line to the gateway's exception 0Bh, ms.
 
     Raises:
-        ValueError: an unusable time.
+        ValueError: a time is unusable.
     """
 
     def __init__(
@@ -121,7 +121,7 @@ class ServedLine(LineService):
         """Set a fault: `drop=3`, or `2:reset` for the unit at address 2; see `runtime.line.faulty`.
 
         Raises:
-            ValueError: an unknown unit or fault.
+            ValueError: the unit or fault is unknown.
         """
         address, colon, fault = text.replace(" ", "").rpartition(":")
         chosen = [each for number, each in self._faulty.items() if not colon or str(number) == address]
@@ -171,13 +171,13 @@ class ServedLine(LineService):
 
 
 def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
-    """Return host and port; without a host it is the loopback address.
+    """Return host and port; the default host is the loopback address.
 
     >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
     (('127.0.0.1', 5020), ('0.0.0.0', 502), ('::1', 502))
 
     Raises:
-        ValueError: not an address.
+        ValueError: the text is not an address.
     """
     try:
         host, port = split_address(text)
@@ -189,8 +189,8 @@ def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
     """Return a function that passes Modbus requests to their units.
 
-    A single unit answers every request, like a gateway. Of several units the addressed one answers;
-    requests to unit 0 are carried out by all and not answered.
+    A single unit answers every request, like a gateway. Of several units, the addressed one answers. All
+    units carry out a request to unit 0, and none answers it.
     """
     answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
     if len(answers) == 1:
@@ -211,7 +211,7 @@ def wire(units: Sequence[ServedUnit], text: str) -> None:
     """Set an input: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
 
     Raises:
-        ValueError: an unknown unit, input or state.
+        ValueError: the unit, input or state is unknown.
     """
     name, equals, state = text.replace(" ", "").partition("=")
     address, colon, pin = name.rpartition(":")
@@ -222,7 +222,7 @@ def wire(units: Sequence[ServedUnit], text: str) -> None:
 
 
 def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
-    """Carry out the options before the units are served, like SMC60WIN.
+    """Apply the options before the units are served, as SMC60WIN does.
 
     Raises:
         ValueError: these units do not support an option.

@@ -1,8 +1,8 @@
-"""A served controller on a machine: switches, stations and people of a rack file act on its inputs.
+"""Puts a served controller on a machine: switches, stations and people of a rack file act on its inputs.
 
 rack file            [slot.machine] of its slot with the adapter, or with a 3601
-wiring               that of the adapter, see docs/adapters.md; a normally closed limit feeds no hard limit
-time                 that of the service: a timeline begins with it
+wiring               as for the adapter, see docs/adapters.md; a normally closed limit feeds no hard limit
+time                 the time of the service: a timeline begins with it
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from typing_extensions import override
 from ..run.served_units import Unit
 
 BARE = Pcl601Options(registration="polled")
-"""For the machine of a 3601: no output is wired to an input."""
+"""Options for the machine of a 3601: no output is wired to an input."""
 
 
 class DeviceOnMachine(ControllerDevice):
-    """A controller of a plant on its line: machine follows motor, inputs follow machine."""
+    """A controller of a plant on its line: the machine follows the motor, the inputs follow the machine."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant, self._device = plant, plant.device
@@ -41,7 +41,7 @@ class DeviceOnMachine(ControllerDevice):
 
     @property
     def line_format(self) -> LineFormat:
-        """The present format of its characters."""
+        """The current format of its characters."""
         return self._device.line_format
 
     @property
@@ -56,12 +56,12 @@ class DeviceOnMachine(ControllerDevice):
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether the motor is moving."""
         return self._device.motor_turns
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event on the line, in the controller or at the machine."""
+        """Instant of the next event on the line, in the controller or at the machine, ns; None if none."""
         known = (self._device.next_wake_ns, self._plant.machine.next_change_ns(self._now_ns))
         return min((each for each in known if each is not None), default=None)
 
@@ -92,10 +92,10 @@ def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
     """Return the units, each with its machine.
 
     Args:
-        texts: rack files: FILE for the only unit, ADDRESS:FILE for one of several.
+        texts: rack files, as FILE for the only unit or ADDRESS:FILE for one of several.
 
     Raises:
-        ValueError: a file or its machine can't be used, or it is for no unit.
+        ValueError: a file or its machine can't be used, or it belongs to no unit.
     """
     found = {unit.address: unit for unit in units}
     for text in texts:
@@ -107,7 +107,7 @@ def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
 
 
 def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
-    """Return the unit and the file of FILE or ADDRESS:FILE; ValueError for an unknown unit."""
+    """Return the unit and file in FILE or ADDRESS:FILE; raise ValueError for an unknown unit."""
     address, colon, file = text.partition(":")
     if colon and address.isdecimal():
         if int(address) not in addresses:
@@ -139,10 +139,10 @@ def _plant(device: ControllerDevice, file: Path) -> Plant:
 
 
 def slot_in(file: Path, *modules: str) -> SlotSpec:
-    """Return the only slot of a rack file with one of some modules, an earlier one first.
+    """Return the only slot of a rack file with one of the modules, trying these in order.
 
     Raises:
-        ValueError: the file can't be used, or has no such slot, or several.
+        ValueError: the file can't be used, or has no such slot, or has several.
     """
     slots = load_rack_file(file).spec.slot
     for module in modules:
@@ -157,9 +157,9 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
 
 
 def _wired_as(machine: Machine) -> Configuration:
-    """Return a configuration whose inputs are those of the machine, low where a switch is normally closed."""
+    """Return a configuration that uses the machine's inputs, active low where a switch is normally closed."""
     closed = sum({switch.input.value for switch in machine.spec.switches if switch.normally_closed})
-    used = machine.spec.fed_inputs | InputBit.HOME.value | InputBit.CW_LIMIT.value  # as each has to have
+    used = machine.spec.fed_inputs | InputBit.HOME.value | InputBit.CW_LIMIT.value  # always used
     return Configuration(inputs_used=used, active_high=ALL_INPUTS & ~closed, starting_speed=1)
 
 

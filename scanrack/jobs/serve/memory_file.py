@@ -1,8 +1,9 @@
-"""The file of what served controllers keep without power, read at the start and written at each change.
+"""Keeps the nonvolatile memory of served controllers in a file, read at the start and written at each change.
 
     {"format": "scanrack memory 1", "controller": "pcl601", "units": [{"address": 1, ...}]}
 
-A killed process loses at most the change of the last 10 ms: each file is written whole beside the old one.
+A killed process loses at most the changes of the last 10 ms: each file is written completely beside the old
+one.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ MemoryType = TypeVar("MemoryType", Pcl601Memory, Pmc006Memory, DriveMemory)
 
 
 class _File(BaseModel, Generic[MemoryType]):
-    """The contents of the file."""
+    """The content of the file."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -53,23 +54,23 @@ KINDS: Mapping[str, type[_File[Any]]] = {
     "pmc006": _File[Pmc006Memory],
     **{model.name: _File[DriveMemory] for model in MODELS.values() if model.flash},
 }
-"""What the file of a controller has; controllers that keep nothing are not here."""
+"""The file model of each controller; controllers without nonvolatile memory are missing."""
 
 
 class ControllerMemory(AbstractContextManager["ControllerMemory"]):
-    """The nonvolatile memory of served controllers; its file is locked until the context is left.
+    """The nonvolatile memory of served controllers; its file is locked until the context exits.
 
     Attributes:
-        known: what the file has, in the order of the units; empty without a file.
+        known: content of the file, in the order of the units; empty without a file.
 
     Args:
-        controller: as in `KINDS`.
-        used: files that it may not replace.
+        controller: name of the controller, as in `KINDS`.
+        used: files that it must not replace.
 
     Raises:
-        ValueError: the file has another use, is of another controller, or is damaged; or the controller
-            keeps nothing.
-        OSError: another service has the file, or its folder can't be written.
+        ValueError: the file is in other use, belongs to another controller, or is damaged; or the controller
+            has no nonvolatile memory.
+        OSError: another service has locked the file, or its folder can't be written.
     """
 
     def __init__(self, path: Path, controller: str, used: Used) -> None:
@@ -105,13 +106,13 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         self._lock.close()
 
     def restore(self, units: list[Unit], *, addressed: bool) -> None:
-        """Power the units up with what the file has, and follow them from now on.
+        """Power up the units with the content of the file, and then follow their changes.
 
         Args:
-            addressed: the addresses of the units are newer than those in the file.
+            addressed: whether the addresses of the units override those in the file.
 
         Raises:
-            ValueError: the file has another number of units.
+            ValueError: the file has a different number of units.
         """
         self.check_number(len(units))
         for unit, known in zip(units, self.known, strict=False):
@@ -121,16 +122,16 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
 
     @property
     def addresses(self) -> list[int]:
-        """Addresses of the controllers in the file, in their order; empty without a file, and for drives."""
+        """Addresses of the controllers in the file, in file order; empty without a file and for drives."""
         return [each.address for each in self.known if not isinstance(each, DriveMemory)]
 
     def check_number(self, units: int) -> None:
-        """Check that the file, if there is one, has that many units; ValueError for another number."""
+        """Raise ValueError if there is a file with a different number of units."""
         if self.known and len(self.known) != units:
             raise ValueError(f"{self.path}: it has {len(self.known)} units; asked for are {units}")
 
     def follow(self, readers: Sequence[Callable[[], UnitMemory]]) -> None:
-        """Write from now on what the readers return, one for each unit."""
+        """Follow the values that the readers return, one reader for each unit."""
         self._readers = readers
 
     def look(self) -> None:
@@ -138,7 +139,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
 
         Raises:
             OwnedError: the file may no longer be replaced.
-            OSError: it can't be written; an earlier one is unchanged.
+            OSError: the file can't be written; an earlier file is unchanged.
         """
         now = tuple(read() for read in self._readers)
         if now != self.known:

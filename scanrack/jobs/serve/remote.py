@@ -1,11 +1,11 @@
-"""A 3601 as remote I/O: its rack runs in step with the wall clock, and a foreign PLC is the program.
+"""Serves a 3601 as remote I/O: its rack runs in step with the wall clock, and an external PLC is the program.
 
     foreign PLC --Modbus TCP--> eight words --each scan--> module, machine
                 <-------------- eight words <------------
 
-Between two scans the port answers at once, from the words of the latest scan. The CPU is in program mode
-until the first write, and again when no write has come for a while: the module sees a PLC that has left run
-mode.
+Between two scans, the port answers at once with the words of the latest scan. The CPU is in program mode
+until the first write, and again when there has been no write for a while. The module then sees a PLC that has
+left run mode.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ module = "amci3601"
 
 
 class ExternalPlc(QuietListener):
-    """The program of a rack whose words a foreign PLC writes and reads; also a listener of its scans.
+    """The program of a rack whose words an external PLC writes and reads; also a listener of its scans.
 
     Attributes:
         slot: number of the module's slot.
-        words: what the PLC writes and reads.
-        silences: how many times it has fallen silent.
+        words: the words that the PLC writes and reads.
+        silences: number of times that the PLC has fallen silent.
 
     Args:
         slot: number of the module's slot.
-        words: those of the module.
-        silence_ns: time without a write after which the CPU leaves run mode.
-        whole: refuse writes of fewer words than the module has.
+        words: words of the module.
+        silence_ns: time without a write after which the CPU leaves run mode, ns.
+        whole: whether to refuse writes of fewer words than the module has.
     """
 
     def __init__(self, slot: int, words: ModuleWords, silence_ns: int, *, whole: bool = False) -> None:
@@ -64,15 +64,15 @@ class ExternalPlc(QuietListener):
         self.silences = 0
 
     cpu: Cpu
-    """The CPU it runs on, from `attach` on."""
+    """The CPU on which it runs; set by `attach`."""
 
     def attach(self, cpu: Cpu) -> None:
-        """Run on a CPU: it waits in program mode for the first write."""
+        """Run on a CPU, which waits in program mode for the first write."""
         self.cpu = cpu
         cpu.mode = CpuMode.PROGRAM
 
     def __call__(self, scan: LogicScan) -> None:
-        """Put the words that the PLC wrote last into the output image: all at once."""
+        """Copy the words that the PLC wrote last into the output image, all at once."""
         outputs = scan.slot[self.slot].outputs
         for at, word in enumerate(self.words.outputs):
             outputs[at] = word if word < 1 << 15 else word - (1 << 16)
@@ -86,7 +86,7 @@ class ExternalPlc(QuietListener):
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Take the scan's input words; leave run mode if the PLC is silent."""
+        """Store the scan's input words; leave run mode if the PLC is silent."""
         self._now_ns = now_ns
         self._inputs = tuple(word & 0xFFFF for word in self.cpu.rack.slots[self.slot].inputs)
         heard_ns = self.words.heard_ns
@@ -107,7 +107,7 @@ class ExternalPlc(QuietListener):
 
 
 class ServingPace(RealTime):
-    """Scans in step with the wall clock; while it waits, a port is served."""
+    """Paces scans by the wall clock, and serves a port while waiting."""
 
     def __init__(self, port: ModbusTcpPort, plc: ExternalPlc) -> None:
         self._port, self._plc = port, plc
@@ -126,15 +126,15 @@ class ServingPace(RealTime):
 def remote_job(
     rack: str | None, slot: int | None, silence_ms: float, *, whole: bool
 ) -> Iterator[tuple[LoadedRack, ExternalPlc]]:
-    """Load a rack with a foreign PLC in place of its program.
+    """Load a rack with an external PLC in place of its program.
 
     Args:
-        rack: its file, see `load_rack`; None = a rack with a 3601 in slot 1, and a free shaft.
-        slot: of the 3601; None if there is only one.
+        rack: rack file, see `load_rack`; None = a rack with a 3601 in slot 1 and a free shaft.
+        slot: slot number of the 3601; None if there is only one.
         silence_ms: time without a write after which the CPU leaves run mode, ms.
 
     Raises:
-        ValueError: an unusable file or time, or no such slot.
+        ValueError: the file or time is unusable, or there is no such slot.
     """
     if not 0 < silence_ms <= SILENCE_MS_MAX:
         raise ValueError(f"--silence {silence_ms:g}: it has to be above 0, at most {SILENCE_MS_MAX:,}")

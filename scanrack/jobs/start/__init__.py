@@ -1,4 +1,4 @@
-"""The first steps of a new project, and what this machine has for it."""
+"""Creates new projects, and checks the installation."""
 
 from .project import LOGICS, ProjectError, example_names, new_project
 

@@ -1,6 +1,6 @@
-"""What an installation has, what it lacks, and how to fix it.
+"""Reports what an installation has, what it lacks, and how to fix it.
 
-Nothing is imported to find it, and nothing leaves the machine.
+The checks import nothing and send nothing over the network.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scanrack.runtime.loop.realtime import real_time
 
 PACKAGE = "scanrack"
 PYTHONS = ((3, 11), (3, 14))
-"""The oldest and the newest Python that scanrack runs on."""
+"""The oldest and the newest Python version that scanrack supports."""
 
 GIVES: Mapping[str, str] = {
     "check": "other solvers that check proofs: scanrack prove --check",
@@ -35,13 +35,13 @@ GIVES: Mapping[str, str] = {
     "plot": "charts as PNG and SVG: scanrack plot",
     "prove": "scanrack prove, and a search that solves its way on",
 }
-"""What each extra gives; `test` and `dev` are for those who work on scanrack."""
+"""The purpose of each extra; `test` and `dev` are for developers of scanrack."""
 
 PROGRAMS: Mapping[str, str] = {
     "tshark": "records lines of real controllers: scanrack import line.pcapng",
     "gtkwave": "shows what scanrack export --vcd writes",
 }
-"""Programs of the system that go with scanrack, which runs without them."""
+"""Optional system programs that scanrack can use."""
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "microsoft-edge", "safari")
 
@@ -51,9 +51,9 @@ class Health(StrEnum):
 
     GOOD = "ok"
     ABSENT = "absent"
-    """Something is not possible without it."""
+    """Something optional is missing."""
     BROKEN = "broken"
-    """Nothing works without it."""
+    """Something required is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,11 +63,11 @@ class Diagnosis:
     name: str
     state: Health
     says: str
-    mend: str = ""  # how to fix it, or what it would give
+    mend: str = ""  # how to fix it, or what it would add
 
 
 def examined() -> list[Diagnosis]:
-    """Return what there is and what is missing, in the order of the report."""
+    """Examine the installation; return the lines of the report in order."""
     return [each for part in PARTS for each in part()]
 
 
@@ -100,7 +100,7 @@ def _extras() -> Iterator[Diagnosis]:
 
 
 def _required(extra: str) -> list[str]:
-    """Return the distributions that scanrack, or an extra of it, needs."""
+    """Return the distributions that scanrack or one of its extras requires."""
     expected = f'extra == "{extra}"' if extra else ""
     project, found = own_project(), []
     if project is not None:
@@ -151,7 +151,7 @@ def _browser() -> Iterator[Diagnosis]:
 
 
 def _system_browser() -> str:
-    """Return what opens pages on macOS and Windows, which have no program of that name on the path."""
+    """Return what opens pages on macOS and Windows, where no browser program is on the path."""
     return {"darwin": "the system's", "win32": "the system's"}.get(sys.platform, "")
 
 

@@ -1,4 +1,4 @@
-"""A new folder with a rack, a program that homes and moves, a test of it, and what to do next."""
+"""Creates a project folder with a rack, a program that homes and moves, its test, and the next steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LOGICS = ("python", "ladder", "steps")
 """Languages of a new program; each is a folder of `templates`."""
 
 EXPECTED = ".txt"
-"""What an example is expected to do, which only the project's own check reads."""
+"""Suffix of an example's expected output, which only scanrack's own checks read."""
 
 NEXT = (
     ("scanrack watch {rack} --open", "see it run in the browser"),
@@ -23,13 +23,13 @@ NEXT = (
     ("scanrack doctor", "what this installation lacks, and how to fix it"),
     ("scanrack fuzz {rack}", "search for inputs and faults that break the program"),
 )
-"""What to do with a new project: commands, and what each is for."""
+"""The next steps for a new project: commands and their purposes."""
 
 FILE_OF_NEXT = "NEXT.md"
 
 
 class ProjectError(ValueError):
-    """A folder that can't be used, or an example that there is not."""
+    """The folder can't be used, or the example does not exist."""
 
 
 def example_names() -> list[str]:
@@ -38,14 +38,14 @@ def example_names() -> list[str]:
 
 
 def new_project(folder: Path, logic: str = "python", example: str | None = None) -> list[Path]:
-    """Write a project into a new or empty folder; return its files, the rack file first.
+    """Write a project into a new or empty folder; return its files, rack file first.
 
     Args:
         logic: language of the program, one of `LOGICS`.
-        example: copy this one of `example_names()` instead.
+        example: name from `example_names()` of an example to copy instead.
 
     Raises:
-        ProjectError: the folder has something in it, or no such example.
+        ProjectError: the folder is not empty, or the example does not exist.
         OSError: a file can't be written.
     """
     source = _example(example) if example is not None else files(__package__) / "templates" / logic
@@ -117,5 +117,5 @@ def _written(folder: Path, source: Traversable, racks: list[str]) -> Path:
 
 
 def _plain(folder: Path) -> str:
-    """Return a folder's name without what TOML would take for something else."""
+    """Return a folder's name without characters that have a special meaning in TOML."""
     return "".join(letter for letter in folder.resolve().name if letter.isprintable() and letter not in '"\\')

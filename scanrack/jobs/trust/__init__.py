@@ -1,1 +1,1 @@
-"""Files that travel with a trace, permission to use them, and processes that use them."""
+"""Handles the files in a trace, the permission to use them, and processes that use them."""

@@ -1,8 +1,8 @@
-"""The files that travel with a trace: attach them to a recording, and extract them again.
+"""Attaches the files of a job to a recording, and extracts them again.
 
-rack file and program      by the metadata's `rack_file` and `program_file`, path[:function]
-retained tags              by the metadata's `retained_file`: initial tags of a ladder program
-stubs in Python            by the rack file's `[stubs]`
+rack file and program      named by the metadata `rack_file` and `program_file`, path[:function]
+retained tags              named by the metadata `retained_file`: initial tags of a ladder program
+stubs in Python            named by the rack file's `[stubs]`
 imports of the program     Python files beside it, by their relative paths
 operator panel             beside the rack file, under its name: pages show it
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
@@ -39,12 +39,12 @@ from ..load.rungs import is_rungs
 from .extracting import attached_files, extract
 from .trust import RunFiles, address_name, admitted
 
-if TYPE_CHECKING:  # a run reads no recording
+if TYPE_CHECKING:  # a run does not read recordings
     from scanrack.traces.read.reader import Trace
 
 PYTHON = ".py"
 RETAINED = "retained/tags.json"
-"""Name of the retained tags' file in a trace."""
+"""Name of the file of retained tags in a trace."""
 
 _NOT_OF_THE_RUN = ("words.json", "tags.json", SNAPSHOTS)
 
@@ -55,14 +55,14 @@ def attachment(name: str, data: bytes) -> Attachment:
 
 
 def program_name(job: LoadedRack) -> str:
-    """Return the program's file name in a trace; it differs from the rack file's."""
+    """Return the program's file name in a trace; it differs from the rack file's name."""
     name = job.program.name
     same = name == job.rack_file.name and job.program != job.rack_file
     return f"program/{name}" if same else name
 
 
 def made_by(job: LoadedRack) -> dict[str, str]:
-    """Return the metadata with the names of rack file, program and retained tags."""
+    """Return the metadata that name the rack file, program and retained tags."""
     name = program_name(job)
     if job.program.suffix == PYTHON:
         name = f"{name}:{job.logic_name.rpartition(':')[2]}"
@@ -71,20 +71,20 @@ def made_by(job: LoadedRack) -> dict[str, str]:
 
 
 def files_of(job: LoadedRack) -> dict[str, Path]:
-    """Return the files that a job is loaded from, by their names in a trace; not the retained tags."""
+    """Return the files from which a job is loaded, by name in a trace, except the retained tags."""
     rack = {} if job.rack_file == job.program else {job.rack_file.name: job.rack_file}
     return {program_name(job): job.program, **rack, **files_beside(job)}
 
 
 def files_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the other files of a job: modules, stubs, programs of units, racks and panel beside it."""
+    """Return the other files of a job: modules, stubs, unit programs, and racks and panel beside it."""
     panel = Path(panel_name(str(job.rack_file)))
     shown = {panel.name: panel} if _is_input(panel) else {}
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}
 
 
 def _is_input(path: Path) -> bool:
-    """Whether this is a file that may be read: a link to another kind of file, such as a key, may not."""
+    """Return whether a file may be attached; a link to another kind of file, such as a key, may not."""
     try:
         open_input(path).close()
     except OSError:
@@ -93,7 +93,7 @@ def _is_input(path: Path) -> bool:
 
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the files of other racks, by their paths from this one's folder; not those outside of it."""
+    """Return the files of other racks in this rack's folder, by path relative to it."""
     found: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
         other: LoadedRack = rack.job
@@ -107,15 +107,15 @@ def _racks_beside(job: LoadedRack) -> dict[str, Path]:
 
 
 def _leads_out(name: str) -> bool:
-    """Return whether a path leads out of its folder on any system, also to another drive of Windows."""
+    """Return whether a path leads out of its folder on any system, including to another Windows drive."""
     path = PureWindowsPath(name)
     return bool(path.anchor) or ".." in path.parts
 
 
 def _imported(job: LoadedRack) -> dict[str, Path]:
-    """Return the Python files beside rack file and program that have been imported, sorted by path.
+    """Return the imported Python files beside rack file and program, sorted by path.
 
-    Later imports of a running program are not known yet.
+    Later imports by a running program are not included.
     """
     stubs = [(job.folder / path, Path(path).as_posix()) for path in job.stub_files]
     roots = [(job.rack_file, job.rack_file.name), (job.program, program_name(job)), *stubs]
@@ -129,13 +129,13 @@ def _imported(job: LoadedRack) -> dict[str, Path]:
 
 
 def _unit_programs(job: LoadedRack) -> dict[str, Path]:
-    """Return the stored programs of the units beside the rack, each once, in the order of the units."""
+    """Return the stored programs of the rack's units, each once, in the order of the units."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return {path.as_posix(): job.folder / path for path in paths}
 
 
 def _stub_functions(job: LoadedRack) -> dict[str, Path]:
-    """Return the Python files of stubs, each once, without the program."""
+    """Return the Python files of stubs, each once, except the program."""
     given = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(each) for each in job.stub_files]
     return {
@@ -161,11 +161,11 @@ def forget_imported(folder: Path) -> None:
 
 
 def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
-    """Yield the imported modules of a folder: name, relative path, whole path."""
+    """Yield the imported modules of a folder: name, relative path, full path."""
     inside = f"{folder}{os.sep}"
     modules = list(sys.modules.items())
     near = {name for name, module in modules if "." not in name and _may_lie(name, module, inside)}
-    for name, module in modules if near else ():  # a search asks before each run
+    for name, module in modules if near else ():  # must be fast: a search calls this before each run
         top = name.partition(".")[0]
         file = (getattr(module, "__file__", None) or "") if top in near else ""
         if file.startswith(inside) and file.endswith(PYTHON):
@@ -176,9 +176,9 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
 
 
 def _may_lie(name: str, module: ModuleType, inside: str) -> bool:
-    """Return whether a module or those of its package may lie in a folder, which `inside` begins with."""
+    """Return whether a module or its package may be in a folder, whose files begin with `inside`."""
     file: str | None = getattr(module, "__file__", None)
-    if not file:  # a package without a file of its own lies where its path leads
+    if not file:  # a package without a file of its own is located by its path
         return any(str(path).startswith(inside) for path in getattr(module, "__path__", ()))
     return file.startswith(inside) and file.startswith(name, len(inside))
 
@@ -187,12 +187,12 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        trust: run Python of the trace; otherwise only files that equal those of the current folder.
-        program: the user's program in place of the trace's, `path[:function]`. A ladder program
-            begins with those of the trace's retained tags that it has.
+        trust: run any Python of the trace; otherwise only files that equal those in the current folder.
+        program: the user's program instead of the trace's, `path[:function]`. A ladder program begins with
+            the trace's retained tags, as far as it has them.
 
     Raises:
-        UntrustedError: Python of the trace would be run.
+        UntrustedError: untrusted Python of the trace would be run.
         ValueError: the trace does not name its files, or one of them can't be used.
     """
     rack = _recorded(trace, "rack_file")
@@ -206,14 +206,14 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
 
 
 def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
-    """Load the rack that a trace was made on, without its program; see `job_of`."""
+    """Load the rack on which a trace was recorded, without its program; see `job_of`."""
     rack = _recorded(trace, "rack_file")
     _take_out(trace, folder, rack, None, trust=trust)
     return _of_trace(load_spec(f"{folder / rack}")[0])
 
 
 def _recorded(trace: Trace, key: str) -> str:
-    """Return an entry of the metadata that names a file, `path[:function]`."""
+    """Return a metadata entry that names a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
         what = key.replace("_", " ")
@@ -222,18 +222,18 @@ def _recorded(trace: Trace, key: str) -> str:
 
 
 def own_program(rack: str, program: str) -> str | None:
-    """Return the address of a trace's program; None if its rack file in Python is the same."""
+    """Return the address of a trace's program; None if it is the same as the Python rack file."""
     name = address_name(rack)
     same = name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
     return None if same else program
 
 
 def load_files(folder: Path, rack: str, program: str) -> LoadedRack:
-    """Load a rack and its program from the files of a trace in a folder.
+    """Load a rack and its program from a trace's files in a folder.
 
     Args:
-        rack: the rack file among them, `path[:function]`.
-        program: the program among them, `path[:function]`.
+        rack: the rack file in the folder, `path[:function]`.
+        program: the program in the folder, `path[:function]`.
 
     Raises:
         ValueError: one of the files can't be used.
@@ -252,7 +252,7 @@ def folder_of_edit(number: int) -> str:
 
 
 def edit_number(name: str) -> int:
-    """Return the number of a file's edit; 0 = none.
+    """Return the number of the edit to which a file belongs; 0 = none.
 
     >>> edit_number("edit-1/feeder.rung"), edit_number("feeder.rung")
     (1, 0)
@@ -281,10 +281,10 @@ def _take_out(
 
 
 def _check_alone(folder: Path, files: Iterable[str]) -> None:
-    """Drop compiled Python from a folder, and refuse one where Python would find other modules.
+    """Remove compiled Python from a folder, and check that Python would find no other modules there.
 
     Raises:
-        ValueError: such a module exists.
+        ValueError: another module exists.
     """
     expected = {folder / name for name in files}
     for path in sorted(folder.rglob("*")):
@@ -298,5 +298,5 @@ def _check_alone(folder: Path, files: Iterable[str]) -> None:
 
 
 def _of_trace(spec: RackSpec) -> RackSpec:
-    """Return a rack without the path of its own recording."""
+    """Return a rack of a trace without the path of its own recording."""
     return spec.model_copy(update={"trace": None})

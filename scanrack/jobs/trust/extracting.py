@@ -1,4 +1,4 @@
-"""Writes the files that came with a trace into a folder, and nowhere else."""
+"""Writes the files in a trace into a folder, and nowhere else."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from scanrack.traces.files.portable import DEVICE
 
-if TYPE_CHECKING:  # a run reads no recording
+if TYPE_CHECKING:  # a run does not read recordings
     from scanrack.traces.read.reader import Trace
 
 _BAD_PARTS = {
@@ -28,17 +28,17 @@ _BAD_NAMES = (
         "is a device on Windows",
     ),
 )
-"""Forbidden beginnings of names and the reasons: the same on all systems, as is the meaning of a trace."""
+"""Forbidden patterns of names, with reasons: the same on all systems, like the meaning of a trace."""
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a file in a trace, if it names a file in the target folder.
+    """Return the name of a file in a trace if it stays in the target folder.
 
     Args:
-        name: path from that folder, parts separated by `/`.
+        name: path relative to the target folder, with parts separated by `/`.
 
     Raises:
-        ValueError: it may lead elsewhere, or names no file.
+        ValueError: the name may lead elsewhere, or names no file.
     """
     why = next(_objections(name), None)
     if why is not None:
@@ -55,10 +55,10 @@ def _objections(name: str) -> Iterator[str]:
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse names of files that can't be written to one folder.
+    """Check that files with these names can be written to one folder.
 
     Raises:
-        ValueError: one leads elsewhere, or two are one file on a system that ignores case.
+        ValueError: a name leads elsewhere, or two names are the same on a system that ignores case.
     """
     seen: dict[str, str] = {}
     for name in names:
@@ -69,18 +69,18 @@ def check_names(names: Iterable[str]) -> None:
 
 
 def attached_files(trace: Trace) -> dict[str, bytes]:
-    """Return the files that came with a trace, by name."""
+    """Return the files in a trace, by name."""
     return {each.name: each.data for each in trace.attachments()}
 
 
 def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
-    """Write files into a folder; make the folder if it is missing. Return their paths.
+    """Write files into a folder, creating it if it is missing; return their paths.
 
     No symbolic link below the folder is followed.
 
     Raises:
-        ValueError: a name leads out of the folder, or another file is there already.
-        OSError: one can't be written.
+        ValueError: a name leads out of the folder, or another file already exists.
+        OSError: a file can't be written.
     """
     check_names(files)
     targets = {folder / name: data for name, data in files.items()}
@@ -89,13 +89,13 @@ def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
     for target, data in targets.items():
         target.parent.mkdir(parents=True, exist_ok=True)
         if not target.exists():
-            with target.open("xb") as file:  # never through a link, unlike "wb"
+            with target.open("xb") as file:  # unlike "wb", this never follows a link
                 file.write(data)
     return list(targets)
 
 
 def _check_free(target: Path, data: bytes, folder: Path) -> None:
-    """Refuse to overwrite another file, or to write through a symbolic link."""
+    """Raise ValueError if writing would overwrite another file or follow a symbolic link."""
     for place in (target, *target.parents):
         if place == folder:
             break

@@ -1,16 +1,16 @@
-"""Starts helper processes; no other file starts one.
+"""Starts helper processes; no other file does so.
 
     python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS HANDED MODULE:FUNCTION ARGUMENT...
 
-Python searches the current folder first for the modules of `python -c` and `python -m`, so that a stranger's
+With `python -c` and `python -m`, Python first searches the current folder for modules, so a stranger's
 `json.py` there would run. -P prevents that. A helper receives the search path of this process before it
 imports anything, and the limits for reading traces before it begins.
 
-What is handed to a helper comes on its standard input, as a pickled list of tickets. A ticket is what the
-other side opens a socket or shared memory by:
+Sockets and shared memory are passed to a helper on its standard input, as a pickled list of tickets. With a
+ticket, the other side opens a socket or shared memory:
 
-    POSIX     the number of a descriptor, which the helper inherits
-    Windows   the description of a socket, made for this helper only; the name of the memory
+    POSIX     the number of a file descriptor that the helper inherits
+    Windows   the description of a socket, for this helper only; the name of the memory
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ Stream = int | IO[bytes] | None
 Handed = socket.socket | SharedMemory
 
 Ticket = tuple[int | None, int | str | bytes]
-"""Size of a memory, or None for a socket; and a number, a name or a description."""
+"""Size of a shared memory, or None for a socket; and a number, a name or a description."""
 
 BOOT = (
     "import sys; count = int(sys.argv[1]); sys.path[:] = sys.argv[2 : 2 + count]; "
     f"from {__name__} import begin; begin(sys.argv[2 + count :])"
 )
-"""The first code of a helper; `sys` is built in."""
+"""The first code that a helper runs; `sys` is built in."""
 
 
 def launch(
@@ -56,18 +56,18 @@ def launch(
     environment: dict[str, str] | None = None,
     own_session: bool = False,
 ) -> Helper:
-    """Start a helper; OSError if it can't be started.
+    """Start a helper; raise OSError if it can't be started.
 
     Args:
-        main: the function to call, `module:function`, with what is handed and its arguments as texts.
-        handed: what both have from now on; then `stdin` is not used.
-        stdin: as for `subprocess.Popen`; nothing by default.
+        main: the function to call, `module:function`, with the handed objects and the arguments as strings.
+        handed: sockets and shared memories that both processes then have; if any, `stdin` is not used.
+        stdin: as for `subprocess.Popen`; empty by default.
         stdout: ours by default.
         stderr: ours by default.
-        environment: its environment variables; None = ours.
-        own_session: whether Ctrl-C of the terminal does not reach it; Ctrl-Break of Windows never ends it.
+        environment: environment variables of the helper; None = ours.
+        own_session: whether to shield it from the terminal's Ctrl-C; Windows' Ctrl-Break never ends it.
     """
-    path = [each for each in sys.path if each]  # the empty one is the current folder
+    path = [each for each in sys.path if each]  # "" is the current folder
     allowed = limits()
     words = [*path, allowed.chunk_bytes, allowed.records, len(handed), main, *arguments]
     python, environment = _python(environment)
@@ -82,17 +82,17 @@ def launch(
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if own_session else 0,
     )
     if process.stdin is not None and handed:
-        with suppress(OSError), process.stdin as tickets:  # one that has died is noticed by its end
+        with suppress(OSError), process.stdin as tickets:  # a dead process is noticed later
             tickets.write(pickle.dumps([_ticket(each, process.pid) for each in handed]))
         process.stdin = None  # for `communicate`
     return process
 
 
 def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | None]:
-    """Return Python's path, and environment variables for it.
+    """Return the path of Python, and environment variables for it.
 
-    In a virtual environment of Windows `python.exe` starts another process, for which the tickets would have
-    to be. The standard library's `multiprocessing` starts that one itself, in this way.
+    In a Windows virtual environment, `python.exe` starts another process, and the tickets would have to be
+    for that process. Like `multiprocessing` in the standard library, this starts that Python directly.
     """
     started: str = vars(sys)["_base_executable"]
     if sys.platform == "win32" and started != sys.executable:
@@ -103,7 +103,7 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
 
 
 def _ticket(each: Handed, pid: int) -> Ticket:
-    """Return what another process needs to open shared memory, or a socket."""
+    """Return a ticket with which another process can open a shared memory or socket."""
     if isinstance(each, SharedMemory):
         return each.size, each.place
     if sys.platform == "win32":
@@ -114,7 +114,7 @@ def _ticket(each: Handed, pid: int) -> Ticket:
 
 
 def _taken(ticket: Ticket) -> Handed:
-    """Return what a ticket is for, in the helper."""
+    """Open the shared memory or socket of a ticket, in the helper."""
     size, place = ticket
     if size is not None:
         assert not isinstance(place, bytes)
@@ -128,7 +128,7 @@ def _taken(ticket: Ticket) -> Handed:
 
 
 def _flags() -> list[str]:
-    """Return Python's options: no current folder, and the warnings that this process ignores."""
+    """Return Python's options: no search of the current folder, and the same ignored warnings as here."""
     if sys.flags.isolated:
         return ["-I"]
     given = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}
@@ -136,13 +136,11 @@ def _flags() -> list[str]:
 
 
 def begin(words: list[str]) -> None:
-    """Set the limits and call the function: the main function of a helper; for `words` see `BOOT`."""
-    if hasattr(
-        signal, "SIGBREAK"
-    ):  # Ctrl-Break goes to all processes of a console: who started this one ends it
+    """Set the limits and call the function: the main function of a helper. For `words`, see `BOOT`."""
+    if hasattr(signal, "SIGBREAK"):  # Ctrl-Break reaches all processes of a console; the parent ends this one
         signal.signal(signal.SIGBREAK, signal.SIG_IGN)
     chunk_bytes, records, handed, main, *arguments = words
     set_limits(Limits(int(chunk_bytes), int(records)))
-    taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # of our own parent
+    taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # from our own parent
     module, _, function = main.partition(":")
     getattr(import_module(module), function)(*taken, *arguments)

@@ -1,4 +1,4 @@
-"""The files of a job, which no output replaces, and the path of its recording."""
+"""Finds the files of a job, which no output may replace, and the paths of its recording."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .attachments import files_beside
 
 
 def line_path(trace: Path) -> Path:
-    """Return the file of the line beside a trace.
+    """Return the path of the line's recording beside a trace.
 
     >>> line_path(Path("out/run.mcap")).name
     'run.line.mcap'
@@ -27,25 +27,25 @@ def in_use(job: LoadedRack) -> dict[Path, str]:
 
 
 def recording_of(job: LoadedRack, trace: Path) -> list[Path]:
-    """Return the files of a job's recording: its trace, and that of the units beside the rack."""
+    """Return the files of a job's recording: its trace, and the recording of its units."""
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
 def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
-    """Return the keeper of earlier recordings; None if none are kept.
+    """Return the keeper of earlier recordings; None if no recordings are kept.
 
     Args:
-        keep: their number; None = the rack file's.
+        keep: number of recordings to keep; None = as in the rack file.
     """
     most = job.spec.keep_traces if keep is None else keep
     return RecordingKeeper(trace, most, recording_of(job, trace)[1:]) if most else None
 
 
 def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
-    """Refuse a recording that would replace an owned file, or move one in use.
+    """Check that a recording would not replace an owned file or move a file in use.
 
     Args:
-        used: files in use beside those of the job.
+        used: files in use besides those of the job.
         keep: see `keeping_of`.
 
     Raises:
@@ -55,6 +55,6 @@ def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: in
 
 
 def names_of(job: LoadedRack, trace: Path, keep: int | None = None) -> list[Path]:
-    """Return the files of a recording, and those of the recordings that are kept; arguments as above."""
+    """Return the files of a recording and of the kept recordings; for arguments, see `check_recording`."""
     keeping = keeping_of(job, trace, keep)
     return recording_of(job, trace) + ([] if keeping is None else keeping.names())

@@ -1,13 +1,13 @@
 """Decides which files of a trace may be read, and which may be run.
 
-A file of a trace is judged by its use, not by its name.
+A file is judged by its use, not by its name.
 
     read      rack file in TOML, rungs, steps, stored program of a unit, retained tags, panel: parsed as data
-    run       rack file, program or stub in Python: it has all rights of its user
+    run       rack file, program or stub in Python: it runs with all rights of the user
     reached   everything else, once Python runs beside it: Python can import, load or open it
 
-Parsed files need no trust. The rest needs --trust, unless the current folder has an equal file.
-Files without a use are not written out, so that Python never searches a folder with them.
+Files that are only read need no trust. All others need --trust, unless the current folder has an equal file.
+Files without a use are not written out, so Python never searches a folder that contains them.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from .extracting import check_names, checked_name
 
 
 class UntrustedError(ValueError):
-    """Python of a trace would run, and the user has not allowed it."""
+    """Python of a trace would run, but the user has not allowed it."""
 
 
 class Use(StrEnum):
-    """Use of a trace's file in a run."""
+    """The use of a trace's file in a run."""
 
     READ = "read"
     RUN = "run"
@@ -40,24 +40,24 @@ class Use(StrEnum):
 
 
 class RunFiles(NamedTuple):
-    """The files that a run starts from, by name."""
+    """Names of the files from which a run starts."""
 
     rack: str
-    program: str | None  # None if it is in the rack file, or not the trace's
-    retained: str | None = None  # the initial tags of the program; None for its own
+    program: str | None  # None if the rack file contains it, or it is not from the trace
+    retained: str | None = None  # the initial tags of the program; None = the program's own
 
 
 def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dict[str, bytes]:
-    """Return the files that a run needs, if they may be used.
+    """Check that a run's files may be used; return the files that it needs.
 
     Args:
         files: all files of the trace, by name.
-        given: the files that the run starts from.
-        trust: the reader lets Python of the trace run.
+        given: names of the files from which the run starts.
+        trust: whether the user lets Python of the trace run.
 
     Raises:
-        UntrustedError: Python of the trace would run.
-        ValueError: a name is refused, a file is missing, or the rack file names one elsewhere.
+        UntrustedError: untrusted Python of the trace would run.
+        ValueError: a name is refused, a file is missing, or the rack file names a file elsewhere.
     """
     uses = uses_of(files, given)
     check_names(uses)
@@ -71,7 +71,7 @@ def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dic
 
 
 def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
-    """Return the uses of a trace's files in a run; ValueError for an impossible rack file or program."""
+    """Return the uses of a trace's files in a run; raise ValueError for an unusable rack file or program."""
     forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
     if given.program is not None:
         forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
@@ -90,10 +90,10 @@ def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
 def _named_in_rack(
     files: Mapping[str, bytes], rack: str, seen: set[str]
 ) -> tuple[list[str], dict[str, Form]]:
-    """Return what a rack file in TOML names: stored programs; and stubs in Python, and racks beside it.
+    """Return the stored programs that a TOML rack file names, and its Python stubs and other racks.
 
     Args:
-        seen: rack files that have been read.
+        seen: names of rack files that have already been read.
     """
     if rack not in files:
         return [], {}
@@ -127,17 +127,17 @@ def _rack_in(files: Mapping[str, bytes], rack: str) -> RackSpec:
 
 
 def stored_programs(spec: RackSpec) -> list[str]:
-    """Return the paths of the units' programs in a rack that is not the user's, each once.
+    """Return the paths of the units' programs in a rack from elsewhere, each once.
 
     Raises:
-        ValueError: one leads out of the folder of the rack file.
+        ValueError: a path leads out of the rack file's folder.
     """
     paths = [PurePosixPath(unit.program) for unit in spec.unit if unit.program is not None]
     return list(dict.fromkeys(checked_name(str(path)) for path in paths))
 
 
 def _check_trust(files: Mapping[str, bytes]) -> None:
-    """Refuse files that the current folder does not have."""
+    """Raise UntrustedError if the current folder lacks one of the files."""
     foreign = {name: data for name, data in files.items() if not _is_own(name, data)}
     if foreign:
         listed = "\n".join(f"  {line}" for line in fingerprints(foreign))
@@ -149,7 +149,7 @@ def _check_trust(files: Mapping[str, bytes]) -> None:
 
 
 def fingerprints(files: Mapping[str, bytes]) -> list[str]:
-    """Return a line for every file: name, size, SHA-256."""
+    """Return a line for each file: name, size, SHA-256."""
     width = max(map(len, files), default=0)
     return [
         f"{name:<{width}}  {len(data):>9,} bytes  SHA-256 {hashlib.sha256(data).hexdigest()}"
@@ -158,11 +158,11 @@ def fingerprints(files: Mapping[str, bytes]) -> list[str]:
 
 
 def _is_own(name: str, data: bytes) -> bool:
-    """Whether the current folder has the same file under the same name."""
+    """Return whether the current folder has the same file under the same name."""
     path = Path(name)
     return path.is_file() and path.read_bytes() == data
 
 
 def address_name(address: str) -> str:
-    """Return the file in an address `path[:function]` of a trace's metadata."""
+    """Return the file name in an address `path[:function]` of a trace's metadata."""
     return checked_name(split_address(address)[0])

@@ -1,1 +1,1 @@
-"""Any scan of a session again: images, tags, power, events, lanes and the strip."""
+"""Reconstructs any scan of a session: images, tags, power, events, lanes and the strip."""

@@ -1,4 +1,4 @@
-"""The program in the first message to a page: routines, rungs, tags; the contents of a shown routine."""
+"""Describes a program for pages: routines, rungs and tags for the first message, and the shown routine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from scanrack.runtime.loop.faults import Fault
 Json = dict[str, Any]
 
 MOST_HITS = 200
-"""Hits that a search lists."""
+"""Largest number of hits that a search lists."""
 
 COLUMNS = range(40, 161)
 """Allowed widths of a rung, in columns."""
@@ -45,12 +45,12 @@ class PageRoutine:
     """A routine that a page shows."""
 
     name: str
-    rungs: Mapping[int, Rung]  # by number; none of structured text
+    rungs: Mapping[int, Rung]  # rungs by number; empty for structured text
     lines: tuple[int, ...]  # numbers of its lines of structured text
     names: tuple[str, ...]  # its tags
 
     def power(self, truths: Truths) -> dict[str, str]:
-        """Return the power of its rungs and lines, see `ladder.draw.power`."""
+        """Return the power in its rungs and lines, see `ladder.draw.power`."""
         name = self.name.upper()
         found = {}
         for number, rung in self.rungs.items():
@@ -85,7 +85,7 @@ class Catalog:
         self._known = WatchedEngine(program.build(), program.scanner).tags
 
     def routines(self) -> list[Json]:
-        """Return the routines for `hello`, with those that each one calls."""
+        """Return the routines for `hello`, each with the routines that it calls."""
         names = {each.name.upper(): each.name for each in self._program.routines}
         called = {
             name: [names[each] for each in dict.fromkeys(calls_of(lowered)) if each in names]
@@ -103,7 +103,7 @@ class Catalog:
         ]
 
     def tags(self) -> list[Json]:
-        """Return all single values for `hello`, and aliases; elements of arrays are requested by name."""
+        """Return all single values and aliases for `hello`; array elements are requested by name."""
         comments = {
             each.name.upper(): each.comment
             for each in self._layout.declarations.values()
@@ -125,7 +125,7 @@ class Catalog:
         return found + list(self._aliases())
 
     def _aliases(self) -> Iterator[Json]:
-        """Yield the aliases of single values; that of a word or bit of an image has its address."""
+        """Yield the aliases of single values; an alias of an image word or bit has its address."""
         for each in self._layout.declarations.values():
             where = self._resolver.address(Address(each.name)) if isinstance(each, Alias) else None
             if not isinstance(each, Alias) or not isinstance(where, Place) or not self.has(each.name):
@@ -136,13 +136,13 @@ class Catalog:
             yield row | {"writable": not meant} | meant
 
     def _groups(self) -> Iterator[Json]:
-        """Yield the structures, which `tags` has by their members."""
+        """Yield the structures; `tags` has only their members."""
         for each in self._layout.declarations.values():
             if isinstance(each, Tag) and isinstance(each.type, Structure) and not each.type.is_string:
                 yield {"name": each.name, "type": each.type.name, "description": each.comment}
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return what names are forced as, if that is another name: an address, or the tag of an alias."""
+        """Return the names under which tags are forced, where these differ: an address, or an alias's tag."""
         found = {name: self._forced_as(name) for name in names}
         return {name: address for name, address in found.items() if address not in (None, name)}
 
@@ -152,10 +152,10 @@ class Catalog:
         return None
 
     def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
-        """Return a routine's contents, and the answer that draws it; `operands`: see `live_rung`.
+        """Return a routine's contents, and the answer that draws it; for `operands`, see `live_rung`.
 
         Raises:
-            ValueError: no such routine.
+            ValueError: there is no such routine.
         """
         routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
         if routine is None:
@@ -185,7 +185,7 @@ class Catalog:
         def tag_of(text: str) -> tuple[str, bool] | None:
             try:
                 address = parse_expression(text)
-            except LadderError:  # of a pin with an odd name, which no tag has
+            except LadderError:  # a pin has an odd name that is not a tag
                 return None
             name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
             if name is None or not isinstance(address, Address):
@@ -218,7 +218,7 @@ class Catalog:
         return shown, {"routine": routine.name, "rungs": drawn}
 
     def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
-        """Draw a rung of a routine; `ident` is the prefix of its elements."""
+        """Draw a rung of a routine; `ident` is the prefix of its elements' ids."""
         program = program_of(routine)
         resolver = Resolver(self._layout, program)
         names = lambda address: self._name_of(resolver, program, address)  # noqa: E731
@@ -271,11 +271,11 @@ class Catalog:
 
     @cached_property
     def cross_reference(self) -> CrossReference:
-        """The uses of its tags."""
+        """The uses of the program's tags."""
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return the uses of a tag; ValueError if no such tag."""
+        """Return the uses of a tag; raise ValueError if there is no such tag."""
         return [
             {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
             for each in self.cross_reference.of(tag)
@@ -314,7 +314,7 @@ class Catalog:
         return name in self._known
 
     def type_of(self, name: str) -> str | None:
-        """Return the type of a tag, "" of a structure or an array; None if no such tag."""
+        """Return the type of a tag; "" for a structure or array; None if there is no such tag."""
         where = self._known.where(name) if self.has(name) else None
         return None if where is None else where.type.name if isinstance(where, Place) else ""
 
@@ -322,8 +322,8 @@ class Catalog:
 def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     r"""Return the tags whose name or description contains a text, ignoring case.
 
-    The best ones are first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins so,
-    a name with the text inside, a description.
+    The best matches come first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins
+    with the text, a name that contains it, a description.
     """
     folded, found = text.casefold(), []
     for each in tags:

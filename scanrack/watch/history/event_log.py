@@ -1,10 +1,10 @@
-"""The events of a session or a recording, and the states of each scan.
+"""Keeps the events of a session or recording, and the states of each scan.
 
-events    everything, in order; the latest are kept
+events    all events, in order; the latest are kept
 faults    of the CPU
 forces    by the first scan in which they were in effect
 lines     by the first scan in which a sequence waited there
-pressed   by the first scan after an order that has set an input or a tag
+pressed   by the first scan after an order that set an input or a tag
 rules     the rule that last set each bit
 """
 
@@ -34,10 +34,10 @@ LAST_SCAN = 1 << 32
 STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 
 STATES = 10_000
-"""Least number of kept changes of states: forces, lines, rules."""
+"""Least number of kept changes for each kind of state: forces, lines, rules."""
 
 STORED, NAMES_MOST = 500, 100
-"""The same of tags that clients write, and most of those tags."""
+"""Least number of kept changes for tags that clients write, and largest number of these tags."""
 
 SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
 
@@ -49,11 +49,11 @@ class States(Protocol):
 
     @property
     def formats(self) -> NumberFormats:
-        """The formats of the numbers of modules whose configuration selects them."""
+        """The number formats of modules whose configuration selects them."""
 
     @property
     def version(self) -> tuple[int, ...]:
-        """What changes with each further event that is known."""
+        """A value that changes with each newly known event."""
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
@@ -65,24 +65,24 @@ class States(Protocol):
         """Return the rule that last set each bit, up to a scan."""
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return what orders have set last up to a scan, and who: `{"Start": [true, "panel, page 1"]}`."""
+        """Return what orders last set up to a scan, and by whom: `{"Start": [true, "panel, page 1"]}`."""
 
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the CPU's faults up to the end of a scan."""
 
     def up_to(self, scan: int, most: int) -> list[Json]:
-        """Return the latest events up to a scan, in their order."""
+        """Return the latest events up to a scan, in order."""
 
     def missing(self) -> int:
-        """Return how much is not read yet, or no longer kept: chunks of a recording, or events."""
+        """Return the number of unread chunks of a recording, or of events that are no longer kept."""
 
 
 class EventLog:
-    """Events, in the order of their reports.
+    """The events, in the order in which they were reported.
 
     Attributes:
         begin: number of the first kept event.
-        formats: of the numbers of modules whose configuration selects them, as far as events report them.
+        formats: number formats of modules whose configuration selects them, as far as events report them.
         earlier: the states before the first event, or None.
     """
 
@@ -99,7 +99,7 @@ class EventLog:
         self._forces = _StateHistory()
         self._lines = _StateHistory()
         self._pressed = _StateHistory()
-        self._stored = _StateHistory(STORED, NAMES_MOST)  # by clients, which write more often than people
+        self._stored = _StateHistory(STORED, NAMES_MOST)  # by clients, who write often
         self._faults: list[Fault] = []
         self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
@@ -113,16 +113,16 @@ class EventLog:
 
     @property
     def version(self) -> tuple[int, ...]:
-        """What changes with each further event."""
+        """A value that changes with each new event."""
         return self.begin, self.end, *(() if self.earlier is None else self.earlier.version)
 
     @property
     def first_of_page(self) -> int:
-        """Number of the first event of a new page."""
+        """Number of the first event for a new page."""
         return max(self.begin, self.end - FIRST)
 
     def since(self, number: int) -> Sequence[Json]:
-        """Return the kept events from a number on."""
+        """Return the kept events from the given number."""
         return self._events[max(0, number - self.begin) :]
 
     def take_all(self, events: Iterable[TraceEvent]) -> None:
@@ -160,7 +160,7 @@ class EventLog:
         return before != fields
 
     def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
-        """Note the forces in effect from a scan on."""
+        """Record the forces that are in effect from a scan."""
         images = {key: value for key, value in forces.items() if key not in _NOT_FORCED}
         self._forces.note(scan, {**images, **forces.get("tags", {})})
 
@@ -172,7 +172,7 @@ class EventLog:
         try:
             order = action_of(parsed(text), RECORDED)
         except ValueError:
-            return  # of a recording that someone else has made
+            return  # from a recording of another source
         match order:
             case Press(slot, name, on, by):
                 self._pressed.put(scan, f"{slot}.input.{name}", [on, by])
@@ -210,7 +210,7 @@ class EventLog:
         return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
     def _before(self, scan: int | None) -> int:
-        """Return the scan for which the earlier states count: a growing recording repeats ours."""
+        """Return the scan up to which earlier states apply: a growing recording repeats our events."""
         return self._first if scan is None else min(scan, self._first)
 
     def faults_at(self, scan: int | None) -> list[Fault]:
@@ -235,7 +235,7 @@ class EventLog:
         return earlier | (self._lines.at(LAST_SCAN if scan is None else scan) or {})
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return what orders have set last up to a scan, and who."""
+        """Return the values that orders last set up to a scan, and by whom."""
         earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
         at = LAST_SCAN if scan is None else scan
         return earlier | (self._stored.at(at) or {}) | (self._pressed.at(at) or {})
@@ -269,7 +269,7 @@ class _StateHistory:
             del self._scans[: self._kept], self._states[: self._kept]
 
     def put(self, scan: int, name: str, value: Any) -> None:
-        """Note a name's value, if it has changed; of too many names the one that was set first gives way."""
+        """Record a name's value if it has changed; if there are too many names, drop the one set first."""
         if self.latest.get(name) != value:
             found = {key: each for key, each in self.latest.items() if key != name} | {name: value}
             if self._names_most is not None and len(found) > self._names_most:

@@ -1,8 +1,8 @@
-"""The list of events: all up to a scan, without hidden kinds, a piece at a time from the latest one back.
+"""Returns the events up to a scan, without hidden kinds, in pieces from the latest backwards.
 
 events     rule  move  indicator  indicator  rule  stimulus        up to the scan of the page
 hidden                 x          x
-piece      <- skip + most ......................... skip, most     of those that are left
+piece      <- skip + most ......................... skip, most     from the remaining events
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ from scanrack.io_images.module_words import ModuleWords
 Json = dict[str, Any]
 
 ERROR = "error"
-"""The second kind of an event that reports an error bit."""
+"""Additional kind of an event that reports an error bit."""
 
 
 class EventTable(NamedTuple):
-    """Events with their kinds as numbers."""
+    """Events, with their kinds as numbers."""
 
-    version: tuple[int, ...]  # of what it was made of
+    version: tuple[int, ...]  # version of the events in the table
     events: Sequence[Json]
     scans: np.ndarray[Any, Any]
-    kinds: Sequence[frozenset[str]]  # the sets of kinds
-    of: np.ndarray[Any, Any]  # of each event the number of its set
+    kinds: Sequence[frozenset[str]]  # the distinct sets of kinds
+    of: np.ndarray[Any, Any]  # number of the set of kinds, for each event
 
 
 def kinds_of(event: Mapping[str, Any], words: Mapping[int, ModuleWords]) -> frozenset[str]:
-    """Return the kinds of an event: its own, and whether it reports an error."""
+    """Return the kinds of an event: its own, and `ERROR` if it reports an error bit."""
     slot = words.get(event["slot"])
     is_error = slot is not None and not set(slot.errors).isdisjoint(event.get("bits", ()))
     return frozenset((event["kind"], ERROR) if is_error else (event["kind"],))
@@ -50,11 +50,12 @@ def table_of(
 def piece_of(
     table: EventTable, scan: int, hidden: Collection[str], skip: int, most: int
 ) -> tuple[list[Json], int]:
-    """Return events up to a scan, in order, and how many there are.
+    """Return a piece of the events up to a scan, in order, and the total number.
 
     Args:
-        hidden: an event is left out if all its kinds are among these.
-        skip: number of latest events that are left out, and `most` of those that are returned.
+        hidden: hidden kinds; an event is left out if all its kinds are hidden.
+        skip: number of latest events to skip.
+        most: largest number of events to return.
     """
     shown = np.array([not kinds <= set(hidden) for kinds in table.kinds], bool)
     end = int(np.searchsorted(table.scans, scan, "right"))

@@ -1,7 +1,7 @@
-"""Runs a recorded program through once with regular snapshots, so that any of its scans can be shown at once.
+"""Runs a recorded program once and takes regular snapshots, so that any scan can be shown at once.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
-values    *             *           *            from here the replica continues, 60 ms at most
+values    *             *           *            the replica continues from here, in at most 60 ms
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
 
 EVERY = 512
-"""Scans between values."""
+"""Scans between two snapshots."""
 
 SLICE = 1000
 """Scans per step."""
 
 
 def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
-    """Return the programs that can be repeated from the first scan on, and the last scan of that."""
+    """Return the programs that can be repeated from the first scan, and the last such scan."""
     programs: list[LadderLogic] = []
     for each in stretches:
         if not isinstance(each.logic, LadderLogic) or each.logic.functions:
@@ -43,10 +43,10 @@ def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
 
 
 class Indexer:
-    """Runs a program on recorded images, scan by scan from the first one.
+    """Runs a program on recorded images, scan by scan from the first.
 
     Args:
-        programs: the program, and its edited versions, none with routines in Python.
+        programs: the program and its edited versions; none may have routines in Python.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Indexer:
         self._forces: object = None
 
     def run(self, rows: Rows) -> bool:
-        """Run these successive scans, which begin with `next`; return whether values were stored."""
+        """Run successive scans, which begin with `next`; return whether a snapshot was stored."""
         kept = self._kept
         self._read(self.next, int(rows["scan"][-1]))
         for row in scans_in(rows):
@@ -103,7 +103,7 @@ class Indexer:
             self._forces = None
 
     def _give(self, order: Action) -> None:
-        """Carry out an order on the program; images and modules are recorded with its effect."""
+        """Carry out an order on the program; the recorded images already include its other effects."""
         try:
             match order:
                 case actions.Edit():
@@ -115,7 +115,7 @@ class Indexer:
                 case actions.Unforce(tag):
                     self._debugger.unforce(None if tag == ALL else tag)
         except ValueError:
-            pass  # an image; forces of images are in the recorded images
+            pass  # an image: the recorded images include its forces
 
     def _run(self, row: Row, memory: bytes) -> None:
         own = self._rack.memory
@@ -126,7 +126,7 @@ class Indexer:
         try:
             self._debugger(view)
         except LadderFault:
-            return  # it stopped that scan in the recording, too
+            return  # it also stopped that scan in the recording
         entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
         if forces is not self._forces or (entry is not None and entry.writes):
             self._forces = forces

@@ -1,15 +1,15 @@
-"""Lanes of tags in the timing strip: the value after each scan, in as few points as show every change.
+"""Makes lanes of tags for the timing strip: the value after each scan, in few points that show every change.
 
     BOOL       [t, 0 or 1]                    at each edge
                [t, level, edges]              per stretch of scans, if there are many
     text       [t, text]                      at each change
     number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
-    unknown    [t, None]                      from then on the value is unknown
+    unknown    [t, None]                      the value is unknown from then on
 
 A piece of lanes has the times between which it is valid.
 
-Scans of a ladder program are repeated, so that no pulse is missed. A program in Python is not repeated: its
-values come from the recording if the rack file records them, else from about 30 reads per second.
+Scans of a ladder program are repeated, so no pulse is missed. A Python program is not repeated: its values
+come from the recording if the rack file records them, or else from about 30 reads per second.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from .strip import values_at
 from .timeline import Timeline
 
 MOST_LANES = 16
-"""Most tags in a page's strip."""
+"""Largest number of tags in a page's strip."""
 
 MOST_POINTS = 400
-"""Most points of one tag in a frame or an answer."""
+"""Largest number of points of one tag in a frame or answer."""
 
 LIVE_SCANS = 1024
-"""Most scans repeated for a frame; values before them are unknown."""
+"""Largest number of scans repeated for a frame; values before them are unknown."""
 
 ANSWER_SCANS = 4096
-"""Scans of an answer; a page asks again for the rest."""
+"""Largest number of scans in an answer; a page requests the rest separately."""
 
 MOST_KEPT = 4000
-"""Most kept changes of one value of a program in Python."""
+"""Largest number of kept changes of one Python value."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -54,8 +54,8 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
     """Return the points of one tag.
 
     Args:
-        values: after these scans.
-        before: the value before the first one; UNKNOWN: the first point is its value.
+        values: values after the scans at `times`.
+        before: the value before the first scan; UNKNOWN = begin with a point for the first value.
     """
     changes = _changes(values, before)
     if len(changes) <= MOST_POINTS:
@@ -104,7 +104,7 @@ def _counted(stretch: Sequence[bool]) -> Point:
 
 
 class ValueHistory:
-    """Values of a program in Python, by the scans of their reads."""
+    """Values of a Python program, by the scans in which they were read."""
 
     def __init__(self, period_ns: int) -> None:
         self.period_ns = period_ns
@@ -115,7 +115,7 @@ class ValueHistory:
         self._changes.clear()
 
     def take(self, scan: int, values: dict[str, Any]) -> None:
-        """Note changed values."""
+        """Record changed values."""
         for name, value in values.items():
             changes = self._changes.setdefault(name, [])
             changes.append((scan, value))
@@ -128,7 +128,7 @@ class ValueHistory:
         return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
 
     def points(self, name: str, first: int, last: int) -> list[Point]:
-        """Return the points of a value from one scan to another, the first one from before."""
+        """Return the points of a value between two scans; the first point may be from an earlier read."""
         changes = self._changes.get(name, [])
         before = [each for each in changes if each[0] < first][-1:]
         now = [each for each in changes if first <= each[0] <= last]
@@ -138,7 +138,7 @@ class ValueHistory:
 
 
 class TagLanes:
-    """Points of tags, of any scans."""
+    """Returns points of tags for any scans."""
 
     def __init__(
         self,
@@ -154,10 +154,10 @@ class TagLanes:
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
 
     def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Json:
-        """Return a piece of the latest scans; of too many, that of the last ones.
+        """Return a piece of the latest scans; if there are too many, only of the last ones.
 
         Args:
-            all_names: those of all pages, so that pages with the same scans share one repetition.
+            all_names: tags of all pages, so that pages with the same scans share one repetition.
         """
         images, others = self._parted(names)
         if self._replica is None or self._replica.is_impure:
@@ -193,13 +193,13 @@ class TagLanes:
         return piece
 
     def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
-        """Return the names of words and bits of images, and the others."""
+        """Split names into words and bits of images, and all others."""
         found = {name: self._address(name) for name in names}
         images = {name: address for name, address in found.items() if address is not None}
         return images, [name for name in found if name not in images]
 
     def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
-        """Return a piece with the words and bits of images, which each row has."""
+        """Return a piece with words and bits of images added; every row has these."""
         if not piece or not images:
             return piece
         first, last = piece["from"] // self._period_ns, piece["to"] // self._period_ns - 1
@@ -213,14 +213,14 @@ class TagLanes:
         return {**piece, "tags": piece["tags"] | lanes}
 
     def _piece(self, names: Iterable[str], times: list[int], values: Mapping[str, list[Any]]) -> Json:
-        """Return the piece of scans with these values; an empty one without scans."""
+        """Return the piece for scans with the given values; an empty piece without scans."""
         if not times:
             return {}
         tags = {name: points_of(times, values[name]) for name in names if name in values}
         return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
 
     def _observed(self, names: Iterable[str], first: int, last: int) -> Json:
-        """Return the piece of scans with values read at intervals."""
+        """Return the piece for scans with values that were read at intervals."""
         begin = first * self._period_ns
         tags = {}
         for name in names:
@@ -229,7 +229,7 @@ class TagLanes:
         return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        """Return the values after repeated scans."""
+        """Repeat scans and return the values after each."""
         wish = first, last, names
         if self._known is None or self._known[0] != wish or not self._known[1][0]:
             self._known = wish, self._repeat(names, first, last)

@@ -1,4 +1,4 @@
-"""The file of a ladder program: what identifies it, and how edited rungs are written into it."""
+"""Handles the file of a ladder program: its digest, and writing edited rungs into it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Specs = Mapping[str, Spec]
 
 
 def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], specs: Specs) -> Rewritten:
-    """Return the file of a program with edited rungs; ValueError if it has no such rung."""
+    """Return the file of a program with edited rungs; raise ValueError if it lacks one of the rungs."""
     suffix = Path(name).suffix
     if suffix in L5X_SUFFIXES:
         from scanrack.rockwell.l5x.rewriting import rewritten_l5x
@@ -40,7 +40,7 @@ def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], s
 
 
 def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -> RungEdit:
-    """Return an edit of a program's file; the addresses in an .SLC may be those of RSLogix 500."""
+    """Return an edit of a program's file; in an .SLC, it may use addresses of RSLogix 500."""
     routine, number, texts = edit
     if Path(name).suffix in SLC_SUFFIXES:
         from scanrack.rockwell.slc.rewriting import program_text
@@ -50,12 +50,12 @@ def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -
 
 
 def declares_tags(program: Path) -> bool:
-    """Whether a program's file can declare a new tag; an .SLC has data files, made in RSLogix 500."""
+    """Return whether a program's file can declare new tags; an .SLC has data files from RSLogix 500."""
     return program.suffix not in SLC_SUFFIXES
 
 
 def why_not(program: Path) -> str:
-    """Return why the rungs of a program's file are not edited in their picture; "" if they are."""
+    """Return why drawn rungs of a program's file can't be edited; "" if they can."""
     if program.suffix in (SUFFIX, *L5X_SUFFIXES, *SLC_SUFFIXES):
         return ""
     instead = _INSTEAD.get(program.suffix, "")
@@ -66,13 +66,13 @@ _INSTEAD = {
     ".py": ", since Python makes them: edit that",
     ".steps": ", since steps make them: edit those",
 }
-"""What to do instead, by suffix."""
+"""Text about what to do instead, by suffix."""
 
 
 def save(file: Path, data: bytes) -> Path:
-    """Write a program's file; the old one is kept beside it under the returned name.
+    """Write a program's file; keep the old file beside it and return its new path.
 
-    A link stays, and its target is written.
+    If the file is a link, its target is written and the link stays.
 
     Raises:
         OSError: the file can't be copied or written; it is unchanged.
@@ -83,13 +83,13 @@ def save(file: Path, data: bytes) -> Path:
 
 
 def write(file: Path, data: bytes) -> None:
-    """Write a program's file in place of the old one; OSError if it can't be written, and is unchanged."""
+    """Replace a program's file; raise OSError if it can't be written and is unchanged."""
     with new_file(file.resolve(), PROGRAM, "wb") as out:
         out.write(data)
 
 
 def _kept(file: Path) -> Path:
-    """Copy a file under the first free of the names NAME.bak, NAME.bak2 and so on; return its path."""
+    """Copy a file to the first free name of NAME.bak, NAME.bak2 and so on; return the copy's path."""
     for number in count(1):
         kept = file.with_name(f"{file.name}.bak{number if number > 1 else ''}")
         try:
@@ -111,5 +111,5 @@ def _private(path: str, flags: int) -> int:
 
 
 def digest(data: bytes) -> str:
-    """Return what identifies the contents of a program's file."""
+    """Return a digest that identifies the contents of a program's file."""
     return sha256(data).hexdigest()

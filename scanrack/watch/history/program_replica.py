@@ -1,10 +1,10 @@
-"""Repeats the scans of a ladder program in the monitor: tags and power of any of them.
+"""Repeats the scans of a ladder program in the monitor, to show tags and power in any scan.
 
     values      before scan 512                          before scan 768
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
-    engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
+    engine      512 ... 600 compiled, 601 traced          tags and power of scan 601
 
-Most questions are about the latest scan: the engine continues from its present scan.
+Most questions are about the latest scan, so the engine continues from its current scan.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_INPUTS = 50_000
-"""Most notes of scans' other inputs; a program that writes its inputs has one per scan."""
+"""Largest number of notes about other inputs; a program that writes its inputs has one per scan."""
 
 MOST_REPEATED = 8192
-"""Most scans repeated to reach one; a tenth of a second of most programs."""
+"""Largest number of scans repeated to reach a scan; this takes a tenth of a second for most programs."""
 
 CHAPTERS = 120
-"""Stretches of scans that are searched for a change: half a minute at 2 ms."""
+"""Number of stretches that are searched for a change: half a minute at 2 ms per scan."""
 
 _SIZE_BYTES = 4
 
 
 class ValueFile:
-    """Values of programs in a file without a name, which ends with the process."""
+    """Stores values of programs in an unnamed file, which disappears with the process."""
 
     def __init__(self) -> None:
         self._file: IO[bytes] | None = None
 
     def add(self, values: object) -> int | None:
-        """Write values; return their place, None if the disk has no room for them."""
+        """Write values; return their place, or None if the disk is full."""
         data = zstandard.compress(pickle.dumps(values, pickle.HIGHEST_PROTOCOL), 1)
         data = len(data).to_bytes(_SIZE_BYTES, "little") + data
         with suppress(OSError):
@@ -77,9 +77,9 @@ class ValueFile:
 
 
 class SnapshotStore:
-    """The scan process's notes of one program, see `watched_program`.
+    """The scan process's notes about one program, see `watched_program`.
 
-    The values are in a file: however long a session is, any scan has some shortly before it.
+    The values are in a file, so that even a long session has values shortly before any scan.
     """
 
     def __init__(self, file: ValueFile | None = None) -> None:
@@ -89,7 +89,7 @@ class SnapshotStore:
         self._forced: list[int] = []
 
     def take(self, record: Values | Inputs) -> None:
-        """Store a note; one that tells nothing new is dropped."""
+        """Store a note unless it contains nothing new."""
         scan = record.scan
         if isinstance(record, Values):
             place = self._file.add((record.values, record.truths))
@@ -108,7 +108,7 @@ class SnapshotStore:
                 del self._forced[:MOST_INPUTS]
 
     def place(self, scan: int) -> int | None:
-        """Return the place of the last values before a scan, or of an earlier one; None without any."""
+        """Return the place of the last values for a scan or an earlier one; None if there are none."""
         place = bisect_right(self.scans, scan) - 1
         return None if place < 0 else place
 
@@ -118,7 +118,7 @@ class SnapshotStore:
         return values
 
     def truths(self, place: int) -> Truths:
-        """Return the power of the previous scan, if it was noted with the values."""
+        """Return the power in the previous scan, if it was stored with the values."""
         truths: Truths | None = self._file.read(self._places[place])[1]
         return truths or {}
 
@@ -137,9 +137,9 @@ class Row(NamedTuple):
     scan: int
     now_ns: int
     first: bool
-    """Whether it begins with prescan."""
+    """Whether the scan begins with prescan."""
     memory: bytes | None
-    """Of the rack; None = the logic did not run."""
+    """Memory of the rack; None = the logic did not run."""
 
 
 class SessionScans(Source):
@@ -156,18 +156,18 @@ class SessionScans(Source):
         self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with values, back from a scan; none if scans can't be repeated."""
+        """Yield the scans with values, backwards from a scan; none if scans can't be repeated."""
         place = None if self._is_impure else self._kept.place(scan)
         return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
-        """Return the values before a scan, and its forces."""
+        """Return the values before a scan, and the forces in it."""
         place = self._kept.place(scan)
         assert place is not None
         return self._kept.values(place), self._kept.forces(scan)
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
-        """Return the number of successive rows from the first scan on, and their inputs."""
+        """Return the number of successive rows from the first scan, and their inputs."""
         rows = self._timeline.between(first, last)
         if not len(rows) or rows[0]["scan"] != first:
             return 0, iter(())
@@ -186,7 +186,7 @@ class SessionScans(Source):
         writes = tuple(
             (self._leaves[ident], index, value)
             for ident, index, value in known.writes
-            if ident in self._leaves  # may be false after an edit
+            if ident in self._leaves  # may be missing after an edit
         )
         return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
 
@@ -203,11 +203,11 @@ class ProgramReplica(Replayer):
         self._kept = kept
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with values, back from a scan."""
+        """Yield the scans with values, backwards from a scan."""
         return iter(()) if self.is_impure else (each for each in self.source.snapshots(scan) if each <= scan)
 
     def keep(self, scan: int) -> None:
-        """Keep the present values, those before a scan: its questions are answered from there."""
+        """Store the current values as those before a scan, so that questions about it start there."""
         place = self._kept.place(scan)
         if not self.is_impure and (place is None or self._kept.scans[place] < scan):
             self._kept.take(Values(scan, snapshot(self.engine.memory), 0))
@@ -217,7 +217,7 @@ class ProgramReplica(Replayer):
         return self._show_values(scan) if self.is_impure else super().show(scan)
 
     def _show_values(self, scan: int) -> bool:
-        """Show values and power of a program with routines in Python, not repeated: the nearest ones."""
+        """Show the latest stored values and power of a program that can't be repeated."""
         place = self._kept.place(scan + 1)
         if place is None:
             return False
@@ -228,7 +228,7 @@ class ProgramReplica(Replayer):
 
 
 def scans_in(rows: Rows) -> Iterator[Row]:
-    """Yield the scans of rows."""
+    """Yield a scan for each row."""
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
     columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
     for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):

@@ -1,4 +1,4 @@
-"""The text of a program in Python, or of a list of steps, for pages, with the kinds of its words."""
+"""Prepares the text of a Python program or list of steps for pages, with the kinds of its tokens."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scanrack.runtime.loop.faults import Fault
 from .catalog import Json, PageRoutine
 
 Span = tuple[int, int, str]
-"""From, to, and kind of a stretch of a line; both count UTF-16 units, as a browser does."""
+"""Start, end and kind of a part of a line; positions are in UTF-16 units, as in a browser."""
 
 _KINDS = {tokenize.COMMENT: "comment", tokenize.NUMBER: "number", tokenize.STRING: "string"}
 _F_STRING = {
@@ -23,7 +23,7 @@ _F_STRING = {
 
 
 def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
-    """Return the spans of each line by number, from 1; of a text that can't be read, those up to there."""
+    """Return the spans of each line by number, from 1; stop at a place that can't be tokenized."""
     found: dict[int, list[Span]] = {}
     for token, kind in _tokens(lines):
         (first, begin), (last, end) = token.start, token.end
@@ -52,12 +52,12 @@ def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
 
 
 def _units(text: str, letters: int) -> int:
-    """Return how many UTF-16 units the first letters of a text take."""
+    """Return the number of UTF-16 units in the first letters of a text."""
     return len(text[:letters].encode("utf-16-le", "surrogatepass")) // 2
 
 
 class PythonSource:
-    """The text of a program in Python for pages, as loaded."""
+    """The text of a Python program for pages, as loaded."""
 
     def __init__(self, file: Path) -> None:
         self._name = file.name
@@ -85,14 +85,14 @@ class PythonSource:
         return f"{self._name}.{line}" if Path(file).name == self._name else None
 
     def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
-        """Return those of a program's values that the line of a fault reads, by their last names."""
+        """Return the program's values that the line of a fault reads, matched by their last names."""
         place = self.place_of_fault(fault)
         line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
         names = {each for text in line for each in _names_in(text)}
         return [each for each in values if each.rpartition(".")[2] in names]
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
-        """Return its contents, and the answer with its text."""
+        """Return the routine's contents, and the answer with its text."""
         spans = spans_of(self._lines)
         uses = uses_in("\n".join(self._lines))
         lines = [
@@ -123,7 +123,7 @@ def uses_in(text: str) -> dict[int, list[str]]:
 
 
 def _dotted(node: ast.expr) -> str:
-    """Return a name with its attributes, "" of anything else."""
+    """Return a name with its attributes; "" for anything else."""
     if isinstance(node, ast.Attribute):
         stem = _dotted(node.value)
         return stem and f"{stem}.{node.attr}"
@@ -131,7 +131,7 @@ def _dotted(node: ast.expr) -> str:
 
 
 def _names_in(line: str) -> Iterator[str]:
-    """Yield the names and attributes that a line of Python reads; none of a part of a statement."""
+    """Yield the names and attributes that a line of Python reads; none if it is not a whole statement."""
     head = line.strip()
     try:
         tree = ast.parse(f"{head} pass" if head.endswith(":") else head)

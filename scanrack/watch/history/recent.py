@@ -1,4 +1,4 @@
-"""The latest rows of a session, by the number of the scan."""
+"""Keeps the latest rows of a session, by scan number."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from scanrack.runtime.live.ring import Rows
 
 KEPT = 1 << 16
-"""Least number of kept rows."""
+"""Least number of kept rows in a long session."""
 
 
 class RecentRows:
-    """The latest rows in the order of their scans, `KEPT` to twice as many."""
+    """The latest rows in scan order, `KEPT` to twice as many."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype = dtype
-        self._rows = np.zeros(0, dtype)  # until there are rows: a recording has none
+        self._rows = np.zeros(0, dtype)  # allocated with the first rows; a recording has none
         self._length = 0
         self.count = 0
-        """Rows added so far; a row's place counts from the first one ever added."""
+        """Number of rows added so far; a row's place counts from the first row ever added."""
 
     @property
     def rows(self) -> Rows:
@@ -32,7 +32,7 @@ class RecentRows:
         return self.count - self._length
 
     def add(self, rows: Rows) -> None:
-        """Add rows; of several of one scan the last one stays: a pause writes its scan again."""
+        """Add rows; keep only the last row of a scan, since a pause writes its scan again."""
         if not len(rows):
             return
         rows = rows[np.append(rows["scan"][1:] != rows["scan"][:-1], True)]
@@ -56,7 +56,7 @@ class RecentRows:
         self.count += 1  # no earlier place remains valid
 
     def since(self, place: int) -> Rows:
-        """Return the kept rows from a place on."""
+        """Return the kept rows from a place."""
         return self.rows[max(0, place - self.begin) :]
 
     def find(self, scan: int) -> int | None:
@@ -66,7 +66,7 @@ class RecentRows:
         return at if at < len(numbers) and numbers[at] == scan else None
 
     def between(self, first: int, last: int) -> Rows:
-        """Return the kept rows of the scans from one to another, both included."""
+        """Return the kept rows from scan `first` to scan `last`, inclusive."""
         numbers = self.rows["scan"]
         low, high = np.searchsorted(numbers, [first, last + 1])
         return self.rows[int(low) : int(high)]

@@ -1,4 +1,4 @@
-"""The events of a recording, read first around a page's scan, then backwards in the background.
+"""Reads the events of a recording, first around a page's scan, then backwards in the background.
 
 chunks     0    1    2    3    4    5    6    7
 read                      *    *    *              a page shows a scan of chunk 5
@@ -24,17 +24,17 @@ from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 Json = dict[str, Any]
 
 AT_ONCE = 4
-"""Chunks read at once for another scan; further ones are read between frames."""
+"""Number of chunks read at once for a new scan; further chunks are read between frames."""
 
 MOST_EVENTS = 200_000
-"""Most events read in the background."""
+"""Largest number of events read in the background."""
 
 
 class RecordedEvents:
     """The events of a recording.
 
     Args:
-        trace: the recording, which may be growing: its owner follows it.
+        trace: the recording; if it is growing, its owner follows it.
     """
 
     def __init__(self, trace: Trace) -> None:
@@ -44,7 +44,7 @@ class RecordedEvents:
         self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
         self.read = 0
         self.formats = NumberFormats.of(trace)
-        self.edits: set[int] = set()  # scans before which the program was edited, as far as read
+        self.edits: set[int] = set()  # scans before which the program was edited, as far as known
         self._find()
 
     def _find(self) -> None:
@@ -54,7 +54,7 @@ class RecordedEvents:
         self._forcing = [each for each in self._telling if self._trace.may_tell(sections[each], {FORCES})]
 
     def tick(self) -> bool:
-        """Read a further chunk; return whether there may be more."""
+        """Read one more chunk; return whether there may be more."""
         self._go_on()
         missing = self._missing()
         if not missing or self.read >= MOST_EVENTS:
@@ -72,11 +72,11 @@ class RecordedEvents:
 
     @property
     def version(self) -> tuple[int, ...]:
-        """What changes with each further chunk that is read."""
+        """A value that changes with each chunk that is read."""
         return len(self._known), self.read
 
     def known(self) -> Iterator[Json]:
-        """Yield the known events, in their order."""
+        """Yield the known events, in order."""
         return (event for place in sorted(self._known) for event in self._known[place].since(0))
 
     # --- states of a scan
@@ -91,7 +91,7 @@ class RecordedEvents:
         return found[-most:]
 
     def forces_at(self, scan: int | None) -> Json:
-        """Return the forces in effect in a scan: those of the last message up to it."""
+        """Return the forces in effect in a scan, from the last message up to it."""
         self._go_on()
         scan = LAST_SCAN if scan is None else scan
         for place in reversed(self._up_to(self._forcing, scan)):
@@ -109,7 +109,7 @@ class RecordedEvents:
         return self._stood(scan)[1]
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return what known orders have set last up to a scan, and who."""
+        """Return the values that known orders last set up to a scan, and by whom."""
         return self._stood(scan)[2]
 
     def faults_at(self, scan: int | None) -> list[Fault]:
@@ -118,7 +118,7 @@ class RecordedEvents:
         return [each for log in logs for each in log.faults_at(scan)]
 
     def _stood(self, scan: int | None) -> tuple[Json, list[Json], Json]:
-        """Return lines, rules and presses of a scan: those of the known chunks, back from its own."""
+        """Return lines, rules and presses in a scan, from the known chunks up to its own."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
         if self._latest[:2] != (scan, len(logs)):
             lines: Json = {}
@@ -133,11 +133,11 @@ class RecordedEvents:
         return self._latest[2:]
 
     def orders(self, first: int, last: int) -> list[RecordedOrder]:
-        """Return the orders of a session before the scans from one to another, both included."""
+        """Return the orders of a session before the scans from `first` to `last`, inclusive."""
         return orders_of(self._between(first, last, ORDERS.name))
 
     def links(self, slot: int, first: int, last: int) -> list[LinkChange]:
-        """Return the changes of the link to a module from one scan to another, both included."""
+        """Return the changes of the link to a module from scan `first` to scan `last`, inclusive."""
         return link_changes(self._between(first, last, INDICATORS), slot)
 
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
@@ -155,7 +155,7 @@ class RecordedEvents:
         return places[: bisect_right(places, self._trace.place_of(scan))]
 
     def _back_from(self, scan: int) -> Iterator[EventLog]:
-        """Yield the events of chunks back from a scan's, as far as known or readable at once."""
+        """Yield the events of chunks backwards from a scan's chunk, as far as known or readable at once."""
         self._go_on()
         left = 0 if scan == self._last_scan else AT_ONCE
         self._last_scan = scan

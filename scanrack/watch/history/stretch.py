@@ -1,8 +1,8 @@
-"""The programs of a session by scan: one up to an edit, another one from there on.
+"""The programs of a session, by scan: each edit begins a new stretch.
 
 scan       0 ................ 4,010 ................. 9,200 ....
 stretch    number 0           number 1                number 2
-power      its own program's, no other
+power      only from its own program
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ Json = dict[str, Any]
 
 @dataclass(eq=False)
 class Stretch:
-    """A program and the scans that it has run, from `first` on.
+    """A program and the scans that it ran, beginning with `first`.
 
     Attributes:
-        logic: None if it is unknown, or must not be run.
+        logic: the program's logic; None if it is unknown or must not be run.
         lacks: why it can't be shown; "" if it can.
-        history: the values of a program in Python.
-        kept: its values.
-        catalog: the rungs and tags of a ladder program; None of any other.
-        source: the text of a program in Python; None of a ladder program.
-        hints: names in place of unknown ones, see `panels.bindings`.
+        history: values that were read from a Python program.
+        kept: stored values of a ladder program.
+        catalog: the rungs and tags of a ladder program; None for any other program.
+        source: the text of a Python program; None for a ladder program.
+        hints: suggestions for unknown names, see `panels.bindings`.
     """
 
     number: int
@@ -68,7 +68,7 @@ class Stretch:
 
     @cached_property
     def rung_index(self) -> RungIndex:
-        """What edits of its rungs are checked against."""
+        """The index against which edits of its rungs are checked."""
         return RungIndex(self.ladder)
 
     @property
@@ -79,7 +79,7 @@ class Stretch:
 
     @cached_property
     def digest(self) -> str:
-        """What identifies the contents of its file; see `online`."""
+        """A digest that identifies the contents of its file, see `online`."""
         try:
             return "" if self.file is None else digest(self.file.read_bytes())
         except OSError:
@@ -92,38 +92,38 @@ class Stretch:
 
     @cached_property
     def live(self) -> ProgramReplica | None:
-        """Repeats the latest scans; None for a program that can't be repeated."""
+        """The replica that repeats the latest scans; None if the program can't be repeated."""
         return self._replica()
 
     @cached_property
     def past(self) -> ProgramReplica | None:
-        """Repeats any scan."""
+        """The replica that repeats any scan; None if the program can't be repeated."""
         return self._replica()
 
     @cached_property
     def lanes(self) -> TagLanes:
-        """Returns the points of tags in the timing strip."""
+        """The source of the points of tags in the timing strip."""
         return TagLanes(self.timeline, self._replica(), self.history, self.address, self.layout)
 
     def address(self, name: str) -> Address | None:
-        """Return the word or bit of an image that a name means; None for any other name."""
+        """Return the image word or bit to which a name refers; None for any other name."""
         with suppress(ValueError):
             return parse_address(name, self.words)
         meant = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
-        with suppress(ValueError):  # the fault of a connection is no word
+        with suppress(ValueError):  # a connection fault is not a word
             return None if meant is None else parse_address(meant, self.words)
         return None
 
     @cached_property
     def aliases(self) -> Mapping[str, str]:
-        """The addresses of inputs and outputs of a class of `Logic`, by name: `line.start`."""
+        """The addresses of the inputs and outputs of a `Logic` program, by name: `line.start`."""
         if not isinstance(self.logic, Logic):
             return {}
         names = Names(self.logic, self.words)
         return {f"{names.prefix}{name}": address for name, address in names.addresses.items()}
 
     def alias_tags(self) -> list[Json]:
-        """Return them as the tags of `hello`."""
+        """Return the aliases as tags for `hello`."""
         return [
             {
                 "name": name,
@@ -170,7 +170,7 @@ class Stretch:
         return None if known is None else known.place_of_fault(fault)
 
     def tags_of_fault(self, fault: Fault, values: Mapping[str, object]) -> list[str]:
-        """Return the tags or values that its rung or line reads; the first answers why it came to that."""
+        """Return the tags or values that the rung or line of a fault reads, the most relevant first."""
         if self.catalog is not None:
             return self.catalog.tags_of_fault(fault)
         return [] if self.source is None else self.source.tags_of_fault(fault, values)
@@ -190,19 +190,19 @@ class Stretches:
         self._file = ValueFile()
 
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
-        """Add the program that runs from a scan on."""
+        """Add the program that runs from a scan."""
         number, kept = len(self.all), self.kept(len(self.all))
         own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._history, kept)
         self.all.append(own)
         return own
 
     def lose(self, first: int) -> None:
-        """Show no program from a scan on: an unknown one ran there."""
+        """Show no program from a scan, since an unknown one ran there."""
         self.all = [each for each in self.all if each.first < first]
         self.add(first, None, None, "The recording does not bring the program of this scan.")
 
     def kept(self, number: int) -> SnapshotStore:
-        """Return the values of the program with a number; they may precede the program."""
+        """Return the stored values for a program number; they may arrive before the program."""
         return self._kept.setdefault(number, SnapshotStore(self._file))
 
     @property

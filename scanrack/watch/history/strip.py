@@ -1,15 +1,15 @@
-"""The timing strip of rows: bits by their edges, positions as an envelope.
+"""Makes the timing strip of rows: bits by their edges, positions as an envelope.
 
     rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
 
-A pulse of one scan is therefore visible, however many scans a frame has.
+So a pulse of one scan is visible, however many scans a frame has.
 
 A piece of the strip has the times between which it is valid:
 
     bit        [t, level]                     at each edge
     bit        [t, level, edges]              per stretch of scans, if there are many edges
     position   [t, least, greatest, last]     per stretch of scans
-    unknown    [t, None]                      from then on: rows were lost, or there is no position
+    unknown    [t, None]                      from this time: rows were lost, or there is no position
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from scanrack.runtime.live.ring import Rows
 from scanrack.traces.read.number_formats import NumberFormats
 
 MOST_EDGES = 400
-"""Most edges of one signal in one piece; more are combined to stretches."""
+"""Largest number of edges of one signal in a piece; more are combined into stretches."""
 
 EVERY_BIT = np.uint16(0xFFFF)
 
 CONFIGURES = np.uint16(0x8000)
-"""In the first word of an image: all its words configure [chapter 3, Configuration Mode]."""
+"""Bit of an image's first word that makes all its words configure [chapter 3, Configuration Mode]."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -42,7 +42,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 class PositionPlace(NamedTuple):
-    """Where the memory has a position."""
+    """The place of a position in the memory."""
 
     slot: int
     quantity: Quantity
@@ -55,8 +55,8 @@ class Signals:
 
     Attributes:
         bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
-        positions: by name.
-        modes: words of an image of a module with two modes -> the one whose sign means configuration.
+        positions: places of positions, by name.
+        modes: word of a module with two modes -> the word of its image whose sign bit means configuration.
     """
 
     bits: Mapping[int, Mapping[int, str]]
@@ -65,7 +65,7 @@ class Signals:
 
 
 def values_at(rows: Rows, layout: MemoryLayout, address: Address) -> NDArray[Any]:
-    """Return a word of an image in each of some rows, or a bit of it, as an array of bool."""
+    """Return an image word in each row as an array, or a bit of it as an array of bool."""
     at = layout.places[address.slot].columns(address.image).start + address.word
     words: NDArray[Any] = rows["words"][:, at]
     return words if address.bit is None else (words >> address.bit & 1).astype(bool)
@@ -75,7 +75,7 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
     """Return the signals of a rack.
 
     Args:
-        slots: the words of its modules, in the order of its memory.
+        slots: words of the rack's modules, in memory order.
     """
     bits: dict[int, dict[int, str]] = {}
     places = memory_layout(slots.items()).places
@@ -97,7 +97,7 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
 
 
 def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
-    """Return the bits of a module; of one in both images, such as MODE_CONFIG, that of the inputs."""
+    """Return the bits of a module; if both images have a bit, such as MODE_CONFIG, use the input's."""
     named = [(name, at) for names in words.groups.values() for name, at in names.items()]
     inputs = {name for name, at in named if at.image == "I"}
     return [(name, at) for name, at in named if at.image == "I" or name not in inputs]
@@ -112,16 +112,16 @@ def piece_of(
     *,
     formats: NumberFormats | None = None,
 ) -> Json:
-    """Return the strip of rows: `from` and `to`, ns, its valid times, `bits` and `positions`.
+    """Return the strip of rows: its valid times `from` and `to`, ns, `bits` and `positions`.
 
     Args:
-        rows: in order; there may be gaps.
-        before: the row before them, or none: the first row then begins every signal.
-        most: points of a position, without gaps.
-        formats: of the numbers of modules whose configuration selects them.
+        rows: rows in scan order; there may be gaps.
+        before: the row before them; if it is empty, the first row begins every signal.
+        most: largest number of points of a position, not counting gaps.
+        formats: number formats of modules whose configuration selects them.
 
     Returns:
-        The piece; an empty one without rows. A bit without a point keeps its level.
+        The piece; empty if there are no rows. A bit without a point keeps its level.
     """
     if not len(rows):
         return {}
@@ -176,7 +176,7 @@ def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[st
 
 
 def _column(rows: Rows, word: int, signals: Signals) -> Words:
-    """Return a word of each row, without the bits that have another meaning in configuration mode."""
+    """Return a word in each row, without bits that have another meaning in configuration mode."""
     words = rows["words"].view(np.uint16)
     column = words[:, word]
     mode = signals.modes.get(word)
@@ -189,12 +189,12 @@ def _column(rows: Rows, word: int, signals: Signals) -> Words:
 def _positions(
     rows: Rows, begins: Flags, signals: Signals, most: int, formats: NumberFormats
 ) -> dict[str, list[Point]]:
-    """Return the positions, steps; None where the words mirror a configuration."""
+    """Return the points of positions, steps; None where the words mirror a configuration."""
     words, times = rows["words"], rows["now_ns"]
     found = {}
     scans = rows["scan"].astype(np.int64)
     for name, (slot, quantity, inputs) in signals.positions.items():
-        said = words[:, signals.modes[inputs.start]] >= 0  # bit 15: these words are a mirror
+        said = words[:, signals.modes[inputs.start]] >= 0  # bit 15 means that these words are a mirror
         values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
         points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
         spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()

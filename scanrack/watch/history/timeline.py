@@ -1,9 +1,9 @@
-"""The scans of a session or a recording by number: the latest from the ring, the rest from the trace.
+"""Returns the scans of a session or recording by number: the latest from the ring, the rest from the trace.
 
     scan     0 ............................ 229,374 ............. 300,000
     from     the trace, a chunk at a time   the ring, in memory
 
-A row from a trace has no figures and no wall-clock time: neither is recorded.
+A row from a trace has no figures and no wall-clock time, since these are not recorded.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from scanrack.traces.read.reader import Trace, open_trace
 from .recent import RecentRows
 
 WINDOWS = 4
-"""Stretches of a trace kept in memory."""
+"""Number of windows of a trace kept in memory."""
 
 WINDOW = 8192
-"""Scans of such a stretch."""
+"""Number of scans in a window."""
 
 
 class Timeline:
-    """Rows by scan."""
+    """The rows of all available scans."""
 
     def __init__(self, recent: RecentRows, path: Path | None) -> None:
         self.recent = recent
         self.path = path
         self._trace: Trace | None = None
-        self._windows: dict[int, tuple[int, Rows]] = {}  # with the size of the trace that they are from
+        self._windows: dict[int, tuple[int, Rows]] = {}  # rows, with the size of the trace when read
         self._extent: tuple[int, int] | None = None
         self._known: tuple[int, dict[str, Any]] | None = None
 
@@ -58,12 +58,12 @@ class Timeline:
         return rows[0] if len(rows) else None
 
     def between(self, first: int, last: int) -> Rows:
-        """Return the available rows of the scans from one to another, both included."""
+        """Return the available rows from scan `first` to scan `last`, inclusive."""
         rows = self.recent.between(first, last)
         begins = int(rows["scan"][0]) if len(rows) else last + 1
         if self.path is None or len(rows) == last - first + 1:
             return rows
-        if begins <= first:  # rows were lost: the session runs faster than the monitor
+        if begins <= first:  # rows are lost if the session runs faster than the monitor
             written = self._read(first, last)
             return (
                 np.concatenate([written, rows[rows["scan"] > written["scan"][-1]]]) if len(written) else rows
@@ -71,18 +71,18 @@ class Timeline:
         return np.concatenate([self._read(first, begins - 1), rows])
 
     def apart(self, first: int, last: int) -> Rows:
-        """Return rows of the trace that are read once: the kept windows stay as they are."""
+        """Return rows of the trace for a single use, without changing the kept windows."""
         return self._columns(Selection(first, last))
 
     def values(self, scan: int) -> dict[str, Any]:
-        """Return the recorded tags of a scan, by name; empty without any."""
+        """Return the recorded tags in a scan, by name; empty if there are none."""
         if self._known is None or self._known[0] != scan:
             trace = self.opened()
             self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
         return self._known[1]
 
     def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
-        """Return the times, ns, of the scans from one to another, and the values of each recorded tag."""
+        """Return the times, ns, of the scans from `first` to `last`, and the values of each recorded tag."""
         trace = self.opened()
         plan = None if trace is None else trace.head.tags
         if trace is None or plan is None:
@@ -102,7 +102,7 @@ class Timeline:
         }
 
     def follow(self) -> bool:
-        """Read the new part of the trace; return whether there is any."""
+        """Read the new part of the trace; return whether there was one."""
         if self._trace is None:
             return self.opened() is not None
         grown = self._trace.follow()
@@ -111,7 +111,7 @@ class Timeline:
         return grown
 
     def opened(self) -> Trace | None:
-        """Return the opened trace; None without one, or before its first chunk."""
+        """Return the opened trace; None if there is none, or before its first chunk."""
         if self._trace is None and self.path is not None:
             try:
                 self._trace = open_trace(self.path)
@@ -145,7 +145,7 @@ class Timeline:
         return self._extent
 
     def _read(self, first: int, last: int) -> Rows:
-        """Return rows of the trace, by whole windows."""
+        """Return rows of the trace, reading whole windows."""
         numbers = range(first // WINDOW, last // WINDOW + 1)
         rows = np.concatenate([self._window(number, last) for number in numbers])
         low, high = np.searchsorted(rows["scan"], [first, last + 1])
@@ -188,7 +188,7 @@ def columns_of(rows: Rows) -> Columns:
 
 
 def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
-    """Return the tags of a scan for a page: names of enums, texts, lists of arrays."""
+    """Return the tags in a scan for a page: enums by name, texts, arrays as lists."""
     plan = trace.head.tags
     rows = None if plan is None else read_columns(trace, Selection(scan, scan), tags=True).tags
     if plan is None or rows is None or not len(rows):

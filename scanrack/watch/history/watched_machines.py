@@ -1,4 +1,4 @@
-"""Numbers of the machines of a rack, beside the images."""
+"""Reads numbers of a rack's machines, in addition to the images."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 
 PER_SLOT = 4
-"""Shaft, encoder, mask of energized inputs, place of position 0 on the shaft's scale."""
+"""Numbers per slot: shaft, encoder, mask of energized inputs, place of position 0 on the shaft's scale."""
 
 
 @dataclass(slots=True)
 class _Zero:
-    """Where a module's position 0 lies on the shaft's scale, steps since power-up.
+    """The place of a module's position 0 on the shaft's scale, steps from the place at power-up.
 
-    The place changes with home and preset only: lost steps stay visible as the distance between the
-    shaft and the module's position.
+    Only homing and presets change the place, so lost steps stay visible as the distance between the shaft and
+    the module's position.
     """
 
     words: ModuleWords
@@ -32,14 +32,14 @@ class _Zero:
     invalid: bool = True
 
     def read(self, image: Image, shaft: int, format: NumberFormat) -> int:
-        """Return the place as of an input image and its shaft.
+        """Update the place from an input image and shaft position; return it.
 
         Args:
-            format: of the position, where the module's configuration selects it.
+            format: format of the position if the module's configuration selects it.
         """
         inputs, quantity = list(image), self.words.quantity("position")
         if quantity is None or self.words.configures("I", inputs):
-            return self.at  # in configuration mode the words are a mirror
+            return self.at  # in configuration mode, the words are a mirror
         high, low = inputs[quantity.word : quantity.word + 2]
         position = (quantity.format or format).reported(high, low)
         resting, invalid = (
@@ -77,7 +77,7 @@ class MachineFigures:
         self.slots: list[int] = []  # the slots with a readable machine, `PER_SLOT` numbers each
         for slot in rack.slots.values():
             module: Any = slot.module
-            device = getattr(module, "module", module)  # inside of incidents
+            device = getattr(module, "module", module)  # unwrap injected faults
             if isinstance(device, ModuleWithFigures):
                 self._machines.append(_WatchedMachine(device, slot.inputs, _Zero(slot.words)))
                 self.slots.append(slot.number)

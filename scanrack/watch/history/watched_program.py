@@ -1,9 +1,9 @@
-"""Notes with which a monitor repeats the scans of a program: their inputs, and regular snapshots.
+"""Writes notes with which a monitor repeats the scans of a program: inputs, and regular snapshots.
 
     scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
 
-The other inputs of a scan are in the ring: images, times and flags.
+The other inputs of a scan, images, times and flags, are in the ring.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from scanrack.runtime.live.ring import Records
 from scanrack.runtime.loop.pace import wall_ns
 
 EVERY = 1024
-"""Scans between values."""
+"""Scans between two snapshots."""
 
 IMPURE_NS = 30_000_000
-"""Time between values of a program with routines in Python, whose scans can't be repeated."""
+"""Time between snapshots of a program with Python routines, whose scans can't be repeated, ns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,9 +33,8 @@ class Values:
     """The values of a program before a scan.
 
     Attributes:
-        values: by identifier of the variable, see `ladder.state.snapshots`.
-        truths: power of the previous scan, of a program with routines in Python, which is always
-            interpreted.
+        values: values by variable identifier, see `ladder.state.snapshots`.
+        truths: power in the previous scan, for a program with Python routines, which is always interpreted.
     """
 
     scan: int
@@ -46,12 +45,12 @@ class Values:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """Inputs of a scan beside its images and its time.
+    """Inputs of a scan in addition to its images and time.
 
     Attributes:
         writes: external writes since the previous scan: identifier, element, value.
-        forces: those in effect from this scan on.
-        images: the input images that the program read; None = those of the rack.
+        forces: forces in effect from this scan.
+        images: the input images that the program read; None = the rack's images.
     """
 
     scan: int
@@ -71,11 +70,11 @@ class LadderNotes:
         self._due_ns, self._news, self._given = 0, -1, -EVERY
 
     def news(self) -> bool:
-        """Whether the latest scan had inputs beyond its images."""
+        """Return whether the latest scan had inputs beyond its images."""
         return self._debugger.news != self._news
 
     def note(self, scan: int) -> None:
-        """Write the inputs of a scan beyond its images; at intervals also the values after it."""
+        """Write the inputs of a scan beyond its images; at intervals, also write the values after it."""
         debugger = self._debugger
         if debugger.news != self._news:
             self._note(debugger, scan)
@@ -108,7 +107,7 @@ def values_of(debugger: Debugger, scan: int) -> Values:
 
 
 def inputs_of(debugger: Debugger, scan: int) -> Inputs:
-    """Return the inputs of the latest scan, beside its images."""
+    """Return the inputs of the latest scan in addition to its images."""
     entry, memory = debugger.latest, debugger.engine.memory
     writes = () if entry is None else entry.writes
     images = entry.images if entry is not None and memory.copies_inputs else None

@@ -1,6 +1,6 @@
-"""The values of a program in Python for a monitor, a few times a second.
+"""Sends the values of a Python program to a monitor about 30 times per second.
 
-A program in Python may do anything, so that its scans are not repeated: its values are read where it runs.
+A Python program may do anything, so its scans are not repeated: its values are read while it runs.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.scan import ScanLogic
 
 EVERY_NS = 30_000_000
-"""Time between two reads."""
+"""Time between two reads, ns."""
 
 FIND_EVERY = 32
-"""Reads between two searches for new values."""
+"""Number of reads between two searches for new values."""
 
 MOST = 200
-"""Most values that are shown."""
+"""Largest number of values that are shown."""
 
 ALL = ("*",)
 
 
 class PythonNotes:
-    """Sends a monitor the values of a program in Python; see `runtime.live.tap.Notes`.
+    """Sends the values of a Python program to a monitor, see `runtime.live.tap.Notes`.
 
     Args:
         logic: returns the program, which an edit may replace.
-        patterns: the values that the rack file records; all if it names none.
+        patterns: the values that the rack file records; empty = all.
     """
 
     def __init__(
@@ -48,11 +48,11 @@ class PythonNotes:
         self._namespace: dict[str, Any] = {}
 
     def news(self) -> bool:
-        """Return False: values are sent a few times a second."""
+        """Return False: values are sent at intervals."""
         return False
 
     def note(self, scan: int) -> None:
-        """Send changed values, a few times a second."""
+        """Send changed values if the interval has passed."""
         now = wall_ns()
         if now >= self._due_ns:
             self._due_ns = now + EVERY_NS
@@ -65,7 +65,7 @@ class PythonNotes:
         self._look(scan - 1)
 
     def _find(self) -> None:
-        """Find the present values: a running program may make new ones."""
+        """Find the current values: a running program may create new ones."""
         try:
             self._namespace = namespace_of(self._logic())
             found = named_values(self._namespace, self._patterns)[:MOST]
@@ -85,10 +85,10 @@ class PythonNotes:
             self._tell({"values": {"scan": scan, "values": new}})
 
     def _value(self, code: CodeType) -> object:
-        """Return a value for a page, None if it can't be read now."""
+        """Return a value for a page; None if it can't be read now."""
         try:
             value = eval(code, self._namespace)
-        except Exception:  # a property of the user's raises: it has no value
+        except Exception:  # a user's property raises: there is no value
             return None
         if isinstance(value, Enum):
             return value.name

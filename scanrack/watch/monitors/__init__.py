@@ -1,1 +1,1 @@
-"""The page's view and questions: the monitors of a session and of a recording."""
+"""Monitors of a session and of a recording: they make the view of pages, and answer their questions."""

@@ -1,4 +1,4 @@
-"""The process of a long question: it prints one line of JSON, the answer or `{"refused"}`."""
+"""The process for a long question: it prints one line of JSON, the answer or `{"refused"}`."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import sys
 from importlib import import_module
 
 MODESTY = 10
-"""Its lower priority than that of scans and frames, see nice(2)."""
+"""Increment of niceness, for a lower priority than scans and frames, see nice(2)."""
 
 
 def main(module: str) -> None:
-    """Call `answer` of a module with the arguments that come pickled on the standard input."""
+    """Call `answer` of a module with pickled arguments from standard input."""
     if hasattr(os, "nice"):
         os.nice(MODESTY)
     sys.stdout.write(json.dumps(import_module(module).answer(*pickle.load(sys.stdin.buffer))))

@@ -1,4 +1,4 @@
-"""The parts of a page's questions; a ValueError has the mistake in one."""
+"""Reads the parts of a page's questions; a ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ Said = Mapping[str, Any]
 """A question."""
 
 SCANS_MOST = 50_000
-"""Most scans of a question about several."""
+"""Largest number of scans in a question."""
 
 ENVELOPE_STEPS = 500
-"""Points of a position in a past window."""
+"""Number of points of a position in a past window."""
 
 
 def program_of(monitor: Monitor, page: Page) -> Stretch:
-    """Return the program that a page has received."""
+    """Return the program that a page shows."""
     return page.program or monitor.subject.programs.latest
 
 
 def own_name(monitor: Monitor, page: Page, tag: str) -> str:
-    """Return a tag as a ladder program can name it: in place of `slot1.status.IN_HOME` the address."""
+    """Return a tag by a name for a ladder program: the address instead of `slot1.status.IN_HOME`."""
     catalog = program_of(monitor, page).catalog
     if catalog is None or catalog.has(tag):
         return tag
@@ -34,7 +34,7 @@ def own_name(monitor: Monitor, page: Page, tag: str) -> str:
 
 
 def addresses_in(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str, str]:
-    """Return the addresses of those tags that mean a word or bit of an image."""
+    """Return the addresses of the tags that refer to a word or bit of an image."""
     program = program_of(monitor, page)
     places = {tag: program.address(tag) for tag in tags}
     faults = {} if program.catalog is None else program.catalog.addresses(tags)

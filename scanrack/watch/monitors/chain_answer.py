@@ -1,4 +1,4 @@
-"""The chain of causes in an answer to a page: its links as JSON, each with its rung or line."""
+"""Makes the chain of causes for an answer to a page: its links as JSON, each with its rung or line."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from ..history.timeline import columns_of
 from .monitor import BACK, Json, Monitor
 
 MOST_LINKS = 60
-"""Most links that a page receives, the shortest ways first."""
+"""Largest number of links that a page receives, the closest first."""
 
 DEEPEST = 40
-"""Most links one behind the other: no one reads further back, and each costs a scan."""
+"""Largest depth of a chain: no one reads further back, and each link costs a scan."""
 
 _TOPICS = {
     "rule": "/events",
@@ -36,12 +36,12 @@ _TOPICS = {
 
 
 def chain_of(monitor: Monitor, causes: Causes, tag: str, scan: int) -> CauseLink | None:
-    """Return the chain of a tag of a ladder program after a scan; None if nothing is known of it."""
+    """Return the chain of a ladder program's tag after a scan; None if nothing is known about it."""
     return next(iter(_chains(monitor, causes, [tag], scan)), None)
 
 
 def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequence[str]) -> list[Json]:
-    """Return the chain of a major fault: behind it are the tags that its rung has read."""
+    """Return the chain of a major fault; its causes are the tags that its rung read."""
     groups = [(each,) for each in _chains(monitor, causes, tags, fault.scan)]
     root = linked(
         groups,
@@ -57,7 +57,7 @@ def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequenc
 
 
 def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) -> list[CauseLink]:
-    """Return the known chains of tags, and of words and bits of images, after a scan."""
+    """Return the known chains of tags and of image words and bits after a scan."""
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
     if not len(rows):
         return []
@@ -117,7 +117,7 @@ def links_of(chain: CauseLink) -> list[Json]:
 
 
 def _at(link: CauseLink) -> str | None:
-    """Return the rung or line as a page names it: `Main.3`, `line.py.12`."""
+    """Return the rung or line in a page's notation: `Main.3`, `line.py.12`."""
     site = link.site
     if site is None:
         return None

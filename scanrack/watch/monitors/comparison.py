@@ -1,10 +1,10 @@
-"""Another recording beside the one of a page: the same scan of both, and what differs in it.
+"""Compares a page's recording with another one: shows the same scan of both, and the differences.
 
     page       scan 480   words  power  tags          of the session or recording that is watched
     other      scan 480   words  power  tags          of a recording in the same folder
     frame      other: { there, known, words, power, tags }    the other's values where they differ
 
-Scans are compared by their numbers. A branch is a recording, too.
+Scans with equal numbers are compared. A branch is also a recording.
 """
 
 from __future__ import annotations
@@ -27,35 +27,36 @@ from .monitor import Json, Monitor
 from .page import Page
 
 MOST_LISTED = 100
-"""Most recordings that a page is offered, the newest ones."""
+"""Largest number of recordings that a page is offered; the newest are kept."""
 
 PIECE, MOST_SEARCHED = 4096, 65_536
-"""Scans that are compared at once, and most of a question."""
+"""Number of scans compared at once, and the most for one question."""
 
 
 class OpenedBeside(NamedTuple):
-    """Another recording: its monitor, and what closes its files."""
+    """Another recording: its monitor, and a function that closes its files."""
 
     monitor: Monitor
     close: Callable[[], None]
 
 
 def recordings_beside(record: Path) -> list[str]:
-    """Return the names of the recordings in the folder of a recording or a rack file, without itself."""
+    """Return the names of the other recordings in the folder of a recording or rack file."""
     found = []
     for each in record.parent.glob("*.mcap"):
-        with suppress(OSError):  # it is gone, or not ours
+        with suppress(OSError):  # the file is gone, or belongs to someone else
             if each.is_file() and each.resolve() != record.resolve():
                 found.append((each.stat().st_mtime_ns, each.name))
     return [name for _, name in sorted(found, reverse=True)[:MOST_LISTED]]
 
 
 def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json | None:
-    """Return a recording for the list of a page; None if it is of another rack, or can't be read.
+    """Return an entry for a page's list of recordings; None if it is of another rack or can't be read.
 
     Args:
-        rack: of the page.
-        own: the recording of the page, and `parent` the name of the one that it branches from.
+        rack: rack of the page.
+        own: recording of the page.
+        parent: name of the recording from which it branches.
     """
     try:
         with open_trace(path) as trace:
@@ -75,11 +76,11 @@ def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json
 
 
 class Comparison:
-    """A comparison that a page looks at.
+    """A comparison that a page shows.
 
     Attributes:
-        name: of the other recording.
-        other: its monitor.
+        name: name of the other recording.
+        other: monitor of the other recording.
 
     Args:
         own: the monitor of the page.
@@ -94,11 +95,11 @@ class Comparison:
         self._close()
 
     def tick(self) -> bool:
-        """Run further scans of the other program; return whether there are more."""
+        """Run more scans of the other program; return whether more remain."""
         return self.other.tick()
 
     def differences(self, page: Page, picture: Json) -> Json:
-        """Return what the other recording has in the scan of a picture, where it differs."""
+        """Return the other recording's values in the scan of a picture, where they differ."""
         scan = int(picture["scan"])
         if self.other.subject.timeline.row(scan) is None:
             return {"there": False, "words": {}, "power": {}, "tags": {}}
@@ -116,7 +117,7 @@ class Comparison:
         }
 
     def _follow(self, page: Page, scan: int) -> None:
-        """Show the same scan, routine and tags."""
+        """Make the other recording show the same scan, routine and tags."""
         mine, program = self._page, self.other.subject.programs.at(scan)
         mine.past = scan
         if mine.program is not program or self._routine != page.shown.name:
@@ -129,10 +130,10 @@ class Comparison:
         mine.watch(page.watched)
 
     def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
-        """Return the next scan where other words differ than in the scan before, and the last one searched.
+        """Return the next scan in which the set of differing words changes, and the last searched scan.
 
         Args:
-            scan: where the search begins; that scan is none.
+            scan: scan from which to search, not included.
             way: 1 forwards, -1 backwards.
         """
         searched, low = scan, self._common()[0]
@@ -149,7 +150,7 @@ class Comparison:
         return None, searched
 
     def _pieces(self, scan: int, way: int) -> Iterator[tuple[int, int]]:
-        """Yield the first and last scans of the pieces that both recordings have, beginning beside a scan."""
+        """Yield the first and last scan of each piece that both recordings have, beginning next to a scan."""
         low, high = self._common()
         if way > 0:
             for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
@@ -159,7 +160,7 @@ class Comparison:
                 yield max(last - PIECE + 1, low), last
 
     def _common(self) -> tuple[int, int]:
-        """Return the first and the last scan that both recordings may have; 0 and -1 without any."""
+        """Return the first and last scan that both recordings may have; 0 and -1 if there are none."""
         extents = [each.subject.timeline.extent for each in (self._own, self.other)]
         known = [each for each in extents if each is not None]
         if len(known) < len(extents):
@@ -167,7 +168,7 @@ class Comparison:
         return max(each[0] for each in known), min(each[1] for each in known)
 
     def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Return the scans of a stretch that both have, and for each, a row, whether each word differs."""
+        """Return the scans of a stretch that both have, with a row of flags for each: which words differ."""
         first = max(first, 0)
         mine, others = (each.subject.timeline.between(first, last) for each in (self._own, self.other))
         scans, here, there = np.intersect1d(mine["scan"], others["scan"], return_indices=True)
@@ -178,7 +179,7 @@ class Comparison:
         return scans.astype(np.int64), pair[0] != pair[1]
 
     def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
-        """Return the words, in rows of a monitor, of the slots with as many words in both recordings."""
+        """Return the places of words in a monitor's rows, for slots of equal size in both recordings."""
         mine, others = (each.subject.spec.layout.places for each in (self._own, self.other))
         slots = [slot for slot, own in mine.items() if slot in others and _sizes(own) == _sizes(others[slot])]
         every = np.arange(monitor.subject.spec.layout.words)
@@ -187,7 +188,7 @@ class Comparison:
 
 
 COLUMNS = 88
-"""Width for which routines of the other program are laid out; no one sees them."""
+"""Width for which routines of the other program are laid out, columns; the layout is not shown."""
 
 
 def _sizes(places: ImagePlaces) -> tuple[int, ...]:
@@ -199,7 +200,7 @@ def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
 
 
 def _words(mine: list[int], others: list[int] | None) -> Json:
-    """Return the other's words by place, inputs before outputs, where they differ; none of another size."""
+    """Return the other's words that differ, by place, inputs before outputs; none if the sizes differ."""
     same_size = others is not None and len(others) == len(mine)
     pairs = enumerate(zip(mine, others or (), strict=True)) if same_size else ()
     return {str(place): other for place, (one, other) in pairs if one != other}
@@ -209,7 +210,7 @@ def _words(mine: list[int], others: list[int] | None) -> Json:
 
 
 def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
-    """List the recordings of this rack that a page may compare with, the newest first."""
+    """List the recordings of this rack with which a page may compare, newest first."""
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
     rack = monitor.subject.spec
@@ -218,7 +219,7 @@ def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
 
 
 def compare(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Compare with another recording of the same folder from now on, or with none."""
+    """Begin to compare with another recording in the same folder, or stop comparing."""
     name, record = said.get("with"), _record_of(monitor)
     if name is None:
         page.compare(None)
@@ -233,7 +234,7 @@ def compare(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the next scan, or the one before, in which other words differ than in the scan before it."""
+    """Return the next or previous scan in which the set of differing words changes."""
     scan, way = said.get("from"), said.get("way")
     if type(scan) is not int or way not in (1, -1):
         raise ValueError("from is the number of a scan, and way 1 or -1")
@@ -242,7 +243,7 @@ def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the strip of past scans of the recording that is compared with, as far as available."""
+    """Return the strip of past scans of the other recording, as far as available."""
     return {"strip": strip_in(_comparison(page).other, said)}
 
 

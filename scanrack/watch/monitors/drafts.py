@@ -1,7 +1,7 @@
-"""Questions about edited rungs: what is wrong with them, how they look, and what they would have done.
+"""Answers questions about edited rungs: their mistakes, their drawing, and what they would have done.
 
-The page has the draft and sends it with each question. It is checked against the running program here, beside
-the scans; the scan process takes it over.
+The page has the draft and sends it with each question. Here it is checked against the running program, beside
+the scans. The scan process takes it over.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from .page import Page
 from .stretched import ReplayPackage
 
 LOOKED_BACK_NS = 10_000_000_000
-"""Time before the latest scan in which an edit is tried."""
+"""Time before the latest scan for which an edit is tried, ns."""
 
 MOST_SCANS = 20_000
-"""Most scans of that: a rack may run faster than its clock."""
+"""Largest number of scans in this time: a rack may run faster than real time."""
 
 
 def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
-    """Return what a rung may be made of, and what identifies the program that is edited."""
+    """Return the elements from which rungs can be built, and a digest of the edited program."""
     program, _catalog = _edited(monitor)
-    logic, _ = program.ladder, program.rung_index  # made before the first edit
+    logic, _ = program.ladder, program.rung_index  # created before the first edit
     instructions = [
         {
             "name": each.name,
@@ -84,7 +84,7 @@ def _row_of(mistake: Mistake) -> Json:
 
 
 def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return the draft of an earlier program as one of the program that runs."""
+    """Return the draft of an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
     draft = _parsed(said)
     edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
@@ -98,7 +98,7 @@ def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def would(monitor: Monitor, page: Page, said: Said) -> None:
-    """Let a process say what edited rungs would have done in the last 10 s, beside what happened."""
+    """Start a process that compares what edited rungs would have done in the last 10 s with what happened."""
     program, _catalog = _edited(monitor)
     draft, row = _draft(program, said), monitor.latest
     ran = monitor.ran
@@ -121,7 +121,7 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
 
 
 def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
-    """Return the draft in a question; ValueError if it is none, or not of the program that runs."""
+    """Return the draft in a question; raise ValueError if it is not one, or not of the running program."""
     draft = _parsed(said, more)
     if draft.base != program.digest:
         raise ValueError("the program was edited meanwhile: edit the one that runs now")
@@ -136,7 +136,7 @@ def _parsed(said: Said, more: Sequence[str] = ()) -> Online:
 
 
 def _edited(monitor: Monitor) -> tuple[Stretch, Catalog]:
-    """Return the program that runs; ValueError if a page does not edit its rungs."""
+    """Return the running program; raise ValueError if pages can't edit its rungs."""
     program = monitor.subject.programs.latest
     if monitor.about.read_only or monitor.about.kind != "rack":
         raise ValueError("this session is read-only: nothing is edited")

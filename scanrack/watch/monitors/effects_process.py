@@ -1,9 +1,9 @@
-"""What an edit would have done in the last scans, in its own process.
+"""Finds what an edit would have done in the last scans, in its own process.
 
     values before scan n      inputs n, n + 1, ...      the running program      what happened
                               the same                  the edited one           what would have
 
-Both run on the recorded inputs: a machine that would have moved otherwise is not in it.
+Both run on the recorded inputs, so the result ignores that a machine would have moved differently.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ from ..history.watched_program import Inputs, Values
 from .stretched import ReplayPackage
 
 MOST_GROUPS, MOST_MEMBERS = 60, 20
-"""Most instances, and most members of one, that a page receives."""
+"""Largest number of instances, and of members per instance, that a page receives."""
 
 
 class EditEffect(NamedTuple):
-    """A value that would have differed, from a scan on."""
+    """A value that would have differed from a scan."""
 
     path: str
     output: bool
@@ -44,7 +44,7 @@ class EditEffect(NamedTuple):
 
 
 def answer(given: ReplayPackage) -> dict[str, Any]:
-    """Return the values that would have differed, grouped by tag, or why that can't be said."""
+    """Return the values that would have differed, grouped by tag, or why this is unknown."""
     try:
         with tempfile.TemporaryDirectory() as folder:
             old, new = _programs(given, Path(folder))
@@ -80,7 +80,7 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
 
 
 def _both_runs(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
-    """Return what repeats the scans with either program; the new one takes the values of the old one over."""
+    """Return a replica of either program that repeats the scans; the new one takes the old one's values."""
     engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
     restore(engines[0].memory, given.values)
     engines[0].scans = given.first
@@ -94,7 +94,7 @@ def _common_cells(memory: Memory, other: Memory) -> list[tuple[str, CellType, Ce
 
 
 def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
-    """Run both programs on the same inputs; return what differs, each value once."""
+    """Run both programs on the same inputs; return each value that differs once."""
     first, last = given.first, int(given.rows["scan"][-1])
     runs = _both_runs(given, old, new)
     memories = [each.engine.memory for each in runs]

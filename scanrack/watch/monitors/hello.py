@@ -1,4 +1,4 @@
-"""The rack in the first message to a page: slots, words, bits, inputs, machines, incidents."""
+"""Describes the rack for the first message to a page: slots, words, bits, inputs, machines, incidents."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TITLES = {
     "cw_limit": "CW limit",
     "ccw_limit": "CCW limit",
 }
-"""The inputs of a 3601 in words."""
+"""Titles of the inputs of a 3601."""
 
 NAMES = {
     "amci3601": "AMCI 3601",
@@ -34,13 +34,13 @@ NAMES = {
     "amci-drive": "networked drive",
     **{name: f"AMCI {model.title}" for name, model in MODELS.items()},
 }
-"""Titles of modules; cards have their catalog numbers."""
+"""Titles of modules; a card's title is its catalog number."""
 
 SECTIONS = {
     "command": "chapter 5, Command Words",
     "status": "chapter 6, Status Bits",
 }
-"""Sections of the manual about the bits of a group."""
+"""The manual's section about the bits of each group."""
 
 
 def slots_of(spec: RackSpec) -> list[Json]:
@@ -49,7 +49,7 @@ def slots_of(spec: RackSpec) -> list[Json]:
 
 
 def slot_of(slot: SlotSpec) -> Json:
-    """Return a slot."""
+    """Return a slot for `hello`."""
     words = slot.words
     return {
         "number": slot.number,
@@ -94,7 +94,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
 
 
 def addresses_of(spec: RackSpec) -> list[Json]:
-    """Return the words of all slots, and their named bits, as the tags of `hello`."""
+    """Return the words of all slots, and their named bits, as tags for `hello`."""
     found = []
     for slot in spec.slot:
         for each in bits_of(slot.number, slot.words):
@@ -112,7 +112,7 @@ def addresses_of(spec: RackSpec) -> list[Json]:
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
-    """Return the inputs of a module that a person presses, and those that a machine operates."""
+    """Return the inputs of a module: those that a person presses, and those that a machine operates."""
     if slot.is_live:
         return []
     wired = slot.words.groups.get("input")
@@ -186,7 +186,7 @@ _TITLES = {
 
 
 def incidents_of(spec: RackSpec) -> list[Json]:
-    """Return the incidents of a rack, each with the slots that it can happen to."""
+    """Return the incidents of a rack, each with the slots to which it can happen."""
     found = []
     for kind, title in _TITLES.items():
         slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each)]
@@ -196,7 +196,7 @@ def incidents_of(spec: RackSpec) -> list[Json]:
 
 
 def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Json]:
-    """Return what a page chooses of an incident."""
+    """Return the fields of an incident that a page can set."""
     fields: list[Json] = [
         {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
     ]
@@ -210,7 +210,7 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
-    """Yield what can be set around modules: named states by choice, anything as text."""
+    """Yield the conditions around modules that can be set: named states as choices, others as text."""
     slots = [each.number for each in spec.slot if not each.is_live and each.record.conditions]
     if not slots:
         return

@@ -1,6 +1,6 @@
-"""The lines of a Python program that ran, in its own process, since the program runs again.
+"""Finds the executed lines of a Python program, in its own process, since the program runs again.
 
-The recording may still grow: its latest scans come with the question.
+The recording may still be growing, so its latest scans come with the question.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, first: int, last: int, more: Columns, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the lines that ran in scans of a recording, or the refusal.
+    """Return the lines that were executed in scans of a recording, or a refusal.
 
     Args:
         more: the latest scans, which may not be written yet.

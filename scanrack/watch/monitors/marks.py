@@ -1,4 +1,4 @@
-"""The marks of a recording: errors, faults, rules, changes of the mode, restarts; of all its scans.
+"""Finds the marks of a whole recording: errors, faults, rules, mode changes, restarts.
 
 scans      0 ... 32,767   32,768 ...        columns of the images and flags, a piece per tick
 events     one chunk per tick               see `recorded_events`
@@ -24,42 +24,42 @@ from .troubles import ErrorBit, ErrorWatch
 Json = dict[str, Any]
 
 PIECE = 32_768
-"""Scans that are looked through at once: some 10 ms."""
+"""Number of scans that are searched at once; this takes about 10 ms."""
 
 SAME_SCANS = 2
-"""An error bit comes on in the scan in which its rule is reported, or so many scans later at most."""
+"""An error bit comes on at most this many scans after its rule is reported."""
 
 KINDS = ("fault", "error", "rule", "mode", "restart")
-"""Kinds of marks, the gravest first."""
+"""Kinds of marks, most severe first."""
 
 FAILURES = ("fault", "error")
 
 SHOWN_MOST = 2_000
-"""Most marks on the axis of a page: of more, some per stretch of scans."""
+"""Largest number of marks on a page's axis; if there are more, some are shown per stretch of scans."""
 
 
 class Mark(NamedTuple):
-    """A mark."""
+    """A mark at a scan."""
 
     scan: int
     t: int
     kind: str
     text: str
     slot: int = 0
-    name: str = ""  # of the bit or the rule
+    name: str = ""  # name of the bit or rule
     tag: str = ""  # address of the bit
 
     @property
     def fields(self) -> Json:
-        """Its fields for a page."""
+        """The fields for a page."""
         return self._asdict()
 
 
 class Marks:
-    """The marks of a recording, as far as it was looked through.
+    """The marks of a recording, as far as it has been searched.
 
     Args:
-        words: of the modules, by slot in the order of the rows.
+        words: words of the modules, by slot, in the order of the rows.
     """
 
     def __init__(
@@ -71,10 +71,10 @@ class Marks:
         self._before: Rows | None = None
         self._next: int | None = None
         self._known: tuple[tuple[int, ...], list[Mark], list[int]] = ((), [], [])
-        self.untold: list[Mark] = []  # error bits that came on without a rule, as of the last question
+        self.untold: list[Mark] = []  # error bits that came on without a rule, at the last question
 
     def tick(self) -> bool:
-        """Look through a further piece; return whether there are more."""
+        """Search one more piece; return whether more remain."""
         extent = self._timeline.extent
         if extent is None:
             return False
@@ -86,7 +86,7 @@ class Marks:
 
     @property
     def whole(self) -> bool:
-        """Whether all scans and events were looked through."""
+        """Whether all scans and events have been searched."""
         extent = self._timeline.extent
         return extent is None or (
             self._next is not None and self._next > extent[1] and self._recorded.missing() == 0
@@ -98,21 +98,21 @@ class Marks:
         return self._sorted()[0]
 
     def next(self, scan: int, way: int, kinds: Sequence[str] = KINDS) -> Mark | None:
-        """Return the next mark after a scan, or the one before for -1; None without one."""
+        """Return the next mark after a scan, or the previous one if `way` is -1; None if there is none."""
         marks, scans = self._sorted()
         beyond = marks[bisect_right(scans, scan) :] if way > 0 else marks[: bisect_left(scans, scan)][::-1]
         found = next((each for each in beyond if each.kind in kinds), None)
         if found is None:
             return None
         same = marks[bisect_left(scans, found.scan) : bisect_right(scans, found.scan)]
-        return min(same, key=lambda each: KINDS.index(each.kind))  # the gravest of its scan
+        return min(same, key=lambda each: KINDS.index(each.kind))  # the most severe in its scan
 
     def failure(self, scan: int) -> Mark | None:
-        """Return the last fault or error up to a scan; without one the first of all."""
+        """Return the last fault or error up to a scan; if there is none, the first of all."""
         return self.next(scan + 1, -1, FAILURES) or self.next(scan, 1, FAILURES)
 
     def shown(self) -> list[list[Any]]:
-        """Return `[scan, kind, count]` of the marks on the axis, the gravest of each stretch for many."""
+        """Return `[scan, kind, count]` of the marks on the axis; of many, the most severe per stretch."""
         marks = self.all
         if len(marks) <= SHOWN_MOST:
             return [[each.scan, each.kind, 1] for each in marks]
@@ -141,7 +141,7 @@ class Marks:
         return self._known[1:]
 
     def _of_events(self, told: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
-        """Yield the marks of events: faults, and rules; note the scans in which these set bits."""
+        """Yield the marks for events, faults and rules; record the scans in which rules set bits."""
         for event in self._recorded.known():
             scan, kind, bits = event["scan"], event["kind"], event.get("bits", ())
             if kind == "faults":
@@ -186,7 +186,7 @@ class Marks:
 
 
 def _is_told(mark: Mark, told: Mapping[tuple[int, str], Sequence[int]]) -> bool:
-    """Return whether the rule that has set an error bit is a mark itself."""
+    """Return whether the rule that set an error bit has a mark of its own."""
     scans = told.get((mark.slot, mark.name), ()) if mark.kind == "error" else ()
     place = bisect_right(scans, mark.scan) - 1
     return place >= 0 and mark.scan - scans[place] <= SAME_SCANS

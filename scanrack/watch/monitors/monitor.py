@@ -1,7 +1,7 @@
-"""The subject of pages: the rows of a rack, its program, its events; of a running session or of a recording.
+"""Provides the contents of pages: a rack's rows, program and events, from a running session or a recording.
 
 A monitor works in one thread; `server` calls `tick` thirty times a second. `Subject` has the contents of
-pages; `session_monitor` and `trace_monitor` make one.
+pages; `session_monitor` and `trace_monitor` create one.
 """
 
 from __future__ import annotations
@@ -37,32 +37,32 @@ from .stretched import SessionProgram
 Json = dict[str, Any]
 
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
-"""Rows per point of a position in a frame, and most points: a fast rack has many rows."""
+"""Rows per point of a position in a frame, and the most points: a fast rack has many rows."""
 
 BACK = 16_384
-"""Scans of images and recorded values that a question looks back; the recording may lack them yet."""
+"""Number of scans that a question searches back in images and recorded values."""
 
 EVERY = 1 << 40
-"""More events than there are."""
+"""More than the number of events."""
 
 SPEED_SCANS = 50
 """Scans over which the speed of an axis is measured."""
 
 STRIP_FIRST = 2048
-"""Number of rows in a page's first strip."""
+"""Number of rows in the first strip of a page."""
 
 
 @dataclass(frozen=True, slots=True)
 class SessionFacts:
-    """Facts of a session or a recording beside its rack."""
+    """Facts about a session or recording other than its rack."""
 
     version: str
     name: str
-    path: str  # of the rack file, or of the trace
+    path: str  # path of the rack file or of the trace
     kind: str
     read_only: bool
-    live: bool  # there are real ports
-    record: str | None  # path of the permanent recording, or None
+    live: bool  # whether there are real ports
+    record: str | None  # path of the permanent recording; None without one
     branches: bool = False  # whether a page may begin a branch
 
 
@@ -70,7 +70,7 @@ class Subject:
     """A rack and its program, as pages show them.
 
     Attributes:
-        programs: by scan, at least one before a page joins.
+        programs: the programs, by scan; there is at least one before a page joins.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Subject:
         self.history = ValueHistory(spec.scan_ns)
         self.programs = Stretches(self.words, self.timeline, self.history)
         self.values: Json = {}
-        """Values of a program in Python, from the last message."""
+        """Values of a Python program, from the last message."""
 
     def keep(self, record: Values | Inputs) -> None:
         """Store the notes of a program."""
@@ -104,7 +104,7 @@ class Subject:
         return piece, following
 
     def bindings(self, program: Stretch) -> Bindings:
-        """Return the names that items of a panel may have."""
+        """Return the names to which the items of a panel can be bound."""
         return Bindings(program, slots_of(self.spec), program.described(self.values)["tags"])
 
     def described(self, about: SessionFacts, program: Stretch) -> Json:
@@ -138,30 +138,30 @@ class Monitor(ABC):
         self.pages: list[Page] = []
         self._joined = 0
         self.elsewhere = QuestionProcesses()
-        self.opener: Callable[[Path], Any] | None = None  # opens another recording; see `open_beside`
-        self.marks: Marks | None = None  # of a recording
+        self.opener: Callable[[Path], Any] | None = None  # opens another recording, see `open_beside`
+        self.marks: Marks | None = None  # marks of a recording
         self._table: EventTable | None = None
         self.latest: Row | None = None  # the row of the latest scan; None before the first
-        self.ran: SessionProgram | None = None  # the files of the program that runs; None of a recording
-        self.over = False  # whether the server is to end
+        self.ran: SessionProgram | None = None  # the files of the running program; None for a recording
+        self.over = False  # whether the server should end
 
     # --- differences between a session and a recording
 
     @abstractmethod
     def tick(self) -> bool:
-        """Do the due work; return whether there is more to do at once."""
+        """Do the work that is due; return whether more must be done at once."""
 
     def latest_orders(self, scan: int) -> list[tuple[int, str]]:
-        """Return the kept orders of the session up to a scan; the recording may lack the latest."""
+        """Return the kept orders of the session up to a scan; the latest may not be recorded yet."""
         return []
 
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        """Process an order of a page; ValueError if it is not an order, or orders are refused."""
+        """Process an order of a page; raise ValueError if it is not an order, or orders are refused."""
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return a frame's contents beside the scan: state, speed, late scans, breakpoints."""
+        """Return the contents of a frame besides its scan: state, speed, late scans, breakpoints."""
 
     @abstractmethod
     def events(self, page: Page) -> Sequence[Json]:
@@ -170,7 +170,7 @@ class Monitor(ABC):
     # --- pages
 
     def wake(self) -> None:
-        """Wake all pages: there is news."""
+        """Wake all pages because there is news."""
         for page in self.pages:
             self.exchange_program(page)
             page.due.set()
@@ -188,7 +188,7 @@ class Monitor(ABC):
         self.pages.append(page)
 
     def greet(self, page: Page) -> None:
-        """Send a page its first message, and everything in its next frame."""
+        """Send a page its first message; its next frame will contain everything."""
         page.program = self.subject.programs.at(page.past)
         page.show(NOTHING_SHOWN)
         page.send({"hello": self.subject.described(self.about, page.program)})
@@ -196,32 +196,32 @@ class Monitor(ABC):
         page.start_over()
 
     def leave(self, page: Page) -> None:
-        """Remove a page, and let go what it holds."""
+        """Remove a page and release what it presses."""
         self.let_go(page)
         if page in self.pages:
             self.pages.remove(page)
         page.compare(None)
 
     def let_go(self, page: Page) -> None:
-        """Give the orders that a page has left for the case that it is lost."""
+        """Give the orders that a page has deposited for the case that its connection is lost."""
         given, page.holds = page.holds, []
         for order in given:
             self.order(page, None, order)
 
     def tick_compared(self) -> bool:
-        """Continue with the recordings that pages compare with; return whether more is to do at once."""
+        """Continue with the recordings to which pages compare; return whether more must be done at once."""
         goes_on = [page for page in self.pages if page.compared is not None and page.compared.tick()]
         for page in goes_on:
             page.due.set()
         return bool(goes_on)
 
     def whole(self, page: Page) -> Json:
-        """Return the picture of a page's scan; empty before the first one."""
+        """Return the picture of a page's scan; empty before the first scan."""
         row = self.row_of(page)
         return {} if row is None else self._picture(page, row)
 
     def frame(self, page: Page) -> Json:
-        """Return the changes for a page since its last frame; empty without any."""
+        """Return the changes for a page since its last frame; empty if there are none."""
         row = self.row_of(page)
         picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
         if page.compared is not None and row is not None:
@@ -234,9 +234,9 @@ class Monitor(ABC):
         return frame
 
     def exchange_program(self, page: Page) -> None:
-        """Send a page the program of its scan, if that has changed.
+        """Send a page the program of its scan if it has changed.
 
-        The message precedes the next frame, whose power and tags belong to that program.
+        The message precedes the next frame, which has the power and tags of that program.
         """
         program = self.subject.programs.at(page.past)
         if program is not page.program:
@@ -245,7 +245,7 @@ class Monitor(ABC):
             page.send({"program": program.described(self.subject.values)})
 
     def event_table(self, scan: int) -> EventTable:
-        """Return the known events up to a scan at least."""
+        """Return the known events up to at least a scan."""
         states = self.states
         if states.missing():
             return table_of((), states.up_to(scan, EVERY), self.subject.words)
@@ -320,7 +320,7 @@ class Monitor(ABC):
         tags = replica.engine.tags
         names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
         if not replica.show(scan):
-            page.show(page.shown)  # all of it once it is known
+            page.show(page.shown)  # send all of it once it is known
             return {"known": False}
         return {
             "known": True,
@@ -329,7 +329,7 @@ class Monitor(ABC):
         }
 
     def _strip(self, page: Page) -> Json:
-        """Return the strip since the last frame; the first time that of the latest rows."""
+        """Return the strip since the last frame; the first time, return the strip of the latest rows."""
         recent = self.subject.recent
         first = page.place is None
         place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place

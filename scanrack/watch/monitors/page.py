@@ -1,4 +1,4 @@
-"""One open page: its view, the last message sent, and its limit of questions."""
+"""One open page: its view, the last message sent to it, and the rate limit of its questions."""
 
 from __future__ import annotations
 
@@ -16,54 +16,54 @@ from ..history.stretch import Stretch
 Json = dict[str, Any]
 
 ORDERS_PER_SECOND = 100
-"""Most messages of a page per second."""
+"""Largest number of messages from a page per second."""
 
 SECOND_NS = 1_000_000_000
 
 
 class PageComparison(Protocol):
-    """Another recording that a page compares with, see `comparison`."""
+    """Another recording with which a page compares, see `comparison`."""
 
     def close(self) -> None:
-        """Close its files."""
+        """Close the other recording's files."""
 
     def tick(self) -> bool:
-        """Continue; return whether there is more to do at once."""
+        """Continue work on the other recording; return whether more must be done at once."""
 
     def differences(self, page: Page, picture: Json) -> Json:
-        """Return what it has in the scan of a picture, where that differs."""
+        """Return the other recording's values in the scan of a picture, where they differ."""
 
 
 class Page:
     """An open page."""
 
     def __init__(self) -> None:
-        self.program: Stretch | None = None  # the program that it has received; None before its first message
+        self.program: Stretch | None = None  # the last program sent to it; None before its first message
         self.shown: PageRoutine = NOTHING_SHOWN
-        self.watched: tuple[str, ...] = ()  # tags that it shows beside those of the routine
+        self.watched: tuple[str, ...] = ()  # tags that it shows in addition to those of the routine
         self.lanes: tuple[str, ...] = ()  # tags in its timing strip
-        self.lanes_at: int | None = None  # the last scan of their lanes; None before the first frame
-        self.past: int | None = None  # the scan that it shows; None = the latest
+        self.lanes_at: int | None = None  # the last scan in its lanes; None before the first frame
+        self.past: int | None = None  # the past scan that it shows; None = the latest
         self.row: Row | None = None
-        self.place: int | None = None  # the last row of its strip; None before the first frame
+        self.place: int | None = None  # the last row in its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
-        self.stops = False  # whether it stays at the scan of the next error bit, instead of only naming it
+        self.stops = False  # whether it stops at the scan of the next error bit, instead of only naming it
         self.compared: PageComparison | None = None
-        self.number = 0  # of the pages of a monitor, from 1
-        self.holds: Sequence[Json] = []  # orders that let go what it presses, given when it is lost
+        self.number = 0  # number among the pages of a monitor, from 1
+        self.holds: Sequence[Json] = []  # orders that release what it presses, given when it is lost
         self.holds_until_ns = 0
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
-        self.due = asyncio.Event()  # set when there is something to send
+        self.due = asyncio.Event()  # set when there is a message to send
         self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
 
     def start_over(self) -> None:
-        """Send everything in the next frame."""
+        """Make the next frame contain everything."""
         self.last = {}
         self.place = self.lanes_at = None
 
     def show(self, shown: PageRoutine) -> None:
-        """Show another routine: the next frame contains all of it."""
+        """Show another routine; the next frame contains all of it."""
         self.shown = shown
         self.last.pop("power", None)
         self.last.pop("tags", None)
@@ -74,7 +74,7 @@ class Page:
         self.last.pop("tags", None)
 
     def compare(self, other: PageComparison | None) -> None:
-        """Compare with another recording from now on, or with none."""
+        """Begin to compare with another recording, or stop comparing."""
         if self.compared is not None:
             self.compared.close()
         self.compared = other
@@ -87,7 +87,7 @@ class Page:
         self.due.set()
 
     def may_ask(self) -> bool:
-        """Return whether another message is allowed now, and count it."""
+        """Count a message; return whether it is allowed now."""
         now = wall_ns()
         if len(self._times) == ORDERS_PER_SECOND and now - self._times[0] < SECOND_NS:
             return False

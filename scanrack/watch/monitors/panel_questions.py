@@ -1,4 +1,4 @@
-"""What pages ask of the operator panel; a ValueError has the mistake in a question."""
+"""Answers pages' questions about the operator panel; a ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .monitor import Json, Monitor
 from .page import Page
 
 HOLD_MS, HOLDS_MOST = 2000, 20
-"""Time after which a press ends that a page does not confirm again; most presses at once."""
+"""Time after which a press ends unless a page confirms it, ms; and the most presses at once."""
 
 LETTING_GO = {name: ACTIONS[name] for name in ("press", "write")}
 READ_ONLY = "this session is read-only"
 
 
 def panel(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the operator panel; of `items` that a page edits, what each is bound to or what is wrong."""
+    """Return the operator panel, or the binding or mistake of each of the `items` that a page edits."""
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
     if "items" in said:
         return drafted(said["items"], bindings)
@@ -30,11 +30,11 @@ def panel(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def save_panel(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Write the file of the operator panel, and show it to all pages."""
+    """Write the file of the operator panel, and send it to all pages."""
     if monitor.about.read_only:
         raise ValueError(f"{READ_ONLY}: its panel can't be saved")
     monitor.panel.save(said)
-    monitor.panel.changed()  # it is shown now
+    monitor.panel.changed()  # it is sent to pages right here
     show_panel(monitor, besides=page)
     return panel(monitor, page, {})
 
@@ -47,7 +47,7 @@ def show_panel(monitor: Monitor, besides: Page | None = None) -> None:
 
 
 def hold(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Keep the orders that end what a page presses: given when it closes, is lost, or says no more."""
+    """Keep the orders that end a page's presses, to be given when it closes, is lost, or falls silent."""
     orders = said.get("give")
     if not isinstance(orders, list) or len(orders) > HOLDS_MOST:
         raise ValueError(f"give must be a list of up to {HOLDS_MOST} orders")
@@ -60,7 +60,7 @@ def hold(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def left_pressed(monitor: Monitor) -> list[Json]:
-    """Return the orders that release momentary buttons that a panel has pressed and no page holds."""
+    """Return the orders that release momentary buttons pressed by a panel but held by no page."""
     panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
     pressed, found = monitor.states.pressed_at(None), []
     held = [order for page in monitor.pages for order in page.holds]
@@ -75,7 +75,7 @@ def left_pressed(monitor: Monitor) -> list[Json]:
 
 
 def _release_of(bound: Json) -> tuple[str, bool, Json]:
-    """Return what a momentary button sets, its value while pressed, and the order that releases it."""
+    """Return the tag or input that a momentary button sets, its pressed value, and the release order."""
     if "press" not in bound:
         return bound["write"], True, {"do": "write", "tag": bound["write"], "value": False, "by": "panel"}
     slot, name, rest = bound["press"]

@@ -1,4 +1,4 @@
-"""The contents of a frame: one scan, and the changes since the last frame."""
+"""Makes the contents of a frame: one scan, and the changes since the last frame."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from ..history.watched_machines import PER_SLOT
 Json = dict[str, Any]
 
 MOVING = ("MOVING_CW", "MOVING_CCW")
-"""Status bits of a module that says whether it moves."""
+"""Status bits of modules that report whether they move."""
 
 DEEP = ("words", "values", "machine", "power", "tags")
 """Parts of a frame of which only changed keys are sent."""
 
 
 def values_of(words: ModuleWords) -> dict[str, Quantity]:
-    """Return the quantities of a module by their names on the page, the inputs first."""
+    """Return the quantities of a module by their names on the page, inputs first."""
     return {each.name.removeprefix("programmed_"): each for each in words.quantities}
 
 
 def said_values(words: ModuleWords) -> list[Json]:
     """Return the quantities of a module for `hello`.
 
-    `words` are places in the words of its slot, the inputs before the outputs; `format` is null where the
-    module's configuration selects it.
+    `words` are places in the words of its slot, inputs before outputs; `format` is null if the module's
+    configuration selects it.
     """
     found = []
     for name, each in values_of(words).items():
@@ -67,17 +67,17 @@ class Places:
 
     @cached_property
     def values(self) -> Mapping[int, Mapping[str, Quantity]]:
-        """The values of each slot by name."""
+        """The quantities of each slot, by name."""
         return {slot: values_of(words) for slot, words in self.slots.items()}
 
     def of(self, row: Row, before: Rows, formats: NumberFormats, *, past: bool = False) -> Json:
-        """Return a frame's contents about the images and machines of a row.
+        """Return the part of a frame about the images and machines of a row.
 
         Args:
-            formats: of the numbers of modules whose configuration selects them.
-            before: an earlier row, for speeds; or none.
-            past: the row is not the latest one, so that shaft and encoder are unknown: machines are read only
-                at intervals, and a trace has no figures at all.
+            formats: number formats of modules whose configuration selects them.
+            before: an earlier row, for speeds; may be empty.
+            past: whether the row is not the latest. Shaft and encoder are then unknown: machines are read
+                only at intervals, and a trace has no figures.
         """
         words, scan = row["words"].tolist(), int(row["scan"])
         shown: Json = {"words": {}, "values": {}, "machine": {}}
@@ -89,7 +89,7 @@ class Places:
                 shown["values"][str(slot)] = {
                     name: value(each, images[each.image]) for name, each in self.values[slot].items()
                 }
-        past = past or not row["wall_ns"]  # a row of a trace
+        past = past or not row["wall_ns"]  # a row from a trace
         for place, slot in enumerate(self.machines):
             figures = row["figures"][PER_SLOT * place :][:PER_SLOT].tolist()
             machine = self._machine(slot, words, shown["values"].get(str(slot), {}), figures, past=past)
@@ -99,19 +99,19 @@ class Places:
     def _machine(
         self, slot: int, words: Sequence[int], values: Json, figures: Sequence[int], *, past: bool
     ) -> Json:
-        """Return what a page shows of a machine, except its speed."""
+        """Return a machine's values for a page, except its speed."""
         shaft, encoder, levels, zero = figures
         module, places = self.slots[slot], self.layout.places[slot]
         inputs, outputs = words[places.columns("I")], words[places.columns("O")]
         configured = not module.configures("I", inputs)
         values = values if configured else {}
         read = _levels(module, inputs) if past else levels
-        known = read if configured or not past else None  # a configuration's mirror has no levels
+        known = read if configured or not past else None  # the mirror of a configuration has no levels
         return {
             "position": values.get("position"),
             "shaft": None if past else shaft,
             "encoder": None if past else encoder,
-            "zero": zero,  # 0 in a trace, which has no machine
+            "zero": zero,  # 0 for a trace, which has no machine
             "target": None if module.configures("O", outputs) else values.get("target"),
             "inputs": {
                 name: None if known is None else bool(known & bit.value) for name, bit in INPUT_NAMES.items()
@@ -126,7 +126,7 @@ class Places:
         both = [(int(each["scan"]), each["words"][inputs].tolist()) for each in (row, before[0])]
         position = module.quantity("position")
         if position is None or any(module.configures("I", words) for _, words in both):
-            return None  # in configuration mode these words are a mirror
+            return None  # in configuration mode, these words are a mirror
         if not _moves(module, row["words"][inputs].tolist()):
             return 0
         now, then = (formats.value(slot, scan, position, words) for scan, words in both)
@@ -134,14 +134,14 @@ class Places:
 
 
 def _moves(module: ModuleWords, inputs: Sequence[int]) -> bool:
-    """Whether a module says that it moves; True of one that does not say."""
+    """Return whether a module reports that it moves; True if it does not report this."""
     status = module.groups.get("status", {})
     moving = [status[name] for name in MOVING if name in status]
     return not moving or any(inputs[at.word] >> at.bit & 1 for at in moving)
 
 
 def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:
-    """Return the levels of a machine's inputs as the module reads them; None if it does not show all."""
+    """Return the levels of a machine's inputs as the module reads them; None if some are not shown."""
     return inputs[1] if is_stepper(module) else None
 
 
@@ -152,7 +152,7 @@ def mode_of(flags: int) -> str:
 
 
 def changed(frame: Json, last: Json) -> Json:
-    """Return the differences from the last frame, which is then replaced."""
+    """Return the differences from the last frame; then replace the contents of `last` by this frame."""
     found: Json = {}
     for key, value in frame.items():
         if key in DEEP:
@@ -167,7 +167,7 @@ def changed(frame: Json, last: Json) -> Json:
 
 
 def speed_reached(rows: Any) -> float | None:
-    """Return the speed of these rows as a multiple of real time; None for too few of them."""
+    """Return the speed in these rows as a multiple of real time; None if there are too few rows."""
     if len(rows) < 2:
         return None
     virtual = int(rows["now_ns"][-1]) - int(rows["now_ns"][0])

@@ -1,4 +1,4 @@
-"""Long questions: a separate process answers each, in bounded time."""
+"""Answers long questions: a separate process answers each, in bounded time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .page import Page
 from .stretched import ReplayPackage
 
 PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
-"""Time limits of a question, of what it would take, and of a page to share."""
+"""Time limits, s: for a question, for what it would take to get a value, and for a page to share."""
 
 HELPER = f"{__package__}.answering:main"
 """Main function of the processes."""
@@ -26,22 +26,22 @@ HELPER = f"{__package__}.answering:main"
 
 @dataclass(frozen=True, slots=True)
 class _Open:
-    """A question without an answer yet."""
+    """A question that is not answered yet."""
 
     page: Page
     number: object
     process: Helper
     files: ExitStack
-    out: IO[bytes]  # what it prints: a file, since a pipe would fill up
+    out: IO[bytes]  # output of the process: a file, since a pipe would fill up
     err: IO[bytes]
     patience_s: int
     until_ns: int
     command: str
-    own: bool  # whether the page has it for itself, without a person
+    own: bool  # whether the page asks on its own, not for a person
 
 
 class QuestionProcesses:
-    """The questions in work by processes; one per page, the latest, and one that the page has for itself."""
+    """The questions in process: per page, the latest one, and one that the page asks on its own."""
 
     def __init__(self) -> None:
         self._open: list[_Open] = []
@@ -63,10 +63,10 @@ class QuestionProcesses:
         question: tuple[str, object, int],
         latest: Sequence[tuple[int, str]],
     ) -> None:
-        """Ask what it would take for a value; the answer goes to the page.
+        """Ask what it would take to get a value; the answer goes to the page.
 
         Args:
-            question: the tag, its target value, the scan after which something is done.
+            question: the tag, its target value, and the scan after which actions are possible.
             latest: orders, see `want_process`.
         """
         tag, requested, scan = question
@@ -75,10 +75,10 @@ class QuestionProcesses:
         self._begin(page, number, f"{__package__}.want_process", given, WANT_PATIENCE_S, command)
 
     def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:
-        """Ask for the page of a recording with a scan shown first; it goes to the page.
+        """Ask for a shareable page of a recording that shows a scan first; the result goes to the page.
 
         Args:
-            trust: whether the program that came with the recording may run.
+            trust: whether the program in the recording may run.
             rack: see `share.command.shared`.
         """
         command = f"scanrack share {trace} --at {scan}{' --trust' if trust else ''}"
@@ -98,7 +98,7 @@ class QuestionProcesses:
         more: Columns,
         latest: Sequence[tuple[int, str]],
     ) -> None:
-        """Ask for the lines of a Python program that ran in scans; the answer goes to the page.
+        """Ask for the lines of a Python program executed in scans; the answer goes to the page.
 
         Args:
             more, latest: see `lines_process`.
@@ -117,12 +117,12 @@ class QuestionProcesses:
         *,
         own: bool = False,
     ) -> None:
-        """Let a process call `answer` of a module with these arguments."""
+        """Start a process that calls `answer` of a module with these arguments."""
         for each in [each for each in self._open if each.page is page and each.own is own]:
             self._end(each, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
-            with tempfile.TemporaryFile() as queried:  # not a pipe: this must not wait for the process
+            with tempfile.TemporaryFile() as queried:  # not a pipe, since this must not wait for the process
                 pickle.dump(given, queried)
                 queried.seek(0)
                 process = launch(HELPER, module, stdin=queried, stdout=out, stderr=err)
@@ -132,7 +132,7 @@ class QuestionProcesses:
             )
 
     def tick(self) -> None:
-        """Pass on the received answers."""
+        """Pass on received answers."""
         for each in list(self._open):
             if each.process.poll() is not None:
                 self._finish(each)
@@ -140,7 +140,7 @@ class QuestionProcesses:
                 self._end(each, f"the answer takes longer than {each.patience_s} s: {each.command}")
 
     def close(self) -> None:
-        """End all questions."""
+        """End the processes of all questions."""
         for each in list(self._open):
             self._end(each, "the session has ended")
 

@@ -1,4 +1,4 @@
-"""The questions of a page and their answers; a ValueError has the mistake in a question."""
+"""Answers the questions of a page; a ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .since import last_change
 from .why_questions import ran, want, why
 
 MOST_WATCHED = 500
-"""Most tags that a page may watch."""
+"""Largest number of tags that a page may watch."""
 
 EVENTS_MOST, KINDS_MOST = 200, 30
-"""Most events of an answer, and most kinds in a question."""
+"""Largest number of events in an answer, and of kinds in a question."""
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Draw a routine; from now on frames have its power and tags."""
+    """Draw a routine; later frames include its power and tags."""
     program = program_of(monitor, page)
     if program.catalog is not None:
         columns = said.get("columns", 88)
@@ -44,7 +44,7 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def watch(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Add further tags to frames from now on."""
+    """Include more tags in later frames."""
     tags = names_in(said, MOST_WATCHED)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
@@ -53,14 +53,14 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Add the points of tags for the timing strip from now on."""
+    """Include the points of tags for the timing strip in later frames."""
     names, unknown = _lanes_in(monitor, page, said)
     page.lanes, page.lanes_at = names, None
     return {"unknown": unknown}
 
 
 def steps(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the points of tags in past scans; `next` is the scan of the next piece."""
+    """Return the points of tags in past scans; `next` is the first scan of the next piece."""
     first, last = scans_in(said)
     names, _unknown = _lanes_in(monitor, page, said)
     extent = monitor.subject.timeline.extent
@@ -72,7 +72,7 @@ def steps(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
-    """Return the tags in a question, and the unknown ones."""
+    """Return the known and the unknown tags in a question."""
     tags = names_in(said, MOST_LANES)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     unknown = [name for name in unknown if program_of(monitor, page).address(name) is None]
@@ -85,13 +85,13 @@ def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
 
 
 def look(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Show a past scan to this page, or the latest again."""
+    """Make this page show a past scan, or the latest again."""
     scan = said.get("scan")
     if scan == "live":
         if monitor.about.kind == "trace":
             raise ValueError("this is a trace; nothing is running")
         page.past = None
-        page.last = {}  # its strip continues
+        page.last = {}  # the strip of the page continues
         monitor.exchange_program(page)
         return {"scan": "live"}
     if type(scan) is not int:
@@ -106,7 +106,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Stay at the scan of each error bit of a module from now on, or only name it."""
+    """Make the page stop at the scan of each error bit of a module, or only name it."""
     requested = said.get("at_errors")
     if requested not in ("stop", "off"):
         raise ValueError("at_errors is stop or off")
@@ -124,7 +124,7 @@ def window(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def events(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return a piece of the events up to a scan, how many there are, and whether all are read."""
+    """Return a piece of the events up to a scan, their total number, and whether all have been read."""
     scan, skip, most, hidden = (
         said.get("to"),
         said.get("skip", 0),
@@ -146,7 +146,7 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def marks(monitor: Monitor, page: Page, _said: Said) -> Json:
-    """Return the marks on the axis of a recording, and the failure that the page has a line for."""
+    """Return the marks on the axis of a recording, and the failure for the page's line about it."""
     found, row = _marks_of(monitor), monitor.row_of(page)
     failure = found.failure(int(row["scan"]) if row is not None else 0) if found.whole else None
     rest = {"total": len(found.all), "whole": found.whole}
@@ -154,7 +154,7 @@ def marks(monitor: Monitor, page: Page, _said: Said) -> Json:
 
 
 def mark(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return the next mark after a scan, or the one before."""
+    """Return the next mark after a scan, or the previous one."""
     scan, way, found = said.get("from"), said.get("way"), _marks_of(monitor)
     if type(scan) is not int or way not in (1, -1):
         raise ValueError("from is the number of a scan, and way 1 or -1")
@@ -169,10 +169,10 @@ def _marks_of(monitor: Monitor) -> Marks:
 
 
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Say since when a tag has its value in the scan of the page, and what it was before.
+    """Return since when a tag has had its value in the page's scan, and its value before.
 
-    One question looks at a stretch of scans; `from` is the scan from which the next question goes on back,
-    null where nothing is left.
+    One question searches a stretch of scans; `from` is the scan from which the next question continues
+    backwards, null if nothing is left.
     """
     tag, row, end = text_in(said, "tag"), monitor.row_of(page), said.get("from")
     if end is not None and type(end) is not int:
@@ -189,7 +189,7 @@ def since(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def share(monitor: Monitor, page: Page, said: Said) -> None:
-    """Make a page of the recording that any browser opens, with the scan of the page shown first."""
+    """Create a page of the recording that any browser can open, showing this page's scan first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
         raise ValueError("no trace yet; start with --record")
@@ -199,7 +199,7 @@ def share(monitor: Monitor, page: Page, said: Said) -> None:
 
 
 def xref(monitor: Monitor, page: Page, said: Said) -> Json:
-    """List where a tag is read and written."""
+    """List the places where a tag is read and written."""
     tag, catalog = own_name(monitor, page, text_in(said, "tag")), program_of(monitor, page).catalog
     if catalog is None:
         raise ValueError(f"{tag}: the program is in Python: it has no rungs")
@@ -207,7 +207,7 @@ def xref(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def find(monitor: Monitor, page: Page, said: Said) -> Json:
-    """List the tags, the words and bits of images, and the rungs or lines that contain a text."""
+    """List the tags, image words and bits, and rungs or lines that contain a text."""
     text, program = text_in(said, "text"), program_of(monitor, page)
     hits = program.find(text, monitor.subject.values)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
@@ -248,13 +248,13 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "rebase": drafts.rebase,
     "would": drafts.would,
 }
-"""The questions by name; one that returns None is answered later."""
+"""The questions by name; a question that returns None is answered later."""
 
 
 def ask(monitor: Monitor, page: Page, said: object) -> None:
-    """Process an order or a question of a page; the answer goes to the page.
+    """Process an order or question of a page; the answer goes to the page.
 
-    No message raises: the answer has its mistake.
+    This never raises: the answer describes a mistake in the message.
     """
     number = said.get("id") if isinstance(said, Mapping) else None
     if not isinstance(number, int | str) or isinstance(number, bool):

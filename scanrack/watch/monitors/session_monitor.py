@@ -1,4 +1,4 @@
-"""The monitor of a session: rows, notes and messages of the scan process in, orders out."""
+"""The monitor of a session: it receives rows, notes and messages from the scan process, and sends orders."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
 
 SPEED_ROWS = 512
-"""Rows over which the speed is measured."""
+"""Number of rows over which the speed is measured."""
 
 
 PANEL_TICKS = 15
-"""Frames between two checks of the panel's file."""
+"""Number of frames between two checks of the panel's file."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The scan process's data for a monitor."""
+    """Data from the scan process for a monitor."""
 
     shape: RingShape
     about: SessionFacts
@@ -50,8 +50,8 @@ class Setup:
     host: str
     port: int
     machines: tuple[int, ...]
-    trace: str  # path of the recording, which may be a temporary one
-    programs: tuple[SessionProgram, ...]  # those that have run so far, the latest last
+    trace: str  # path of the recording, which may be temporary
+    programs: tuple[SessionProgram, ...]  # programs that have run so far, in order
     started: int = 0
 
 
@@ -59,7 +59,7 @@ class Loader:
     """Loads the programs of a session.
 
     Args:
-        rack: path of the rack file on the disk, for a program whose copy is incomplete.
+        rack: path of the rack file on disk, for a program whose copy is incomplete.
     """
 
     def __init__(self, rack: str) -> None:
@@ -68,12 +68,12 @@ class Loader:
         self._folders: set[Path] = set()
 
     def job(self, ran: SessionProgram) -> LoadedRack:
-        """Load a program, once; ValueError if it can't be loaded."""
+        """Load a program once; raise ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)
             try:
                 job = load_files(Path(ran.place), ran.rack, ran.program)
-            except ValueError:  # it opens files that were not copied
+            except ValueError:  # the program opens files that were not copied
                 job = load_job(self._rack)
             self._jobs[ran] = job
             self._folders |= folders_of(job)
@@ -93,7 +93,7 @@ class SessionMonitor(Monitor):
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._errors = ErrorWatch(self.subject.words)
-        self._error: tuple[ErrorBit, Json] | None = None  # the latest that came on, as pages know it
+        self._error: tuple[ErrorBit, Json] | None = None  # the latest error bit, as sent to pages
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
@@ -108,17 +108,17 @@ class SessionMonitor(Monitor):
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
-        self._unanswered: dict[int, tuple[Page, object]] = {}  # page, number of its order
+        self._unanswered: dict[int, tuple[Page, object]] = {}  # page, and number of its order
         self._mistake: Json | None = None
-        self._online: Json | None = None  # the state of edited rungs
-        self._preview: Json | None = None  # of a saved program that waits to be taken over
+        self._online: Json | None = None  # state of edited rungs
+        self._preview: Json | None = None  # preview of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
-        self._earlier: RecordedEvents | None = None  # events of a dead monitor, until all are read
+        self._earlier: RecordedEvents | None = None  # events from before a restart, until all are read
         self._indexed = False
-        self._left = setup.started > 0  # buttons may be pressed whose pages the monitor before knew
-        self._let_go: list[Json] = []  # for those
+        self._left = setup.started > 0  # pages of the previous monitor may have left buttons pressed
+        self._let_go: list[Json] = []  # orders that release these buttons
         self._index_to = self._ticks = 0
-        ring.requests += 1  # initial values, and the state
+        ring.requests += 1  # request initial values and the state
 
     def _add(self, ran: SessionProgram) -> None:
         self.ran = ran
@@ -164,11 +164,11 @@ class SessionMonitor(Monitor):
 
     @override
     def tick(self) -> bool:
-        """Read the scan process's output, and wake the pages."""
+        """Read the scan process's output and wake the pages."""
         ran, was_paused = [self._take_rows()], self.session["paused"]
         self._take_messages()
         if self.session["paused"] and not was_paused:
-            ran.append(self._take_rows())  # scans that ran before it paused, else a pause had an earlier scan
+            ran.append(self._take_rows())  # include the scans that ran before the pause
         self._take_notes()
         for rows in ran:
             self._name_errors(rows)
@@ -177,7 +177,7 @@ class SessionMonitor(Monitor):
         return self._index() | self._read_earlier()
 
     def _attend_panels(self) -> None:
-        """Let go for pages that no longer say anything; show a panel's file that has changed."""
+        """Release the presses of silent pages; send pages a panel whose file has changed."""
         for page in self.pages:
             if page.holds and wall_ns() > page.holds_until_ns:
                 self.let_go(page)
@@ -198,7 +198,7 @@ class SessionMonitor(Monitor):
         return taken.rows
 
     def _name_errors(self, rows: Rows) -> None:
-        """Name an error bit to the pages that follow the scans; those that wish it stay at its scan."""
+        """Report an error bit to the pages that show the latest scan; pages that request it stop there."""
         found = self._errors.first(rows)
         if found is None:
             return
@@ -217,7 +217,7 @@ class SessionMonitor(Monitor):
             page.send({"error": {**reported, **said, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
-        """Name the latest error bit to a new page, if it is still on."""
+        """Report the latest error bit to a new page if it is still on."""
         if self._error is not None and self.latest is not None:
             bit, reported = self._error
             if self._errors.is_on(self.latest, bit):
@@ -231,7 +231,7 @@ class SessionMonitor(Monitor):
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
-            self._ring.requests += 1  # the state may have been among them
+            self._ring.requests += 1  # the lost messages may have included the state
         for message in messages:
             for kind, content in json.loads(message).items():
                 _TAKE[kind](self, content)
@@ -248,9 +248,9 @@ class SessionMonitor(Monitor):
         self.subject.history.take(message["scan"], message["values"])
 
     def _take_edit(self, message: Json) -> None:
-        """Show the edited program; earlier scans keep theirs."""
+        """Show the edited program; earlier scans keep their programs."""
         if message["number"] < len(self.subject.programs.all):
-            return  # a restarted monitor began with it
+            return  # a restarted monitor already began with it
         self._add(SessionProgram(*message["program"]))
         self.subject.values.clear()
         self._mistake = self._preview = None
@@ -271,7 +271,7 @@ class SessionMonitor(Monitor):
         self.send_all({"online": message})
 
     def _take_branch(self, message: Json) -> None:
-        """Begin again: the rack takes another course from a past scan on."""
+        """Start over for a branch, in which the rack continues differently from a past scan."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=message["record"]),
@@ -293,14 +293,14 @@ class SessionMonitor(Monitor):
         self._rows_at, self._snapshots_at = message["rows"], message["snapshots"]
         self._online = None
         for page in self.pages:
-            self.let_go(page)  # after the repeated scans; the page gives up what it holds with the greeting
+            self.let_go(page)  # after the repeated scans; the page drops its presses at the greeting
             page.past = None
             self.greet(page)
 
     # --- earlier scans
 
     def _index(self) -> bool:
-        """Repeat scans whose values a dead monitor had; return whether there are more."""
+        """Repeat scans whose values a dead monitor had; return whether more remain."""
         if not self._indexed:
             self._begin_index()
         indexer = self._indexer
@@ -308,14 +308,14 @@ class SessionMonitor(Monitor):
             return False
         rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
         if not len(rows):
-            return False  # not written yet
+            return False  # the scans are not written yet
         indexer.run(rows)
         if indexer.next > self._index_to:
             self._indexer = None
         return self._indexer is not None
 
     def _begin_index(self) -> None:
-        """Begin the repetition once there are values; later ones are complete."""
+        """Begin the repetition of earlier scans once the first values arrive; later values are complete."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         kept = [min(each.kept.scans) for each in subject.programs.all if each.kept.scans]
@@ -327,7 +327,7 @@ class SessionMonitor(Monitor):
             return
         trace = subject.timeline.opened()
         if trace is None:
-            return  # nothing of it has been written yet
+            return  # nothing has been written yet
         self._indexed = True
         recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
         self.log.formats = recorded.formats
@@ -337,17 +337,17 @@ class SessionMonitor(Monitor):
         self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
 
     def _read_earlier(self) -> bool:
-        """Read further events that a dead monitor had; return whether there are more."""
+        """Read more of the events that a dead monitor had; return whether more remain."""
         if self._earlier is None:
             return False
         if not self._earlier.tick():
             self._earlier = None
-            self._let_go_left()  # what was pressed long ago
+            self._let_go_left()  # buttons that were pressed long ago
             self._left = False
         return self._earlier is not None
 
     def _let_go_left(self) -> None:
-        """Let go what pages of a dead monitor have left pressed, once: their holds died with it."""
+        """Release, once, what pages of a dead monitor left pressed: their holds died with it."""
         if self._left and not self.about.read_only:
             for each in left_pressed(self):
                 if each not in self._let_go:
@@ -399,4 +399,4 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "online": SessionMonitor._take_online,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
-"""Messages of the scan process by their key."""
+"""Handlers of the scan process's messages, by key."""

@@ -1,4 +1,4 @@
-"""Since when a value is as it is, and what it was before: of tags, of words and bits, of values of Python."""
+"""Finds since when a tag, image word or bit, or Python value has had its value, and the value before."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from .monitor import BACK, Monitor
 class LastChange(NamedTuple):
     """The last change of a value up to a scan."""
 
-    scan: int  # the first with the present value
-    before: Any  # the value in the scan before
+    scan: int  # the first scan with the current value
+    before: Any  # the value in the previous scan
 
 
 Found = tuple[LastChange | None, int]
-"""A change, and the scan up to which the next look back goes."""
+"""A change or None, and the scan from which to search further back."""
 
 
 def last_change(monitor: Monitor, tag: str, scan: int) -> Found:
-    """Look for the last change of a tag or a value up to a scan, in a stretch of bounded length.
+    """Search a stretch of bounded length for the last change of a tag or value up to a scan.
 
     Raises:
-        ValueError: the program calls routines in Python, so that its scans are not run again.
+        ValueError: the program calls routines in Python, so its scans are not run again.
     """
     program = monitor.subject.programs.at(scan)
     place = program.address(tag)
@@ -60,7 +60,7 @@ def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Found:
 
 
 def _of_python(monitor: Monitor, name: str, scan: int) -> Found:
-    """Look into the recorded values, and into those that were read some thirty times a second."""
+    """Search the recorded values, and the values that were read about thirty times a second."""
     subject = monitor.subject
     first = max(0, scan - BACK)
     _times, recorded = subject.timeline.recorded([name], first, scan)

@@ -1,4 +1,4 @@
-"""What other processes receive of a session: its programs, and stretches of scans."""
+"""Parts of a session that are sent to other processes: its programs, and stretches of scans."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ class SessionProgram(NamedTuple):
     """A program of the session."""
 
     first: int
-    place: str  # folder of a copy of its files
-    rack: str  # the rack file in it, `path[:function]`
-    program: str  # the program in it, `path[:function]`
+    place: str  # folder with a copy of its files
+    rack: str  # the rack file in the folder, `path[:function]`
+    program: str  # the program in the folder, `path[:function]`
 
 
 class ReplayPackage(NamedTuple):
-    """Scans that ran, and an edit."""
+    """Scans that ran, and an edit to try on them."""
 
     first: int
-    values: Mapping[str, Any]  # before the first scan, by identifier
+    values: Mapping[str, Any]  # values before the first scan, by identifier
     forces: Forces
-    inputs: Sequence[Inputs]  # beside the images
+    inputs: Sequence[Inputs]  # inputs in addition to the images
     rows: Rows
-    layout: MemoryLayout  # of the rows
+    layout: MemoryLayout  # layout of the rows
     ran: SessionProgram
     rungs: Sequence[tuple[str, int, tuple[str, ...]]]
     tags: Sequence[tuple[str, str, str]]

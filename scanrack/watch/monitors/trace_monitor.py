@@ -1,4 +1,4 @@
-"""The monitor of a recording: pages see its scans; nothing runs, and a branch is the only order."""
+"""The monitor of a recording: pages see its scans. Nothing runs, and the only order is a branch."""
 
 from __future__ import annotations
 
@@ -39,27 +39,27 @@ class Source(NamedTuple):
     """A program of a recording."""
 
     first: int
-    logic: ScanLogic | None  # None if the trace lacks it, or it must not be run
-    file: Path | None  # of the program; None without one
+    logic: ScanLogic | None  # None if the trace lacks it or it must not be run
+    file: Path | None  # file of the program; None without one
     lacks: str = ""  # why it can't be shown; "" if it can
 
 
 def _panel_in(trace: Trace, rack: str) -> bytes:
-    """Return the operator panel in a recording; empty if it brings none."""
+    """Return the operator panel in a recording; empty if it has none."""
     return next((each.data for each in trace.attachments() if each.name == panel_name(rack)), b"")
 
 
 class TraceMonitor(Monitor):
-    """The source of a recording's pages.
+    """The source of pages for a recording.
 
     Args:
-        sources: its programs, in the order of their scans; at least one.
-        first: the first scan of pages; None = the last one.
-        branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
+        sources: its programs, at least one, in scan order.
+        first: the scan that pages show first; None = the last one.
+        branch: prepares a session that repeats the recording up to a scan; raises ValueError if impossible.
 
     Attributes:
         branch: see the argument.
-        job, again: its rack, and what loads its programs again, for a debug adapter; None without trust.
+        job, again: its rack, and a loader of its programs, for a debug adapter; None without trust.
     """
 
     job: LoadedRack | None = None
@@ -99,7 +99,7 @@ class TraceMonitor(Monitor):
         self._indexer, self._index_end = self._indexing(extent)
 
     def _indexing(self, extent: tuple[int, int] | None) -> tuple[Indexer | None, int]:
-        """Return what repeats a recording from scan 0 on, None without a program, and where it ends."""
+        """Return an indexer, or None if scans can't be repeated from scan 0, and its last scan."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         if not programs or (extent is not None and extent[0] != 0):
@@ -107,7 +107,7 @@ class TraceMonitor(Monitor):
         return Indexer(programs, subject.words, subject.spec.scan_ns, self._recorded, subject.keep), end
 
     def _begin(self, last: int) -> None:
-        """Begin with the first available scans."""
+        """Initialize once the first scans are available."""
         self._last, subject = last, self.subject
         self.latest = subject.timeline.row(last)
         if any(each.catalog is None for each in subject.programs.all):
@@ -127,11 +127,11 @@ class TraceMonitor(Monitor):
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        return ()  # a page asks for those up to its scan
+        return ()  # a page requests the events up to its scan
 
     @override
     def tick(self) -> bool:
-        """Follow a growing recording; then read further events and run further scans."""
+        """Follow a growing recording; then read more events and run more scans."""
         self.subject.timeline.follow()
         extent = self.subject.timeline.extent
         if extent is not None and extent[1] > self._last:
@@ -142,7 +142,7 @@ class TraceMonitor(Monitor):
 
     @override
     def all_events(self) -> Sequence[Json]:
-        """Return the events, and the error bits that no event tells."""
+        """Return the events, and events for error bits that no event reports."""
         own = [
             {
                 "scan": each.scan,
@@ -157,7 +157,7 @@ class TraceMonitor(Monitor):
         return sorted([*super().all_events(), *own], key=itemgetter("scan"))
 
     def run_once(self) -> None:
-        """Leave the first run of the scans to a walk over all of them, where only images go into them."""
+        """Skip the indexer's run if the scans depend only on images, since a walk over all scans follows."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
         plain = all(each.good for each in links) and not recorded.orders(0, self._last)
@@ -166,15 +166,15 @@ class TraceMonitor(Monitor):
             past.keep(0)
 
     def index_to(self, scan: int) -> None:
-        """Run the program's scans up to one, so that it can be repeated."""
+        """Run the program's scans up to the given scan, so that it can be repeated."""
         while self._indexer is not None and self._indexer.next <= scan and self._index():
             pass
 
     def _look_for_lost_edits(self) -> None:
-        """Show no program where the recording lacks the edited one."""
+        """Show no program where the recording lacks the edited program."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
         if first < self._lost:
-            from scanrack.jobs.replay.replaying import lost_notes  # the first page does not wait for it
+            from scanrack.jobs.replay.replaying import lost_notes  # keeps the first page from waiting
 
             self._lost, self._index_end = first, min(self._index_end, first - 1)
             self.subject.programs.lose(first)
@@ -183,7 +183,7 @@ class TraceMonitor(Monitor):
             self.wake()
 
     def _go_on_to(self, last: int) -> None:
-        """Advance to a new last scan, with each page that shows the previous one."""
+        """Advance to a new last scan, together with each page that shows the previous last scan."""
         for page in self.pages:
             if page.past is None or page.past == self._last:
                 page.past = last
@@ -193,13 +193,13 @@ class TraceMonitor(Monitor):
         self.wake()
 
     def _index(self) -> bool:
-        """Run a slice of the program's scans; return whether there are more."""
+        """Run a slice of the program's scans; return whether more remain."""
         indexer, end = self._indexer, min(self._last, self._index_end)
         if indexer is None or indexer.next > end:
             return False
         rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, end))
         if not len(rows) or rows[-1]["scan"] - indexer.next != len(rows) - 1:
-            self._indexer = None  # scans are missing: later values are unknown
+            self._indexer = None  # scans are missing, so later values are unknown
             return False
         if indexer.run(rows):
             self.wake()

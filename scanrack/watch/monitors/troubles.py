@@ -1,4 +1,4 @@
-"""Error bits of modules: the scan in which one comes on, for pages that stop there.
+"""Finds the scans in which error bits of modules come on, for pages that stop there.
 
 scan       4,008   4,009   4,010   4,011
 bit        0       0       1       1        a page that follows the scans stops at 4,010
@@ -30,10 +30,10 @@ class ErrorBit(NamedTuple):
 
 
 class ErrorWatch:
-    """Finds error bits that come on; called with all rows in their order.
+    """Finds error bits that come on; it must be called with all rows in order.
 
     Args:
-        words: of the modules, by slot in the order of the rows.
+        words: words of the modules, by slot, in the order of the rows.
     """
 
     def __init__(self, words: Mapping[int, ModuleWords]) -> None:
@@ -41,20 +41,20 @@ class ErrorWatch:
         self._last: Rows | None = None
 
     def clear(self) -> None:
-        """Restart: another session."""
+        """Restart for another session."""
         self._last = None
 
     def is_on(self, row: Row, bit: ErrorBit) -> bool:
-        """Whether an error bit is on in a row."""
+        """Return whether an error bit is on in a row."""
         (start, _module), _bit = next(each for each in self._bits if each[1] == bit)
         return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
-        """Return the first of these rows in which an error bit comes on, and the bit; None without one."""
+        """Return the index of the first row in which an error bit comes on, and the bit; None if none."""
         return min(self.all(rows), key=itemgetter(0), default=None)
 
     def all(self, rows: Rows) -> list[tuple[int, ErrorBit]]:
-        """Return each of these rows in which an error bit comes on, and the bit."""
+        """Return the index of each row in which an error bit comes on, and the bit."""
         if not len(rows):
             return []
         both = rows if self._last is None else np.concatenate([self._last, rows])
@@ -63,7 +63,7 @@ class ErrorWatch:
         return [(place - skipped, bit) for at, bit in self._bits for place in _rises(both, at, bit)]
 
     def bit(self, slot: int, name: str) -> ErrorBit | None:
-        """Return an error bit; None without one of that name."""
+        """Return the error bit with a name; None if there is none."""
         return next((each for _, each in self._bits if (each.slot, each.name) == (slot, name)), None)
 
 
@@ -79,11 +79,11 @@ def error_bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, Mo
 
 
 def _rises(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> list[int]:
-    """Return the rows in which a bit comes on that was off in the row before."""
+    """Return the indices of the rows in which a bit comes on."""
     start, module = at
     images: Any = rows["words"]
     on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
     if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
-        on &= images[:, start + module.modes.input] >= 0  # a configuration's mirror has no status
+        on &= images[:, start + module.modes.input] >= 0  # the mirror of a configuration has no status
     rises: list[int] = (np.flatnonzero(on[1:] & ~on[:-1]) + 1).tolist()
     return rises

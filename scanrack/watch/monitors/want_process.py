@@ -1,6 +1,6 @@
-"""What it would take for a value, in its own process: the session runs again, and copies of it try.
+"""Finds what it would take to get a value, in its own process: reruns the session and tries copies of it.
 
-The latest orders come with the question, since the recording may lack them.
+The latest orders come with the question, since they may not be recorded yet.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, tag: str, wanted: object, scan: int, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the answers about a scan of a recording, or the refusal.
+    """Return the answers for a scan of a recording, or a refusal.
 
     Args:
-        latest: orders of the session up to the scan: the scan before which each acts, and its text.
+        latest: orders of the session up to the scan, each with the scan before which it acts and its text.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:

@@ -1,6 +1,6 @@
-"""The cause of a Python program's value, in its own process, since the program runs again.
+"""Finds the cause of a Python program's value, in its own process, since the program runs again.
 
-The recording may still grow: its latest scans come with the question.
+The recording may still be growing, so its latest scans come with the question.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .chain_answer import links_of
 
 
 def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
-    """Return the answer to a question about a scan of a recording, or its refusal.
+    """Return the answer to a question about a scan of a recording, or a refusal.
 
     Args:
         more: the latest scans, which may not be written yet; the question is about the last one.

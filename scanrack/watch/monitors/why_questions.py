@@ -1,4 +1,4 @@
-"""Questions about causes: why a value is as it is, and what it would take for another one."""
+"""Answers questions about causes: why a value is as it is, and what it would take to change it."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .monitor import BACK, Json, Monitor
 from .page import Page
 
 LINES_AROUND = 500
-"""Scans before and after one whose lines are answered with it."""
+"""Number of scans before and after a scan whose lines are included in its answer."""
 
 
 def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
-    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault.
+    """Explain a tag's value in a scan, by default the page's scan; with `fault`, explain the CPU's fault.
 
     Args:
-        causes: those of the program, which know the scans that earlier questions ran again; None = new ones.
+        causes: the program's causes, which cache scans that earlier questions ran again; None = new.
     """
     if said.get("fault") is True:
         return _why_fault(monitor, page, said, causes)
@@ -33,7 +33,7 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         return None
     if not replica.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
-    from .chain_answer import chain_of, links_of  # the first page does not wait for it
+    from .chain_answer import chain_of, links_of  # imported late, so that the first page does not wait
 
     try:
         found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
@@ -47,7 +47,7 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
 
 
 def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
-    """Return the scan of a question, None for the latest, and its row; without a scan those of the page."""
+    """Return the scan of a question (None = the latest) and its row; by default, the page's."""
     if scan is not None and type(scan) is not int:
         raise ValueError("scan must be a scan number")
     past = page.past if scan is None else scan
@@ -58,7 +58,7 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
 
 
 def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
-    """Explain the CPU's fault by what its rung or line has read."""
+    """Explain the CPU's fault by the values that its rung or line read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
         raise ValueError("the CPU has not faulted up to this scan")
@@ -79,7 +79,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) 
 
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
-    """Let a process answer: a program in Python must run again from its first scan on."""
+    """Have a process answer, since a Python program must run again from its first scan."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
@@ -90,7 +90,7 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
 
 
 def ran(monitor: Monitor, page: Page, said: Said) -> None:
-    """Say which lines of a Python program ran in the scan of the page, and in those around it."""
+    """Have a process find the lines of a Python program executed in and around the page's scan."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     program, extent = monitor.subject.programs.at(page.past), monitor.subject.timeline.extent
     if trace is None or row is None or extent is None:
@@ -108,7 +108,7 @@ def ran(monitor: Monitor, page: Page, said: Said) -> None:
 
 
 def want(monitor: Monitor, page: Page, said: Said) -> None:
-    """Say what an owner could do after the scan of the page so that a tag has a value."""
+    """Have a process find what an owner could do after the page's scan to give a tag a value."""
     tag, requested = own_name(monitor, page, text_in(said, "tag")), said.get("value")
     if not isinstance(requested, bool | int | float):
         raise ValueError("value is true, false or a number")

@@ -1,1 +1,1 @@
-"""Operator panels: buttons, lamps and numbers that users build, in a file beside the rack."""
+"""Operator panels that users build from buttons, lamps and numbers, in a file beside the rack file."""

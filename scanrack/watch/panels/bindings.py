@@ -1,4 +1,4 @@
-"""What the items of a panel are bound to: tags of a program, words and bits of images, inputs of modules."""
+"""Binds the items of a panel: to tags of a program, words and bits of images, inputs of modules."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .panel_file import ANY, BIT, KINDS, NUMBER
 Json = dict[str, Any]
 
 NEAREST = 3
-"""Names that are suggested in place of an unknown one."""
+"""Largest number of names suggested for an unknown one."""
 
 HINTS_MOST, COMPARED_MOST = 5, 100
-"""Unknown tags of a panel for which names are looked up, and names compared with each: all pages wait."""
+"""Most unknown tags per panel that get suggestions, and most names compared with each: all pages wait."""
 
 HINTS_KEPT = 1000
 
@@ -28,15 +28,15 @@ TYPES: Mapping[str, Callable[[str], object]] = {
     NUMBER: lambda name: name == "BOOL" or _NUMBERS.fullmatch(name) is not None,
     ANY: bool,
 }
-"""Types of tags that a kind of items takes."""
+"""Checks of tag types, by the kind of types that items accept."""
 
 
 class Bindings:
-    """The names that a program and its rack have for items.
+    """The names in a program and its rack to which items can be bound.
 
     Args:
-        slots: as in `hello`.
-        tags: as in `hello`.
+        slots: slots as in `hello`.
+        tags: tags as in `hello`.
     """
 
     def __init__(self, program: Stretch, slots: Sequence[Json], tags: Sequence[Json]) -> None:
@@ -52,11 +52,11 @@ class Bindings:
         self._hints_left = HINTS_MOST
 
     def of(self, item: Mapping[str, Any]) -> Json:
-        """Return how an item is read and operated.
+        """Return the binding of an item: how it is read and operated.
 
-        `read` is the name of its value, `type` that of the value, "" if unknown; `press` slot, name and level
-        at rest of an input, null for what a machine operates; `write` the tag that it sets; `broken` why it
-        does not work, "" if it does.
+        `read` is the name of its value, and `type` the type of the value, "" if unknown. `press` has slot,
+        name and level at rest of an input; the level is null if a machine operates the input. `write` is the
+        tag that it sets. `broken` says why it does not work, "" if it works.
         """
         kind, tag = KINDS[item["kind"]], item["tag"]
         found, broken = self._found(tag), ""
@@ -70,7 +70,7 @@ class Bindings:
         return {**found, "broken": broken}
 
     def _hint(self, tag: str) -> str:
-        """Suggest names for an unknown tag, "" without any; the program caches the suggestions."""
+        """Return a hint with names for an unknown tag, "" if there are none; the hints are cached."""
         kept, key = self._program.hints, (tag, len(self._names))
         if key not in kept and self._hints_left:
             self._hints_left -= 1
@@ -82,7 +82,7 @@ class Bindings:
         return kept.get(key, "")
 
     def _found(self, tag: str) -> Json | None:
-        """Return the binding of a tag; None if there is none of that name."""
+        """Return the binding of a tag; None if there is no such tag."""
         if tag in self._inputs:
             return self._inputs[tag]
         address = self._program.address(tag)
@@ -97,7 +97,7 @@ class Bindings:
 
 
 def _likely(name: str, names: Iterable[str]) -> list[str]:
-    """Return the names that have most pairs of letters in common with another, or else its first letter."""
+    """Return the names that share the most letter pairs with the wanted one, or else its first letter."""
     pairs = {f"{one}{other}" for one, other in pairwise(name)}
     return nlargest(
         COMPARED_MOST, names, key=lambda each: (sum(map(each.__contains__, pairs)), each[:1] == name[:1])
@@ -105,7 +105,7 @@ def _likely(name: str, names: Iterable[str]) -> list[str]:
 
 
 def _pressed(slot: int, bit: Json) -> Json:
-    """Return the binding of an input; that of a card is read as a bit of its image."""
+    """Return the binding of an input; an input of a card is read as a bit of its image."""
     read = f"{slot}.input.{bit['name']}"
     if "word" in bit:
         read = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"

@@ -1,4 +1,4 @@
-"""The panel of a rack on the disk, or of a recording: described for pages, and saved by them."""
+"""Keeps the panel of a rack on disk or of a recording, describes it for pages, and saves it for them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Panel, panel_text, parse
 Json = dict[str, Any]
 
 BYTES_MOST = 60_000
-"""Most bytes of a file: a page saves it in one message."""
+"""Largest size of a panel file, bytes: a page saves it in one message."""
 
 OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares all of it
 
@@ -35,15 +35,15 @@ TOLD = {
         for name, kind in KINDS.items()
     },
 }
-"""What a page needs to know to build a panel."""
+"""The data that a page needs to build a panel."""
 
 
 class KeptPanel:
-    """The file of a panel.
+    """The file of an operator panel.
 
     Args:
-        rack: the address of the rack file that it is beside, or its name in a recording.
-        given: the contents in a recording; None = the file on the disk.
+        rack: address of the rack file beside it, or the rack file's name in a recording.
+        given: the contents in a recording; None = the file on disk.
     """
 
     def __init__(self, rack: str, given: bytes | None = None) -> None:
@@ -63,7 +63,7 @@ class KeptPanel:
         return self._given is None and self._seen != before
 
     def content(self) -> bytes:
-        """Return the contents, none of a file that is not there; ValueError if it can't be read."""
+        """Return the contents, empty for a missing file; raise ValueError if it can't be read."""
         try:
             content = read_input(self._path, BYTES_MOST) if self._given is None else self._given
         except FileNotFoundError:
@@ -76,7 +76,7 @@ class KeptPanel:
 
     @property
     def units(self) -> Mapping[str, str]:
-        """The units of tags, by name in capitals; none while the file has a mistake."""
+        """The units of tags, by name in upper case; empty while the file has a mistake."""
         try:
             items = parse_panel(self.content().decode()).items
         except ValueError:
@@ -103,10 +103,11 @@ class KeptPanel:
         return empty | found | {"mistake": "", "lacks": lacks}
 
     def save(self, panel: Mapping[str, Any]) -> None:
-        """Write the items of a page.
+        """Write the items of a page to the file.
 
         Raises:
-            ValueError: an item is refused, or the file has changed since the page has read it: it stays.
+            ValueError: an item is refused, or the file has changed since the page read it; it is not
+                replaced.
         """
         for refused in refusals(panel.get("items")).values():
             raise ValueError(refused)
@@ -124,7 +125,7 @@ class KeptPanel:
 
 
 def drafted(items: object, bindings: Bindings) -> Json:
-    """Return what a page asks of the items that it edits: what is wrong with each, "" for nothing."""
+    """Return the bindings of the items that a page edits, with the mistake in each, "" for none."""
     wrong = refusals(items)
     assert isinstance(items, list)
     empty = {"read": "", "type": ""}

@@ -1,4 +1,4 @@
-"""The file of an operator panel, `feeder.panel` beside `feeder.toml`: a TOML table per item, a line per key.
+"""Reads and writes the file of an operator panel, `feeder.panel` beside `feeder.toml`.
 
     # a comment stays with the table that it precedes
     [[item]]
@@ -8,7 +8,8 @@
     at = [0, 0]
     size = [3, 2]
 
-Tables keep their order; keys have the order of `FIELDS`. A change of an item changes its own lines only.
+It has a TOML table per item, and a line per key. Tables keep their order; keys have the order of `FIELDS`. A
+change of an item changes only its own lines.
 """
 
 from __future__ import annotations
@@ -23,23 +24,23 @@ from scanrack.io_images.doors import toml_tables
 Json = dict[str, Any]
 
 COLUMNS, ROWS = 12, 60
-"""Cells of the grid."""
+"""Numbers of cells in the grid."""
 
 MOST_ITEMS = 100
 COLORS = ("green", "red", "amber", "blue", "white")
 COMMENT = "comment"
-"""Key of an item's comment lines; no key of the file."""
+"""Key of an item's comment lines; it is not a key in the file."""
 
 
 class Kind(NamedTuple):
     """A kind of items."""
 
-    title: str  # as HMI editors call it
-    types: str  # of its tag
+    title: str  # its name in HMI editors
+    types: str  # allowed types of its tag
     operates: bool = False  # whether it sets its tag
-    needs: tuple[str, ...] = ()  # fields beside those of every item
+    needs: tuple[str, ...] = ()  # required fields in addition to those of every item
     may: tuple[str, ...] = ()
-    size: tuple[int, int] = (3, 2)  # of a new one
+    size: tuple[int, int] = (3, 2)  # size of a new item, cells
 
 
 ALWAYS = ("name", "kind", "tag", "at", "size")
@@ -55,7 +56,7 @@ KINDS: Mapping[str, Kind] = {
     "entry": Kind("numeric entry", NUMBER, True, needs=_LIMITS, may=_FORM, size=(4, 2)),
     "gauge": Kind("gauge", NUMBER, needs=_LIMITS, may=_FORM, size=(3, 3)),
 }
-"""What an item may be, by its `kind`."""
+"""The kinds of items, by `kind`."""
 
 Check = Callable[[Any], bool]
 
@@ -103,7 +104,7 @@ FIELDS: Mapping[str, tuple[Check, str]] = {
     "decimals": (_whole(range(7)), "0 to 6"),
     "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
 }
-"""Check of each field, by name, in the order in which a file has them."""
+"""The check of each field, by name, in file order."""
 
 
 class Panel(NamedTuple):
@@ -114,10 +115,10 @@ class Panel(NamedTuple):
 
 
 def parse_panel(text: str) -> Panel:
-    """Return the panel of a file.
+    """Return the panel in the text of a file.
 
     Raises:
-        ValueError: it is no TOML, or an item is refused: the item, the value and what is allowed.
+        ValueError: it is not TOML, or an item is refused; the message has item, value and allowed values.
     """
     try:
         tables = _plain(toml_tables(text))
@@ -130,14 +131,14 @@ def parse_panel(text: str) -> Panel:
     for refused in refusals(items).values():
         raise ValueError(refused)
     head, comments = _comments(text)
-    if len(comments) == len(items):  # else they are written in another way
+    if len(comments) == len(items):  # otherwise the items are written in another form
         for item, lines in zip(items, comments, strict=True):
             item.update({COMMENT: lines} if lines else {})
     return Panel(items, head)
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of TOML with its fractions as floats."""
+    """Return a TOML value with its decimals as floats."""
     if isinstance(value, dict):
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, list):
@@ -146,7 +147,7 @@ def _plain(value: Any) -> Any:
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return the comment lines at the top, up to an empty line, and those of each item."""
+    """Return the comment lines at the top, up to an empty line, and the comment lines of each item."""
     head: list[str] = []
     found: list[list[str]] = []
     waiting: list[str] = []
@@ -157,7 +158,7 @@ def _comments(text: str) -> tuple[list[str], list[list[str]]]:
         if line == "[[item]]":
             found.append([])
         elif not line and found:
-            continue  # what follows belongs to the next item, or to the last one
+            continue  # the following lines belong to the next item, or to the last one
         (found[-1] if found else head).extend(waiting)
         waiting = []
     (found[-1] if found else head).extend(waiting)
@@ -165,7 +166,7 @@ def _comments(text: str) -> tuple[list[str], list[list[str]]]:
 
 
 def panel_text(panel: Panel) -> str:
-    """Return the file of a panel; `parse_panel` reads it.
+    """Return the text of a panel file; `parse_panel` reads it.
 
     >>> lamp = {"kind": "lamp", "name": "Run", "tag": "Run", "at": [0, 0], "size": [2, 1]}
     >>> print(panel_text(Panel([lamp])))
@@ -186,12 +187,12 @@ def _lines(item: Json) -> Iterable[str]:
     yield from item.get(COMMENT, ())
     yield "[[item]]"
     for key in FIELDS:
-        if key in item:  # JSON of these values is TOML
+        if key in item:  # the JSON of these values is also TOML
             yield f"{key} = {json.dumps(item[key], ensure_ascii=False)}"
 
 
 def refusals(items: object) -> dict[int, str]:
-    """Return what is wrong with items, by place: the item's name, the value, and what is allowed."""
+    """Return the mistakes in items, by place: the item's name, the value, and the allowed values."""
     if not isinstance(items, list) or not all(isinstance(each, dict) for each in items):
         raise ValueError("item must be tables: [[item]]")
     if len(items) > MOST_ITEMS:
@@ -212,7 +213,7 @@ def refusals(items: object) -> dict[int, str]:
 
 
 def _check(item: Json, place: int) -> None:
-    """Refuse an item by itself."""
+    """Check a single item; raise ValueError for a mistake."""
     takes, _ = FIELDS["name"]
     who = f"item {item['name'] if takes(item.get('name')) else place + 1}"
     kind = KINDS.get(str(item.get("kind")))
@@ -236,7 +237,7 @@ def _check_comment(comment: object, who: str) -> None:
 
 
 def _check_together(item: Json, who: str) -> None:
-    """Refuse fields that do not fit each other."""
+    """Check that the fields of an item fit each other; raise ValueError if not."""
     (column, row), (width, height) = item["at"], item["size"]
     if column + width > COLUMNS or row + height > ROWS:
         wrong = f"{who}: at {item['at']} size {item['size']}"
@@ -248,7 +249,7 @@ def _check_together(item: Json, who: str) -> None:
 
 
 def _take(item: Json, cells: dict[tuple[int, int], str]) -> None:
-    """Take the cells of an item, or refuse it."""
+    """Reserve the cells of an item; raise ValueError if one is taken."""
     (column, row), (width, height) = item["at"], item["size"]
     own = [(x, y) for x in range(column, column + width) for y in range(row, row + height)]
     for cell in own:

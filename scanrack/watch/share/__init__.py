@@ -1,1 +1,1 @@
-"""`scanrack share`: a recording and its page in one file."""
+"""`scanrack share`: a recording and its page in a single file."""

@@ -1,9 +1,9 @@
-"""The values of a recording as lists of changes, collected in one walk over its scans.
+"""Collects the values of a recording as lists of changes, in one walk over its scans.
 
     scan       100  101  102  103  104
     value        7    7    9    9    7      list: scans 100 102 104, values 7 9 7
 
-A browser finds the value of a scan by bisection. In a page the scans are differences, see `packed`.
+A browser finds the value in a scan by bisection. In a page, scans are stored as differences, see `packed`.
 """
 
 from __future__ import annotations
@@ -20,49 +20,49 @@ from ..history.catalog import shown_value
 from ..history.timeline import Timeline
 
 ROWS_AT_ONCE = 4096
-"""Scans of recorded values that are read at once."""
+"""Number of scans whose recorded values are read at once."""
 
 
 class Difference(NamedTuple):
     """The first scan in which two recordings differ."""
 
     scan: int
-    keys: Sequence[str]  # of the lists that differ in it
+    keys: Sequence[str]  # keys of the lists that differ in this scan
 
 
 class ChangeLists:
-    """Lists of changes by key: the part of a frame, and the name, such as `tags 0 Start`."""
+    """Lists of changes, by key: a part of a frame and a name, such as `tags 0 Start`."""
 
     def __init__(self) -> None:
         self._lists: dict[str, tuple[list[int], list[Any]]] = {}
 
     def note(self, key: str, scan: int, value: Any) -> None:
-        """Note the value of a scan; scans come in order."""
+        """Record the value in a scan; scans must come in order."""
         scans, values = self.of(key)
         if not values or values[-1] != value:
             scans.append(scan)
             values.append(value)
 
     def of(self, key: str) -> tuple[list[int], list[Any]]:
-        """Return a list: the scans of its changes, and the values from them on."""
+        """Return a list: the scans of its changes, and the value from each."""
         return self._lists.setdefault(key, ([], []))
 
     def take(self, key: str, scans: list[int], values: list[Any]) -> None:
-        """Take a whole list."""
+        """Set a complete list."""
         self._lists[key] = scans, values
 
     def at(self, key: str, scan: int) -> Any:
-        """Return the value of a list in a scan; None before its first one."""
+        """Return the value of a list in a scan; None before its first change."""
         scans, values = self._lists[key]
         place = bisect_right(scans, scan) - 1
         return None if place < 0 else values[place]
 
     def first_difference(self, other: ChangeLists, parts: Collection[str], scans: range) -> Difference | None:
-        """Return the first scan in which lists of both differ, and their keys; None if none does.
+        """Return the first scan in which common lists differ, and their keys; None if none differs.
 
         Args:
-            parts: whose lists are compared.
-            scans: those that both have.
+            parts: parts of a frame whose lists are compared.
+            scans: scans that both have.
         """
         keys = [each for each in self._lists.keys() & other._lists.keys() if each.partition("\n")[0] in parts]
         found = {key: scan for key in keys if (scan := self._first_unequal(other, key, scans)) is not None}
@@ -78,10 +78,10 @@ class ChangeLists:
         return next((each for each in sorted(changes) if self.at(key, each) != other.at(key, each)), None)
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
-        """Return the lists for a page: scans as differences, the first one from a scan, and their values.
+        """Return the lists for a page: values, and scans as differences, the first from a given scan.
 
-        Whole numbers are differences, too (`columns`: one list per element of an array), so that what counts
-        costs next to nothing.
+        Integers are also stored as differences (`columns`: one list per array element), so counters take
+        almost no space.
         """
         return {
             key: {"steps": _steps(scans, first), **_packed(values)}
@@ -89,7 +89,7 @@ class ChangeLists:
         }
 
     def last_changes(self, part: str, scan: int) -> dict[str, int]:
-        """Return the last change of each list of a part up to a scan, by name."""
+        """Return the last change of each list in a part up to a scan, by name."""
         found = {}
         for key, (scans, _) in self._lists.items():
             if key.startswith(f"{part}\n"):
@@ -113,7 +113,7 @@ def _packed(values: list[Any]) -> dict[str, Any]:
 
 
 def _is_small(value: object) -> bool:
-    """Whether a value is a whole number whose differences a browser adds exactly."""
+    """Return whether a value is an integer whose differences a browser adds exactly."""
     return type(value) is int and abs(value) < 1 << 52
 
 
@@ -134,7 +134,7 @@ def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
 def take_recorded(
     lists: ChangeLists, number: int, timeline: Timeline, names: Iterable[str], scans: Sequence[int]
 ) -> None:
-    """Collect the recorded values of a program in Python."""
+    """Collect the recorded values of a Python program."""
     requested = list(names)
     for begin in range(0, len(scans), ROWS_AT_ONCE):
         piece = scans[begin : begin + ROWS_AT_ONCE]
@@ -146,7 +146,7 @@ def take_recorded(
 
 
 def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
-    """Return the values of an array from those of its elements."""
+    """Return the values of an array, made from the values of its elements."""
     return [
         list(each)
         for each in zip(*(v for key, v in values.items() if key.startswith(f"{name}[")), strict=True)
@@ -154,7 +154,7 @@ def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
 
 
 def take_states(lists: ChangeLists, states: Mapping[str, Callable[[int], Any]], scans: Iterable[int]) -> None:
-    """Collect the states of scans: forces, waiting lines, rules, faults."""
+    """Collect the states in scans: forces, waiting lines, rules, faults."""
     for scan in scans:
         for key, read in states.items():
             lists.note(key, scan, read(scan))

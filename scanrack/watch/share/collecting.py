@@ -1,4 +1,4 @@
-"""The data of a shared page: a stretch of a recording, as its page asks for it."""
+"""Collects the data of a shared page: a stretch of a recording, in the form that the page needs."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .changes import ChangeLists, take_recorded, take_states, take_words
 from .ladder_walk import LadderWalk, take_ladder
 
 WIDTHS = (56, 88, 120)
-"""Columns that rungs are drawn for."""
+"""Widths for which rungs are drawn, columns."""
 
 MOST_ANSWERS = 20
-"""Tags of which the page answers why."""
+"""Largest number of tags for which the page explains why."""
 
 OTHER_ANSWERS = 2
-"""Tags among them beside those of the program: those that changed last."""
+"""Number of other tags among them: the last to change."""
 
 MOST_EVENTS = 20_000
-"""Events of a page, the latest ones."""
+"""Largest number of events in a page; the latest are kept."""
 
 Json = dict[str, Any]
 
@@ -44,7 +44,7 @@ class SharedStretch(NamedTuple):
 
     first: int
     last: int
-    scan: int  # the first one shown
+    scan: int  # the scan that is shown first
 
 
 def collect(
@@ -57,10 +57,10 @@ def collect(
     """Return the data of a page.
 
     Args:
-        monitor: of the recording; it is asked until it has read everything.
-        tags: whose why is answered first.
-        others: number of tags whose why is answered then: those that changed last before the scan.
-        failed: returns what the page says of the test that has failed.
+        monitor: monitor of the recording; it is run until it has read everything.
+        tags: tags that are explained first.
+        others: number of further tags to explain: the last to change before the scan.
+        failed: returns the page's data about a failed test.
     """
     subject, (first, last, scan) = monitor.subject, stretch
     lists, lead, own, events, programs = gathered(monitor, stretch)
@@ -68,7 +68,7 @@ def collect(
     hello = subject.described(monitor.about, subject.programs.at(scan))
     if failed is not None:
         hello |= {"failure": failed(lists)}
-    name = Path(str(monitor.about.path)).name  # folders of this machine are nobody's business
+    name = Path(str(monitor.about.path)).name  # do not disclose folders of this machine
     return {
         "range": [first, last],
         "lead": lead,
@@ -97,14 +97,14 @@ class StretchValues(NamedTuple):
     """The values and programs of a stretch."""
 
     lists: ChangeLists
-    lead: int  # the first scan of its words, some before its own, for speeds
+    lead: int  # first scan of its words; it starts earlier, for speeds
     own: Rows
-    events: Sequence[Json]  # all up to its end
+    events: Sequence[Json]  # all events up to its end
     programs: Sequence[Json]
 
 
 def gathered(monitor: TraceMonitor, stretch: SharedStretch) -> StretchValues:
-    """Return the values and programs of a stretch; the monitor reads until it has everything."""
+    """Return the values and programs of a stretch, after the monitor has read everything."""
     subject, lists = monitor.subject, ChangeLists()
     start = subject.timeline.extent[0] if subject.timeline.extent else 0
     if stretch.first == 0:
@@ -127,7 +127,7 @@ def _is_impure(program: Stretch) -> bool:
 
 
 def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
-    """Return the programs that ran some of the scans."""
+    """Return the programs that ran any of the scans."""
     programs = monitor.subject.programs
     return [
         each for each in programs.all if each.first <= stretch.last and programs.end_of(each) >= stretch.first
@@ -144,7 +144,7 @@ def _take_times(lists: ChangeLists, rows: Rows, period_ns: int) -> None:
 
 
 def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: Sequence[Json]) -> None:
-    """Collect the mode of each scan, and the states that events change."""
+    """Collect the mode in each scan, and the states that events change."""
     states, scans = monitor.states, rows["scan"]
     for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
         lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
@@ -162,7 +162,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
-    """Return the answers to a page's questions about routines, by width, and what they show."""
+    """Return the drawn routines, by name and width, and their contents."""
     shows, drawn = {}, []
     for each in routines:
         widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]
@@ -209,7 +209,7 @@ def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
 
 
 def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequence[str], others: int) -> Json:
-    """Return why the tags have their values in a scan, and under "" why the CPU has faulted."""
+    """Return why tags have their values in a scan; the key "" has the reason for the CPU's fault."""
     program = monitor.subject.programs.at(scan)
     if program.past is None:
         return {}
@@ -218,6 +218,6 @@ def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequen
     page, found, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
     for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
-        with suppress(ValueError):  # there is no fault; or a value of no tag
+        with suppress(ValueError):  # there is no fault, or the value is not a tag
             found[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
     return {tag: answer for tag, answer in found.items() if answer}

@@ -25,32 +25,32 @@ from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
 
 WHOLE_SCANS = 50_000
-"""A recording of up to so many scans is shared as a whole."""
+"""A recording with up to this many scans is shared as a whole."""
 
 BEFORE, AFTER = 20_000, 2_000
-"""Scans of a longer recording before and after the one shown first."""
+"""Numbers of scans of a longer recording before and after the scan shown first."""
 
 
 class ShareOptions(NamedTuple):
-    """What a page shows; at most one of scan and time."""
+    """The choices for a page; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
     time_ns: int | None = None
     before: int = BEFORE
     after: int = AFTER
     whole: bool = False
-    most: int = WHOLE_SCANS  # a longer recording is cut
-    others: int = OTHER_ANSWERS  # tags whose why is answered without a question
-    latest: bool = False  # the last one in place of a scan that is not written yet
-    recording: bool = False  # put the trace inside, too
-    trust: bool = False  # Python that came with the trace may run
-    tags: Sequence[str] = ()  # whose why is answered in the page
-    failure: Failure | None = None  # of the test that has recorded it; the page opens on it
-    told: Callable[[Trace], None] | None = None  # tells the notes of the trace, also if it is refused
-    rack: str = ""  # address of the rack that runs, whose panel is shown as it is now; "" = the recording's
+    most: int = WHOLE_SCANS  # a recording with more scans is cut
+    others: int = OTHER_ANSWERS  # number of tags that are explained without a request
+    latest: bool = False  # whether to use the last scan in place of one that is not written yet
+    recording: bool = False  # whether to include the trace
+    trust: bool = False  # whether Python in the trace may run
+    tags: Sequence[str] = ()  # tags that are explained in the page
+    failure: Failure | None = None  # failure of the test that made the recording; the page opens on it
+    told: Callable[[Trace], None] | None = None  # reports the notes of the trace, even if it is refused
+    rack: str = ""  # address of the running rack, whose current panel is shown; "" = the recording's
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
-        """Return the scans of a recording; ValueError if it lacks the first one."""
+        """Return the stretch of a recording to share; raise ValueError if it lacks the requested scan."""
         scan = last if self.scan is None else self.scan
         if self.time_ns is not None:
             scan = self.time_ns // period_ns
@@ -78,7 +78,7 @@ def share(trace: Path, out: Path, wish: ShareOptions) -> Any:
 
 
 def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
-    """Return the data of a recording's page, and the page; see `share`."""
+    """Return the data of a recording's page, and the page, see `share`."""
     with ExitStack() as stack:
         monitor = open_to_read(stack, trace, trust=wish.trust, told=wish.told)
         if wish.rack:
@@ -97,7 +97,7 @@ def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:
-    """Return what a page discloses to everybody who has it, in sentences."""
+    """Return sentences about what a page discloses to anyone who has it."""
     first, last = data["range"]
     routines = [each for program in data["programs"] for each in program["described"]["routines"]]
     tags = {each["name"] for program in data["programs"] for each in program["described"]["tags"]}

@@ -1,4 +1,4 @@
-"""What a page says of a failed test: its message, and what differs from the last run that passed."""
+"""Describes a failed test for a page: its message, and the differences from the last run that passed."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from .changes import ChangeLists
 from .collecting import SharedStretch, gathered
 
 COMPARED = ("words", "power", "tags", "mode", "forced")
-"""The parts of a page that are compared with the run that passed."""
+"""The parts of a frame that are compared with the run that passed."""
 
 MOST_NAMES = 8
-"""Most tags, rungs and images that are named."""
+"""Largest number of tags, rungs and images that are named."""
 
 Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A test that has failed.
+    """A failed test.
 
     Attributes:
-        test: its name, as pytest shows it.
-        message: what it says.
-        tag: the one that it is about; the page opens the causes of its value. None = no tag.
-        passed: the trace of its last run that passed, if it was kept.
+        test: name of the test, as in pytest.
+        message: message of the failure.
+        tag: the tag in question; the page opens the causes of its value. None = no tag.
+        passed: trace of its last run that passed; None if it was not kept.
     """
 
     test: str
@@ -39,12 +39,12 @@ class Failure:
     passed: Path | None = None
 
     def described(self, stretch: SharedStretch, passed: TraceMonitor | None, lists: ChangeLists) -> Json:
-        """Return what the page says of it.
+        """Return the page's data about the failure.
 
         Args:
             stretch: the scans of the page.
-            passed: of the run that passed.
-            lists: the values of the run that failed.
+            passed: monitor of the run that passed.
+            lists: values of the run that failed.
         """
         row = {"test": self.test, "message": self.message, "tag": self.tag, "scan": stretch.scan}
         extent = None if passed is None else passed.subject.timeline.extent
@@ -55,7 +55,7 @@ class Failure:
         found = lists.first_difference(others, COMPARED, range(stretch.first, last + 1))
         if found is None:
             return row | {"against": {"equal_to": last}}
-        before = found.scan == stretch.first > extent[0]  # earlier scans are not in the page
+        before = found.scan == stretch.first > extent[0]  # the page does not include earlier scans
         names = _named(found.keys, passed.subject.spec.layout)
         return row | {"against": {"scan": found.scan, "before": before, **names}}
 

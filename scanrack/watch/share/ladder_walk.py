@@ -1,6 +1,6 @@
-"""Power and tags of a ladder program as lists of changes, from one walk over its scans.
+"""Collects power and tags of a ladder program as lists of changes, in one walk over its scans.
 
-A scan changes few of the program's variables. Only the tags in those are read.
+A scan changes few of the program's variables, and only tags in the changed ones are read.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .changes import ChangeLists
 
 
 def take_ladder(replica: ProgramReplica, walk: LadderWalk, ends: range) -> int:
-    """Collect power and tags of a ladder program; return the scan after the last one that is known."""
+    """Collect power and tags of a ladder program; return the scan after the last known one."""
     scan = ends.start
     for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
         walk.note(scan)
@@ -47,10 +47,10 @@ class _Tag:
 
 @dataclass(slots=True)
 class _Variable:
-    """A variable of the program with its tags: by element, and those that any change may concern."""
+    """A variable of the program, with tags by element, and tags that any change may affect."""
 
     cell: CellType
-    parts: list[list[_Tag]]  # by element; empty where changes of elements are not distinguished
+    parts: list[list[_Tag]]  # tags by element; empty if changes of elements are not distinguished
     whole: list[_Tag] = field(default_factory=list)
     before: Any = ()
 
@@ -70,12 +70,12 @@ class _Variable:
 
 
 class LadderWalk:
-    """Notes what one scan after the other changes; only tags whose places have changed are read.
+    """Records the changes by successive scans; it reads only tags whose variables have changed.
 
     Args:
-        lists: get the changes.
-        number: of the program.
-        names: of the tags; unknown ones have no list.
+        lists: receive the changes.
+        number: number of the program.
+        names: names of the tags; unknown tags get no list.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class LadderWalk:
         self._variables: dict[str, _Variable] = {}
 
     def note(self, scan: int) -> None:
-        """Note the changes of the latest scan, which has this number."""
+        """Record the changes by the latest scan, which has this number."""
         engine = self._engine
         if self._notes != engine.notes:
             self._notes = list(engine.notes)
@@ -122,7 +122,7 @@ class LadderWalk:
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
-        """Return a tag that is read when its variables change, or in every scan if they are not known."""
+        """Return a tag that is read when its variables change, or in every scan if they are unknown."""
         tags, memory = self._engine.tags, self._engine.memory
         where = tags.where(name)
         scans, values = self._lists.of(f"tags\n{self._number}\n{name}")
@@ -140,7 +140,7 @@ class LadderWalk:
 
 
 def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequence[int]]]:
-    """Yield the variables of a tag with its elements in them; "" if a subscript is computed."""
+    """Yield the variables of a tag, each with the tag's elements in it; "" if a subscript is computed."""
     if can_fault(where):
         yield "", ()
         return
@@ -158,12 +158,12 @@ def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequenc
 
 
 def _has_elements(cell: CellType) -> bool:
-    """Whether changes of a variable's elements are distinguished."""
+    """Return whether changes of a variable's elements are distinguished."""
     return isinstance(cell.cell_contents, list | memoryview)
 
 
 def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
-    """Return what reads whole numbers and bits from a list directly; None for any other tag."""
+    """Return a function that reads integers or bits directly from a list; None for any other tag."""
     (ident, elements), *more = _places(where, memory)
     cell, kind = memory.cells.get(ident), where.type
     if cell is None or not isinstance(cell.cell_contents, list) or more or not _is_whole(where):
@@ -178,6 +178,6 @@ def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
 
 
 def _is_whole(where: Place | Group) -> bool:
-    """Whether a tag is of whole numbers or bits, and no bit of a number."""
+    """Return whether a tag consists of integers or BOOLs, and is not a bit of an integer."""
     kind, bit = where.type, where.bit if isinstance(where, Place) else None
     return bit is None and isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)

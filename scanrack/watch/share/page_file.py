@@ -1,6 +1,6 @@
-"""A shared page as one file: modules, style, data, and perhaps the recording. It loads nothing else.
+"""Writes a shared page as one file, which loads nothing else: modules, style, data, perhaps the recording.
 
-<meta> content policy      hashed scripts, modules and pictures of `data:`; no connection
+<meta> content policy      hashed scripts, modules and images from `data:`; no connections
 <style>                    watch.css
 #data                      JSON, deflated, in base64
 #recording                 the trace in base64, if requested
@@ -25,11 +25,11 @@ from scanrack.traces.files.newfile import new_file
 from ..page_files import SCRIPT, SOURCE_OF_SHARED_PAGES, STYLE_LINK
 
 MOST_BYTES = 10_000_000
-"""Most bytes of a page."""
+"""Largest size of a page, bytes."""
 
 GENERATOR = '<meta name="generator" content="scanrack share">'
 SHARED_PAGE = FileKind("a shared page", lambda content: GENERATOR.encode() in content)
-"""Pages that a new page may replace."""
+"""The kind of files that a new page may replace."""
 
 _RECORDING = re.compile(rb'<script type="application/octet-stream" id="recording">([A-Za-z0-9+/=]+)</script>')
 _PREFIX = "scanrack/"
@@ -37,14 +37,14 @@ _START = f'import "{_PREFIX}main.js";'
 
 
 def page_of(data: Any, trace: bytes | None = None) -> bytes:
-    """Return a page.
+    """Return a page as HTML.
 
     Args:
         data: see `collecting.collect`.
-        trace: the recording inside; None = without it.
+        trace: the recording to include; None = no recording.
 
     Raises:
-        ValueError: it would be larger than `MOST_BYTES`.
+        ValueError: the page would be larger than `MOST_BYTES`.
     """
     web = files("scanrack.watch") / "web"
     text = (web / "index.html").read_text(encoding="utf-8")
@@ -95,16 +95,16 @@ def _policy(mapped: str) -> str:
 
 
 def is_page(path: Path) -> bool:
-    """Whether a file is named like a page."""
+    """Return whether a file has the name of a page."""
     return path.suffix.lower() in (".html", ".htm")
 
 
 def recording_in(path: Path) -> bytes:
-    """Return the recording in a page, which may be anybody's: nothing else of it is read.
+    """Return the recording in a page. The page may come from anyone, so nothing else in it is read.
 
     Raises:
-        ValueError: it is larger than a page, or has no recording.
-        OSError: it can't be read.
+        ValueError: the file is larger than a page may be, or has no recording.
+        OSError: the file can't be read.
     """
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
@@ -123,11 +123,11 @@ def recording_in(path: Path) -> bytes:
 
 
 def recording_beside(page: Path) -> Path:
-    """Write the recording in a page beside it, under the page's name; return its path.
+    """Write the recording in a page to a file beside the page with the same name; return its path.
 
     Raises:
-        ValueError: see `recording_in`; or there is another file of that name already, which is kept.
-        OSError: it can't be read or written.
+        ValueError: see `recording_in`; or another file with that name already exists, which is kept.
+        OSError: a file can't be read or written.
     """
     content, trace = recording_in(page), page.with_suffix(".mcap")
     if trace.is_symlink() or trace.exists():

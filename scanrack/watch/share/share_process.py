@@ -1,4 +1,4 @@
-"""A page to share, made in a process of its own: it takes seconds, which scans and frames have not."""
+"""Makes a page to share in its own process: it takes seconds, and scans and frames can't wait."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .command import ShareOptions, shared
 
 
 def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
-    """Return the page of a recording in base64, or a refusal; of one that grows the latest written scan."""
+    """Return the page of a recording in base64, or a refusal; a scan not yet written becomes the latest."""
     path = Path(trace)
     try:
         data, page = shared(path, ShareOptions(scan, latest=True, trust=trust, rack=rack))

@@ -1,1 +1,1 @@
-"""The search aims: parts at random, near what changes in a run."""
+"""Aims a search: draws parts of scenarios at random, near the changes in a run."""

@@ -1,11 +1,11 @@
-"""Python programs that note their branches: an extra statement in every branch sets a byte.
+"""Records which branches of Python programs are taken: an extra statement in every branch sets a byte.
 
     if status.MODULE_OK:          if status.MODULE_OK:
                                       __branches__[4] = 1
         out.load(WORDS)               out.load(WORDS)
 
-Each extra statement has the line of the statement after it: errors and traces show the same places. The
-code of a file is compiled once; each run executes it again.
+Each extra statement has the line number of the statement after it: errors and traces show the same places.
+The code of a file is compiled once; each run executes it again.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scanrack.ladder.python.line_marks import after_the_head, located
 from ...load.program import COMPILER
 
 NAME = "__branches__"
-"""Global variable of the bytes, one for each branch."""
+"""Name of the global variable that holds the bytes, one for each branch."""
 
 Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler)
 
@@ -56,13 +56,13 @@ def branch_lines(data: bytes, file: str) -> list[int]:
 
 
 class _Marks(ast.NodeTransformer):
-    """Puts a mark at the beginning of each branch; a missing `else` is added for it."""
+    """Puts a mark at the beginning of each branch; adds a missing `else` to hold one."""
 
     def __init__(self) -> None:
-        self.lines: list[int] = []  # of each mark
+        self.lines: list[int] = []  # line of each mark
 
     def visit_If(self, node: ast.If) -> ast.If:
-        """Mark both ways."""
+        """Mark both branches."""
         chained = len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If)
         self._branch(node)
         if not chained:

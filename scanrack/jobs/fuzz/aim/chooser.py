@@ -1,7 +1,7 @@
 """Chooses the next scenario of a search.
 
     the first run             no events, or the scenario that is varied
-    a run for each button     holds it for a time, to see whether the program answers
+    a run for each button     holds it for a time, to see whether the program reacts
     then 150 runs             two in five begin from nothing, aimed at the edges of a run of the corpus
     later                     a quarter begin from nothing
 
@@ -25,28 +25,28 @@ from .sweep import Sweep
 from .times import MS
 
 BLIND = 150
-"""Number of runs of a campaign that begin from nothing, as a rule."""
+"""Number of first runs of a campaign, which usually begin from nothing."""
 
 FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
 """Shares of the runs that begin from nothing, and of the sweep, in the first runs and later."""
 
 HELD_AT, HELD_MS, MOST_HELD = 0.3, 300, 24
-"""Of runs with a single contact: its begin, as a share of the run; its duration in a program without
-times, ms; and the largest number of such runs."""
+"""For runs with a single contact: its start, as a share of the run; its duration if the program has no times,
+ms; and the largest number of such runs."""
 
 TRIMMING = 0.25
-"""Trimming runs per other run; further entries wait."""
+"""Greatest number of trimming runs per other run; beyond it, entries wait."""
 
 MOST_PARTS = 12
-"""A scenario with more parts is cut before it is varied."""
+"""Scenarios with more parts are cut before they are varied."""
 
 
 class Chooser:
     """Proposes scenarios and learns from their runs.
 
     Args:
-        base: scenario that is varied in place of an empty one.
-        corpus: of earlier searches; it grows.
+        base: scenario to vary instead of an empty one.
+        corpus: results of earlier searches; this search adds to it.
     """
 
     def __init__(
@@ -62,13 +62,13 @@ class Chooser:
         for contact in corpus.answered:
             draws.contacts.answered(contact)
         self._tried: Contact | None = None
-        self._runs = self._trimming = 0  # of this search
+        self._runs = self._trimming = 0  # counts in this search
 
     def next(self, run: Run) -> Scenario:
         """Return the next scenario.
 
         Args:
-            run: for the runs that trim an entry.
+            run: runs a scenario; used to trim an entry.
         """
         self.corpus.runs += 1
         self._runs += 1
@@ -86,13 +86,13 @@ class Chooser:
         return self._of_corpus(run)
 
     def _from_nothing(self, first: Edges) -> Scenario:
-        """Return a drawn scenario, aimed at the edges of the first run or of an entry."""
+        """Return a random scenario, aimed at the edges of the first run or of an entry."""
         random, entries = self._random, self.corpus.entries
         known = random.choice(entries).edges if entries else first
         return self._draws.scenario(first if random.random() < 0.5 else known, self._base)
 
     def _of_corpus(self, run: Run) -> Scenario:
-        """Return a child of an entry, which is trimmed first."""
+        """Trim an entry and return a child of it."""
         entry = self.corpus.choose(self._random)
         if self._trimming < TRIMMING * self._runs:
             trim(entry, self._counted(run), self._draws.scan_ns)
@@ -109,7 +109,7 @@ class Chooser:
         return counted
 
     def _with_one_contact(self) -> Scenario:
-        """Return a scenario with one contact, held for the longest time that the program has."""
+        """Return a scenario with one contact, held for the longest time in the program."""
         draws = self._draws
         contact = self._tried = self._untried.pop()
         run_ns = draws.scans * draws.scan_ns
@@ -118,13 +118,13 @@ class Chooser:
         return with_part(Scenario(), replace(contact, at_ns=at_ns, for_ns=for_ns + 5 * draws.scan_ns))
 
     def _prefer_contacts(self, scenario: Scenario) -> None:
-        """Operate the contacts of a scenario more often."""
+        """Make later scenarios operate the contacts of this one more often."""
         for part in timed_parts(scenario):
             if isinstance(part, Contact):
                 self._draws.contacts.answered(replace(part, at_ns=0, for_ns=0))
 
     def ran(self, scenario: Scenario, edges: Edges) -> None:
-        """Learn from a run in which nothing was broken."""
+        """Learn from a run that broke no invariant."""
         entry = self.corpus.take(scenario, edges, self._draws.scan_ns)
         alone = self._first is None or self._tried is not None
         if self._tried is not None:

@@ -1,4 +1,4 @@
-"""Draws contacts: buttons and failing sensors, more often those that the program answers."""
+"""Draws contacts (buttons and failing sensors), preferring those to which the program reacts."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..scenarios.kinds import Kind, buttons, card_buttons, sensors
 from ..scenarios.scenario import ContactPress, Press
 
 Contact = Press | ContactPress
-"""A contact as a part of a scenario; its instant does not count."""
+"""A contact as a part of a scenario; its time is ignored."""
 
 BUTTON, SENSOR, ANSWERED = 2, 1, 6
-"""Weights of a button and of a level of a sensor, and the additional weight of an answered contact."""
+"""Weights of a button and of each level of a sensor, and the extra weight of a contact with a reaction."""
 
 
 class Contacts:
@@ -30,7 +30,7 @@ class Contacts:
             if slot.has(Trait.MACHINE):
                 for bit in buttons(slot):  # releasing a button that is not pressed changes nothing
                     self._weights[Press(slot.number, bit, True, 0, 0)] = BUTTON
-                for bit in sensors(slot):  # it sticks, on or off
+                for bit in sensors(slot):  # a sensor sticks, on or off
                     for level in (True, False):
                         self._weights[Press(slot.number, bit, level, 0, 0)] = SENSOR
         for number, name in card_buttons(spec):
@@ -45,15 +45,15 @@ class Contacts:
         return [each for each, weight in self._weights.items() if weight != SENSOR]
 
     def answered(self, contact: Contact) -> None:
-        """Note that the program reacts to this contact."""
+        """Record that the program reacts to this contact."""
         self._weights[contact] = BUTTON + ANSWERED
 
     def draw(self, random: Random) -> Contact:
-        """Return a contact, one of the few that `narrow` has chosen."""
+        """Return a random contact from the few that `narrow` has chosen."""
         return random.choice(self._few) if self._few else self._any(random, 1)[0]
 
     def narrow(self, random: Random, count: int) -> None:
-        """Operate at most some contacts from now on; 0 = all."""
+        """Limit later draws to `count` random contacts; 0 = all."""
         self._few = self._any(random, count) if self else []
 
     def _any(self, random: Random, count: int) -> list[Contact]:

@@ -1,7 +1,7 @@
 """The corpus of a search: scenarios in which something happened for the first time.
 
 worth    at the first appearance of
-6        a number or text of a tag or field, a size, a waiting line: a new step of the program
+6        a number or text of a tag or field, a size, a line that waits: a new step of the program
 2        a flag, a flag under other steps, the power of a rung, a path of branches
 0.3      status bits, a command, a status bit under a command
 """
@@ -23,22 +23,22 @@ Feature = tuple[str, Hashable]
 STEP_WORTH, PATH_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
 
 LEAST_WORTH = 1.5
-"""Worth below which a scenario is not kept: a pair or two."""
+"""Scenarios worth less are not kept, such as ones with only a pair or two."""
 
 MOST_WORTH = 8.0
-"""Largest worth that counts when an entry is chosen."""
+"""When an entry is chosen, worth above this limit is ignored."""
 
 MOST_ENTRIES, MOST_SEEN = 300, 100_000
-"""Limits of memory. At the first one the most varied entry is removed; after the second nothing is new."""
+"""Memory limits. At the first, the most varied entry is removed; after the second, nothing counts as new."""
 
 FRESH_CHOICES = 80
-"""Number of times that an entry with a new step is preferred to older ones."""
+"""Number of times that an entry with a new step is chosen before older ones."""
 
 LATE, EARLIER = 30, (1.0, 0.6, 0.3)
-"""Earliest scan of the events of a trimmed scenario, and the shares of the way there that are tried."""
+"""Earliest scan to which trimming moves events, and the shares of that distance that it tries."""
 
 Run = Callable[[Scenario], Edges | None]
-"""Runs a scenario; returns its changes, or None if something is broken."""
+"""Runs a scenario; returns its changes, or None if it breaks an invariant."""
 
 
 @dataclass(slots=True)
@@ -46,11 +46,11 @@ class Entry:
     """A scenario of the corpus.
 
     Attributes:
-        points: scans in which something was new.
-        new_features: what was new; empty once the scenario is trimmed.
+        points: scans in which a feature was new.
+        new_features: the features that were new; empty once the scenario is trimmed.
         chosen: how often it was varied.
-        before: `chosen` when it was shared.
-        number: its number in the corpus that has shared it, -1 for a new one.
+        before: value of `chosen` when the entry was shared.
+        number: number of the entry in the corpus that shared it, -1 for a new entry.
     """
 
     scenario: Scenario
@@ -63,7 +63,7 @@ class Entry:
     number: int = -1
 
     def update(self, shared: Entry) -> None:
-        """Add the choices of the shared copy of this entry, and take its scenario if it has been trimmed."""
+        """Add how often a shared copy was chosen, and take its scenario if it has been trimmed."""
         self.chosen += shared.chosen - shared.before
         if self.new_features and not shared.new_features:
             self.scenario, self.edges = shared.scenario, shared.edges
@@ -71,7 +71,7 @@ class Entry:
 
 
 def worth_of(feature: Feature) -> float:
-    """Return the worth of a feature that is new."""
+    """Return the worth of a new feature."""
     group, kind = feature
     if group == SIZE:
         return STEP_WORTH
@@ -83,28 +83,28 @@ def worth_of(feature: Feature) -> float:
 
 @dataclass(slots=True)
 class Corpus:
-    """Entries in order of their discovery.
+    """The entries, in order of discovery, and what searches have learned.
 
     Attributes:
-        seen: all that was new once.
+        seen: all features seen so far.
         runs: number of runs so far.
         swept: kinds of thin states whose sweep has begun.
-        waiting: scenarios of the sweep that are to be tried, each with its kind; None = of an earlier round.
-        answered: contacts to which the program answers.
-        part: which part of the contacts this search operates one by one, and of how many.
+        waiting: scenarios of the sweep to try, each with its kind of state; None = from an earlier round.
+        answered: contacts to which the program reacts.
+        part: which share of the contacts this search operates one by one, and the number of shares.
     """
 
     entries: list[Entry] = field(default_factory=list)
     seen: set[Feature] = field(default_factory=set)
     runs: int = 0
-    numbers: int = 0  # the last number of an entry that was shared
+    numbers: int = 0  # the highest number of a shared entry
     swept: set[Hashable] = field(default_factory=set)
     waiting: list[tuple[Hashable, Scenario]] = field(default_factory=list)
     answered: list[Contact] = field(default_factory=list)
     part: tuple[int, int] = (0, 1)
 
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
-        """Add a scenario if something in it is new; return its entry."""
+        """Add a scenario and return its entry if it has a new feature."""
         firsts = edges.firsts()
         fresh = self._note_new(firsts)
         if not fresh:
@@ -133,7 +133,7 @@ class Corpus:
         self.answered = list(dict.fromkeys([*self.answered, *other.answered]))
 
     def share(self, most: int) -> Corpus:
-        """Return the corpus of a round: all that was seen, the least varied entries, and the sweep."""
+        """Return the corpus for a round: all seen features, the least varied entries, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
         chosen = [each for each in self.entries if id(each) in turn]
         for each in chosen:
@@ -148,7 +148,7 @@ class Corpus:
         return shared
 
     def for_task(self, place: int, count: int) -> Corpus:
-        """Return a copy for one of the tasks of a round, with its share of the sweep."""
+        """Return a copy for one task of a round, with its share of the sweep."""
         return replace(
             self,
             entries=[replace(each) for each in self.entries],
@@ -160,7 +160,7 @@ class Corpus:
         )
 
     def _note_new(self, firsts: Mapping[Feature, int]) -> list[Feature]:
-        """Return the features that are new; all count as seen from now on."""
+        """Return the new features and mark them as seen."""
         fresh = [feature for feature in firsts if feature not in self.seen]
         if len(self.seen) > MOST_SEEN:
             return []
@@ -173,7 +173,7 @@ class Corpus:
         self.entries.append(entry)
 
     def choose(self, random: Random) -> Entry:
-        """Return an entry to vary: half of the time the latest new step, else one that is worth more."""
+        """Return an entry to vary: half the time the latest new step, else one varied little so far."""
         latest = next(
             (
                 each
@@ -191,7 +191,7 @@ class Corpus:
 
 
 def _energy(entry: Entry) -> float:
-    """Return how often an entry was varied for its worth; the least is next."""
+    """Return how often an entry was varied relative to its worth; the entry with the least is next."""
     return entry.chosen / min(entry.worth, MOST_WORTH)
 
 
@@ -206,7 +206,7 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
-    """Leave out parts that the new features do not need, and move the rest to the earliest scan."""
+    """Remove parts that the new features do not need, and move the rest to the earliest scan."""
     features, entry.new_features = entry.new_features, ()
     if not features or entry.worth < PATH_WORTH:
         return
@@ -221,7 +221,7 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
 
 
 def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:
-    """Yield shorter versions of a scenario, which may change meanwhile: without a half, a quarter, a part."""
+    """Yield versions without a half, a quarter, or one part of a scenario, which may change in between."""
     size = len(parts_of(present())) // 2
     while size:
         place = 0
@@ -240,7 +240,7 @@ def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario
 
 
 def _earlier(scenario: Scenario, share: float, scan_ns: int) -> Scenario | None:
-    """Return a scenario whose events happen earlier by a share, None if they begin early."""
+    """Return a scenario with its events moved earlier by a share; None if they already begin early."""
     timed = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
     early = min(timed, default=0) // scan_ns
     if early <= LATE:

@@ -1,11 +1,11 @@
 """Draws parts of scenarios at random, in any scan or near the edges of a run.
 
-    half of the times     near an edge of the run that is varied
-    a third               soon after the event before, on a scale of decades
+    half of the times     near an edge of the varied run
+    a third               soon after the previous event, on a logarithmic scale
     the rest              anywhere
 
-One event in seven begins together with another one, and a quarter of the durations end near an edge. Some
-durations and distances are times of the program. Buttons are also pressed several times in a rhythm.
+One event in seven begins at the same time as another one, and a quarter of the durations end near an edge.
+Some durations and distances are times from the program. Buttons are also pressed several times in a rhythm.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ MOST = 7
 """Largest number of parts of a scenario that begins from nothing."""
 
 MOST_JOINED = 4
-"""Largest number of events that another scenario adds."""
+"""Largest number of events taken from another scenario."""
 
 LASTING_MS = (2, 4, 10, 20, 40, 100, 500, 2000)
 """Durations of events, ms."""
@@ -59,7 +59,7 @@ STEPS = (1, -1, 10, -10, 200, -200, 3000, -3000)
 """Displacements of a machine, steps."""
 
 MOVED = (0, 1, -1, 10, -10, 100, -100)
-"""Displacements of an event from the varied scenario, scans."""
+"""Time shifts of an event of the varied scenario, scans."""
 
 AT_EDGES, SOON, TOGETHER, AGAIN, END_AT_EDGES, TO_THE_END = 0.5, 0.8, 0.15, 0.4, 0.25, 0.06
 """Shares of the draws: see the module; `SOON` includes `AT_EDGES`. `AGAIN` repeats an earlier press."""
@@ -69,25 +69,25 @@ BEFORE_INPUTS = 0.75
 
 RHYTHM, BY_TIMES, AFTER_END = 0.12, 0.3, 0.5
 """Shares of rhythms among events, of the program's times among durations and distances, and of events that
-come after the end of the one before."""
+begin after the end of the previous one."""
 
 NARROW, FEW = 0.7, (1, 1, 2, 3)
-"""Share of the scenarios with few kinds of events or few contacts, and their numbers."""
+"""Share of the scenarios with few kinds of events or few contacts, and how many they have."""
 
 AT_CHANGES = 0.8
-"""Share of the torn updates that fall where several output words change: some of these come late."""
+"""Share of the torn updates in scans where several output words change: some of these words come late."""
 
 BEATS = (2, 3, 3, 4, 4, 5, 6, 8)
-"""Numbers of presses of a rhythm."""
+"""Numbers of presses in a rhythm."""
 
 BEAT_MS = (6, 10, 20, 40, 100, 200, 400)
 """Durations and distances of the presses of a rhythm, ms."""
 
 AROUND = (-1, 0, 1, 1, 2, 3, 5, 10)
-"""Scans by which a time of the program is exceeded."""
+"""Scans that are added to a time of the program."""
 
 PARTS_OF_SPEED, WAYS = (1.0, 1.0, 0.5, 0.1, 0.01), (1, 1, 1, -1)
-"""Speeds of a master encoder, as parts of its greatest one, and its directions."""
+"""Speeds of a master encoder, as fractions of its maximum, and its directions."""
 
 LINKS = (FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR)
 REPLIES = (FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED)
@@ -106,8 +106,8 @@ class _RackParts:
         outputs: number of output words by slot.
         lines: slots with a serial line.
         slipping: slots that can lose steps.
-        signals: slot, name and value of inputs of cards.
-        masters: slot and greatest speed of master encoders.
+        signals: slot, name and test value of card inputs.
+        masters: slot and maximum speed of master encoders.
     """
 
     axes: Sequence[int]
@@ -137,10 +137,10 @@ class Draws:
     """Draws scenarios for a rack.
 
     Args:
-        scans: length of a run, with all events.
-        kinds: random events, as far as they are possible.
-        random: any generator; the same one draws the same scenarios.
-        rungs: where inputs may change within a scan, see `scenarios.tearing`.
+        scans: length of a run, including all events.
+        kinds: kinds of random events; impossible ones are ignored.
+        random: random generator; the same seed draws the same scenarios.
+        rungs: rungs before which inputs may change within a scan, see `scenarios.tearing`.
         settings: tags that an operator writes, with values to try.
     """
 
@@ -157,12 +157,12 @@ class Draws:
         self._kinds = possible_kinds(spec).intersection(kinds)
         self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
         self.contacts = Contacts(spec, self._kinds)
-        self.times: tuple[int, ...] = ()  # of the program, ns
-        self._events = self._all_events  # of the present scenario
+        self.times: tuple[int, ...] = ()  # times from the program, ns
+        self._events = self._all_events  # of the current scenario
 
     @cached_property
     def _all_events(self) -> list[Make]:
-        """The possible events, each as often as its weight says."""
+        """The possible events, each repeated as many times as its weight."""
         rack, has_rungs = self._rack, len(self._rungs) > 1
         rows: tuple[tuple[int, Kind, object, Make], ...] = (
             (6, Kind.INPUTS, self.contacts, self._press),
@@ -196,7 +196,7 @@ class Draws:
 
     @property
     def has_events(self) -> bool:
-        """Whether a timed event can be drawn."""
+        """Whether the rack has timed events to draw."""
         return bool(self._all_events)
 
     def event(self, at: int) -> Timed | None:
@@ -204,7 +204,7 @@ class Draws:
         return self._random.choice(self._all_events)(at, NO_EDGES) if self._all_events else None
 
     def narrow(self) -> None:
-        """Draw few kinds of events for most scenarios: many kinds hide the effect of one of them."""
+        """Limit most scenarios to few kinds of events: many kinds hide the effect of a single one."""
         random, all_events = self._random, self._all_events
         self._events = all_events
         if all_events and random.random() < NARROW:
@@ -212,10 +212,10 @@ class Draws:
         self.contacts.narrow(random, random.choice(FEW) if random.random() < NARROW else 0)
 
     def with_one_more(self, scenario: Scenario, edges: Edges, first: int = 0) -> tuple[Scenario, int]:
-        """Return a scenario with a further part, and a scan at which the next one may begin.
+        """Return a scenario with one more part, and a scan in which the next part may begin.
 
         Args:
-            first: scan from which on the part preferably begins.
+            first: preferred earliest scan of the part.
         """
         random = self._random
         if self._conditions and (not self._events or random.random() < len(self._conditions) * 0.035):
@@ -231,21 +231,21 @@ class Draws:
         return with_part(scenario, part), end if after_end else at
 
     def _next_part(self, scenario: Scenario, at: int, edges: Edges) -> Timed:
-        """Return a new event in a scan, or an earlier press again."""
+        """Return a new event that begins in a scan, or repeat an earlier press there."""
         pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
         if pressed and self._random.random() < AGAIN:
             return self._pressed_again(self._random.choice(pressed), at)
         return self._random.choice(self._events)(at, edges)
 
     def _pressed_again(self, part: Contact, at: int) -> Contact:
-        """Return the same press in another scan, of any axis that has this input."""
+        """Return the same press in another scan, on any axis that has this input."""
         at_ns = at * self.scan_ns
         if isinstance(part, ContactPress):
             return replace(part, at_ns=at_ns)
         return replace(part, at_ns=at_ns, slot=self._random.choice(self._rack.axes))
 
     def _with_rhythm(self, scenario: Scenario, at: int) -> tuple[Scenario, int]:
-        """Return a scenario with presses of one button or of two in turn, all as long and as far apart."""
+        """Return a scenario with a rhythm: equal presses, equally spaced, of one button or two in turn."""
         random = self._random
         turns = [self.contacts.draw(random) for _ in range(random.choice((1, 1, 2)))]
         for_ns, pause_ns = self._beat(), self._beat()
@@ -265,11 +265,11 @@ class Draws:
         return self._random.choice(BEAT_MS) * MS
 
     def _own_time(self) -> int:
-        """Return a time of the program, or a little more, ns."""
+        """Return a time from the program, or a little more, ns."""
         return self._random.choice(self.times) + self._random.choice(AROUND) * self.scan_ns
 
     def with_one_moved(self, scenario: Scenario, edges: Edges) -> Scenario:
-        """Return a scenario with one event at another time: near an edge, or displaced."""
+        """Return a scenario with one event moved: near an edge, or by a few scans."""
         random = self._random
 
         def moved(part: Timed) -> Timed:
@@ -282,7 +282,7 @@ class Draws:
         return self._with_one_changed(scenario, moved, edges)
 
     def with_one_longer(self, scenario: Scenario, edges: Edges) -> Scenario:
-        """Return a scenario with one event of another duration, if there is one with a duration."""
+        """Return a scenario with the duration of one event changed, if an event has a duration."""
         random = self._random
 
         def longer(part: Timed) -> Timed:
@@ -302,7 +302,7 @@ class Draws:
         return scenario_of(parts)
 
     def joined(self, scenario: Scenario, other: Scenario) -> Scenario:
-        """Return a scenario with the first events of another one."""
+        """Return a scenario with the first events of another one added."""
         for part in timed_parts(other)[:MOST_JOINED]:
             scenario = with_part(scenario, part)
         return scenario
@@ -310,7 +310,7 @@ class Draws:
     def _with_one_changed(
         self, scenario: Scenario, change: Callable[[Timed], Timed], edges: Edges
     ) -> Scenario:
-        """Return a scenario with one event changed, with one more if it has none."""
+        """Return a scenario with one event changed, or with a new event if it has none."""
         parts = parts_of(scenario)
         places = [place for place, (_, part) in enumerate(parts) if isinstance(part, Timed)]
         if not places:
@@ -321,7 +321,7 @@ class Draws:
         return scenario_of(parts)
 
     def _varied(self, base: Scenario) -> Scenario:
-        """Return another scenario unchanged, or some of its parts, at other times."""
+        """Return a scenario unchanged, or with some of its parts at other times."""
         random = self._random
         if random.random() < 0.5:
             return base
@@ -335,7 +335,7 @@ class Draws:
         return replace(part, at_ns=max(0, part.at_ns + self._random.choice(MOVED) * self.scan_ns))
 
     def _when(self, scenario: Scenario, edges: Edges, first: int) -> int:
-        """Return the scan of a new event."""
+        """Return a scan for a new event."""
         random = self._random
         others = timed_parts(scenario)
         if others and random.random() < TOGETHER:
@@ -356,7 +356,7 @@ class Draws:
         return random.randint(0, scans - 1)
 
     def _lasting(self, at: int, edges: Edges) -> int:
-        """Return the duration of an event from a scan on, ns."""
+        """Return a duration for an event that begins in a scan, ns."""
         random = self._random
         if random.random() < END_AT_EDGES and (end := edges.near(random, at)) is not None and end > at:
             return (end - at) * self.scan_ns
@@ -379,7 +379,7 @@ class Draws:
         return OperatorAction(at * self.scan_ns, Write(setting.tag, self._random.choice(setting.values)))
 
     def _turn(self, at: int, edges: Edges) -> Turn:
-        """Return a movement of a master encoder at a part of its speed, either way."""
+        """Return a movement of a master encoder at a fraction of its maximum speed, in either direction."""
         slot, speed = self._random.choice(self._rack.masters)
         for_ns = max(MS, self._lasting(at, edges))
         counts = max(1, round(speed * self._random.choice(PARTS_OF_SPEED) * for_ns / 1e9))
@@ -415,7 +415,7 @@ class Draws:
         random = self._random
         if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
             at = seen - 1
-        routine, rung = random.choice(self._rungs[1:])  # before the first one they are only late
+        routine, rung = random.choice(self._rungs[1:])  # before the first rung, inputs are only late
         return TornUpdate(routine, rung, at * self.scan_ns)
 
     def _line(self, at: int, edges: Edges) -> InjectedFault:
@@ -440,7 +440,7 @@ class Draws:
                 yield self._slipped
 
     def _versions(self) -> list[str]:
-        """Return the versions of firmware, none older than the program needs."""
+        """Return the firmware versions that the program supports."""
         on_micrologix = self._spec.controller == "micrologix"
         needed = max(Firmware.parse(slot.needs_firmware) for slot in self._spec.slot)
         return [str(each) for each in KNOWN if each >= needed and (each.micrologix or not on_micrologix)]

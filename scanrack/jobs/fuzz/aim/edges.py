@@ -1,4 +1,4 @@
-"""The scans of a run in which something changed, by group: a search aims its events at them."""
+"""The scans of a run in which something changed, in groups: a search aims its events at them."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from itertools import pairwise
 from random import Random
 
 Group = dict[Hashable, list[int]]
-"""Scans by kind of change."""
+"""The scans of each kind of change."""
 
 COMMAND, STATE, THIN = "command", "state", "thin"
 
 SIZE, PAIR, UNDER = "size", "pair", "under"
-"""Groups that only show what is new in a run: no event is aimed at them."""
+"""Groups that only show that a run is new: no event is aimed at them."""
 
 INPUTS = ("status", "number")
-"""Groups of what modules answer."""
+"""Groups of the modules' responses."""
 
 TOGETHER = "together"
 """Group of the output words that change in one scan: only torn updates are aimed at them."""
@@ -24,32 +24,32 @@ TOGETHER = "together"
 NOT_AIMED, NOT_NEW = frozenset({SIZE, PAIR, UNDER, TOGETHER}), frozenset({THIN, TOGETHER})
 
 ANSWERS = (COMMAND, "path", STATE)
-"""Groups of the changes of the program itself."""
+"""Groups of changes in the program itself."""
 
 THIN_SCANS = 3
 """Longest duration of a thin state, scans."""
 
 NEAR = (-8, -5, -3, -2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
-"""Distances from an edge, scans. The program sees an event of scan n in n or n + 1, and answers later.
+"""Distances from an edge, scans. The program sees an event of scan n in scan n or n + 1, and reacts later.
 
-Before an edge something ends, such as the last steps of a move.
+Negative distances hit something that ends, such as the last steps of a move.
 """
 
 SOON = 8
-"""Number of edges after an event that are preferred."""
+"""Number of preferred edges after an event."""
 
 MOST_SCANS, MOST_KINDS = 200, 2_000
 """Largest number of scans of one change, and of changes in one group: the first ones."""
 
 BEGINNING = 5
-"""Scans after power-up in which everything is thin."""
+"""Scans after power-up in which every state is thin."""
 
 MOST_STEPS = 4
-"""Largest number of small values of an integer that also has large ones and may still be a step."""
+"""An integer with large values and more small values than this is a quantity, not a step."""
 
 
 class Edges:
-    """Changes of one run.
+    """The changes in one run.
 
     A draw chooses a group first, then a kind, then a scan: a bit that changed once is as likely as one that
     changed a thousand times.
@@ -59,7 +59,7 @@ class Edges:
         self.groups: dict[str, Group] = {}
 
     def add(self, group: str, kind: Hashable, scan: int) -> None:
-        """Note a change."""
+        """Record a change."""
         kinds = self.groups.setdefault(group, {})
         scans = kinds.get(kind)
         if scans is not None:
@@ -69,7 +69,7 @@ class Edges:
             kinds[kind] = [scan]
 
     def close(self) -> None:
-        """Add the group of thin states, once the run is over.
+        """Add the group of thin states after the run.
 
         >>> edges = Edges()
         >>> for scan, step in ((0, 1), (90, 2), (92, 3), (500, 1)):
@@ -90,12 +90,12 @@ class Edges:
                 self.add(THIN, by_scan[scan], scan)
 
     def _quantities(self) -> set[Hashable]:
-        """Return place and name of the integers that run through their values, as a position does."""
+        """Return the place and name of each integer that runs through its values, such as a position."""
         small = Counter(_tag(kind) for kind in self.groups.get(STATE, ()))
         return {tag for kind in self.groups.get(SIZE, ()) if small[tag := _tag(kind)] > MOST_STEPS}
 
     def firsts(self) -> dict[tuple[str, Hashable], int]:
-        """Return the scan of the first time of each change, by group and kind, as far as it may be new."""
+        """Return the first scan of each change that may be new, by group and kind."""
         return {
             (group, kind): scans[0]
             for group, kinds in self.groups.items()
@@ -104,7 +104,7 @@ class Edges:
         }
 
     def one_of(self, random: Random, groups: Sequence[str]) -> int | None:
-        """Return a scan of a change in one of some groups; None without any."""
+        """Return a random scan of a change in one of the groups; None if they have no changes."""
         there = [self.groups[name] for name in groups if name in self.groups]
         if not there:
             return None
@@ -112,11 +112,11 @@ class Edges:
         return random.choice(group[random.choice(list(group))])
 
     def answers(self) -> set[tuple[str, Hashable]]:
-        """Return the changes of the program itself."""
+        """Return the changes in the program itself."""
         return {(group, kind) for group in ANSWERS for kind in self.groups.get(group, ())}
 
     def output(self, random: Random) -> tuple[int, tuple[int, ...], int] | None:
-        """Return a change of several output words: place of the slot, words, and scan; None without any."""
+        """Return a change of several output words: the slot's place, the words, the scan; None if none."""
         kinds = self.groups.get(TOGETHER)
         if not kinds:
             return None
@@ -125,7 +125,7 @@ class Edges:
         return kind[0], kind[1], random.choice(kinds[kind])
 
     def near(self, random: Random, first: int) -> int | None:
-        """Return a scan near an edge, preferably soon after the scan `first`; None without edges."""
+        """Return a random scan near an edge, preferably soon after the scan `first`; None without edges."""
         aimed = [name for name in self.groups if name not in NOT_AIMED]
         if not aimed:
             return None
@@ -140,4 +140,4 @@ def _tag(kind: Hashable) -> Hashable:
 
 
 NO_EDGES = Edges()
-"""The changes of a run without a probe."""
+"""The changes when a run has no probe."""

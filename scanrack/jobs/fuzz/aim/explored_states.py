@@ -1,7 +1,7 @@
-"""Ends runs in explored states, from which another run has already continued to its end.
+"""Ends runs that reach an explored state: one from which another run has already continued to its end.
 
-A state is a digest by `Probe.state`: steps, flags, commands and status, without timers and positions.
-Every `CALM` scans after the last event it is compared with them.
+A state is a digest by `Probe.state`: steps, flags, commands and status, without timers and positions. Every
+`CALM` scans after the last event, the state of a run is compared with the explored ones.
 """
 
 from __future__ import annotations
@@ -16,31 +16,31 @@ from ..scenarios.scenario import Scenario
 from .probe import Probe
 
 CALM, RARELY = 100, 1_500
-"""Scans between two comparisons; the second one where scans that repeat the one before cost nothing."""
+"""Scans between two comparisons: normally, and where repeated scans are skipped at no cost."""
 
 MOST = 100_000
-"""Largest number of states."""
+"""Largest number of stored states."""
 
 
 class ExploredStates:
-    """The states of one search, each with the first scan in which a run was in it."""
+    """The states of one search, each with the first scan in which a run reached it."""
 
     def __init__(self) -> None:
         self._firsts: dict[bytes, int] = {}
 
     def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
-        """Return what ends the run of a scenario."""
+        """Return an object that runs a scenario and ends it in an explored state."""
         ends_ns = map(end_ns, timed_parts(scenario))
         whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
         return ExploredStateStop(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
 
 
 class ExploredStateStop:
-    """Runs a CPU to its end, or to a known state.
+    """Runs a CPU to the end of its run, or to a known state.
 
     Args:
-        firsts: the known states; `learn` adds the states of this run.
-        conditions: what holds for the whole run.
+        firsts: first scan of each known state; `learn` adds the states of this run.
+        conditions: conditions of the whole run, as text.
         calm_from: first scan after the last event.
     """
 
@@ -50,7 +50,7 @@ class ExploredStateStop:
         self.calm = CALM
 
     def run(self, cpu: Cpu, probe: Probe, scans: int, waits: Callable[[], bool]) -> None:
-        """Run scans, fewer if the state is known and no clock of an invariant runs.
+        """Run the scans; stop early in a known state while no invariant's clock runs.
 
         Args:
             waits: returns whether an invariant's clock runs.
@@ -64,7 +64,7 @@ class ExploredStateStop:
             self._passed.setdefault(state, cpu.scan)
 
     def learn(self) -> None:
-        """Keep the states of this run, in which nothing was broken."""
+        """Add the states of this run, which broke no invariant."""
         for state, scan in self._passed.items():
             if len(self._firsts) < MOST or state in self._firsts:
                 self._firsts[state] = min(scan, self._firsts.get(state, scan))

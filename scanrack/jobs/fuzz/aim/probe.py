@@ -1,17 +1,17 @@
-"""A listener that notes the changes in a run, and their scans.
+"""A listener that records the changes in a run, and their scans.
 
     group      a change of
     status     status bits of a 3601, input words of a card
     command    the first two output words of a 3601, output words of a card
     together   several output words
-    number     the upper word of a position: a number in two words takes a step
+    number     the upper word of a number in two words, such as a position
     path       the power in a rung; the branches that a Python program takes in one scan
     state      a tag or a field: a flag, a text, a small integer; the line where a sequence waits
     size       the size of a larger integer
     pair       a status bit changes under a command
-    under      a flag changes while the steps are these
+    under      a flag changes while the program is at certain steps
 
-Each group is compared as a whole first: a scan without changes costs one comparison for each.
+Each group is first compared as a whole: a scan without changes costs one comparison per group.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
-"""Integers whose values are distinguished; of others only the size is."""
+"""Integers that are recorded by value; of all others only the size is."""
 
 MOST_TAGS = 1_000
 """Largest number of watched tags."""
 
 Values = list[Hashable] | dict[Hashable, Hashable]
-"""Values of a group by place or name."""
+"""Values of a group, by place or name."""
 
 
 class Probe(QuietListener):
-    """Notes the changes of one run in `edges`: call `prepared` and `watch` before it."""
+    """Records the changes in one run in `edges`: call `prepared` and `watch` before the run."""
 
     def __init__(self, edges: Edges) -> None:
         self.edges = edges
@@ -61,7 +61,7 @@ class Probe(QuietListener):
         self._taken = self._none = b""
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Let a new engine note the power of its rungs, if the logic is a compiled one; return the logic."""
+        """Return the logic; if it is compiled, make its new engine record the power in its rungs."""
         if type(logic) is Engine:
             scanner = noting(logic.lowered)
             notes = self._notes = [None] * scanner.places
@@ -69,7 +69,7 @@ class Probe(QuietListener):
         return logic
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
-        """Take a rack and its logic, before the first scan."""
+        """Watch a rack and its logic; call this before the first scan."""
         self._slots = [
             (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
             for slot in rack.slots.values()
@@ -89,7 +89,7 @@ class Probe(QuietListener):
             module = namespace_of(inside)
             self._branches = module.get(NAME, self._branches)
             self._none = bytes(len(self._branches))
-            self._branches[:] = self._none  # of the run before
+            self._branches[:] = self._none  # clear the notes of the previous run
             self._values = [(STATE, fields_reader(inside, module))]
             if sequences := sequences_in(logic):
                 self._values.append((STATE, _Lines(sequences)))
@@ -97,7 +97,7 @@ class Probe(QuietListener):
         self._is_fresh = [group != "path" for group, _ in self._values]  # the notes are always the same list
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note what differs from the scan before."""
+        """Record the differences from the previous scan."""
         memory = self._memory
         for place, (begin, end) in enumerate(self._watched):
             if memory[begin:end] != self._seen[place]:
@@ -112,7 +112,7 @@ class Probe(QuietListener):
             self._note_branches(scan)
 
     def state(self, conditions: str) -> bytes:
-        """Return a digest of what program and modules do at present: steps, flags, commands, status."""
+        """Return a digest of the current state of program and modules: steps, flags, commands, status."""
         words = [
             (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
             for slot, inputs, outputs in self._slots
@@ -125,7 +125,7 @@ class Probe(QuietListener):
         return blake2b(repr((conditions, words, kinds)).encode(), digest_size=16).digest()
 
     def _note_words(self, place: int, scan: int) -> None:
-        """Note the words of a slot that have changed."""
+        """Record the words of a slot that have changed."""
         add = self.edges.add
         slot, known, commanding = self._slots[place]
         inputs, outputs = tuple(slot.inputs.words), tuple(slot.outputs.words)
@@ -145,7 +145,7 @@ class Probe(QuietListener):
             add("number", place, scan)
 
     def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
-        """Note the values that have changed."""
+        """Record the values that have changed."""
         add, steps = self.edges.add, None
         before: Mapping[Hashable, Hashable] = last if isinstance(last, dict) else dict(enumerate(last))
         for name, value in _named(now):
@@ -163,14 +163,14 @@ class Probe(QuietListener):
         branches = self._branches
         if branches != self._taken:
             if not any(branches):
-                return  # the program was not called, or has taken none
+                return  # the program was not called, or took no branch
             self._taken = bytes(branches)
             self.edges.add("path", self._taken, scan)
         branches[:] = self._none
 
 
 def _steps(values: Values) -> tuple[Hashable, ...]:
-    """Return the small numbers and the texts among some values: the steps of a program."""
+    """Return the small numbers and texts among values: the steps of a program."""
     held = values.values() if isinstance(values, dict) else values
     return tuple(
         value for value in held if value.__class__ is str or (value.__class__ is int and value in SMALL)
@@ -186,17 +186,17 @@ def _kinds(values: Values) -> Iterator[tuple[Hashable, Hashable]]:
 
 
 class _Size(int):
-    """The size of an integer that is not small: eight times its bits, and its first three; signed."""
+    """Signed size of a large integer: eight times its bit length, plus its three leading bits."""
 
 
 def _kind(value: Hashable) -> Hashable:
-    """Return what distinguishes a value.
+    """Return the part of a value that is compared.
 
     >>> _kind(32), _kind(33), _kind(-2), _kind(-40_000), _kind("go")
     (32, 52, -18, -132, 'go')
     """
     if isinstance(value, Enum):
-        return str(value.name)  # its class may be of the program, which other processes do not have
+        return str(value.name)  # the class may belong to the program, which other processes lack
     if value.__class__ is not int or value in SMALL:
         return value
     assert isinstance(value, int)
@@ -206,7 +206,7 @@ def _kind(value: Hashable) -> Hashable:
 
 
 class _Lines:
-    """Reads the lines where sequences wait, after one of them has continued."""
+    """Returns the lines where sequences wait; reads them again after one of them has continued."""
 
     def __init__(self, sequences: Sequence[LogicSequence]) -> None:
         self._sequences = sequences
@@ -214,7 +214,7 @@ class _Lines:
         self._lines: Values = []
 
     def __call__(self) -> Values:
-        """Return a line for each sequence, None after its end."""
+        """Return the line of each sequence, None for a finished one."""
         resumed = [each.resumed for each in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed
@@ -223,7 +223,7 @@ class _Lines:
 
 
 def _tags(engine: Engine) -> Callable[[], Values]:
-    """Return a function that reads the flags and integers of a program, no times and images."""
+    """Return a function that reads the flags and integers of a program, except times and images."""
     cells = list(_tag_cells(engine))[:MOST_TAGS]
     return lambda: [cell.cell_contents for cell in cells]
 
@@ -240,5 +240,5 @@ def _tag_cells(engine: Engine) -> Iterator[CellType]:
 
 @remember_last
 def noting(lowered: LoweredProgram) -> ObservedScanner:
-    """Return a compiled program that notes the power of all rungs, compiled once."""
+    """Return the program, compiled once, with code that records the power in all rungs."""
     return observed_scanner_of(lowered, Observation(noted=lines_of(lowered)))

@@ -1,7 +1,7 @@
 """The plain values that a Python program keeps from scan to scan.
 
-They are flags, texts, integers and members of an Enum, in the program's object and its globals, in dicts
-there, and in objects of the program's own classes, up to two objects deep.
+They are flags, texts, integers and Enum members. They are found in the program's object, its globals, dicts
+in these, and objects of the program's own classes, up to two objects deep.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Any
 from scanrack.runtime.loop.scan import ScanLogic
 
 PLAIN = frozenset({bool, int, str, type(None)})
-"""Types of values, beside the classes of Enum that the program knows."""
+"""Types of the values, besides the Enum classes of the program."""
 
 DEEP = 2
-"""Number of objects on the way to a value."""
+"""Largest number of objects on the path to a value."""
 
 MOST_HOLDERS, MOST_FIELDS = 50, 200
-"""Largest number of objects, and of values in one of them."""
+"""Largest number of objects, and of values in one object."""
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
@@ -34,9 +34,9 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
 
 
 def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], dict[Hashable, Hashable]]:
-    """Return a function that reads the present values, by place and name.
+    """Return a function that reads the current values, by place and name.
 
-    Objects that the program makes later are not read.
+    Objects that the program creates later are not read.
     """
     holders = list(enumerate(islice(_holders(logic, module), MOST_HOLDERS)))
     plain = PLAIN | {each for each in module.values() if isinstance(each, type) and issubclass(each, Enum)}
@@ -48,10 +48,10 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
 
 
 class _FieldsReader:
-    """Reads values again where an object in their place is another one than before.
+    """Reads the values again only when an object that held one has been replaced by another.
 
-    A call returns the values: the same dict as long as nothing has changed. Objects are compared by identity,
-    since a program's own classes may define equality in any way.
+    A call returns the same dict as long as nothing has changed. Objects are compared by identity, since a
+    program's own classes may define equality in any way.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class _FieldsReader:
 
 
 def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield the dicts of values, each once."""
+    """Yield each dict of values once."""
     own = str(module.get("__name__", ""))
     waiting: list[tuple[int, Any]] = [(0, logic)]
     if isinstance(logic, FunctionType):
@@ -112,7 +112,7 @@ def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[st
 
 
 def _holder(value: object, module: str, *, is_logic: bool) -> Mapping[str, Any] | None:
-    """Return the dict of an object's values: itself, or its fields if its class is of the program."""
+    """Return a dict itself, or the fields of an object whose class belongs to the program; else None."""
     if type(value) is dict:
         return value
     if isinstance(value, type | FunctionType) or not (is_logic or type(value).__module__ == module):

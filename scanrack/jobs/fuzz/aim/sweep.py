@@ -1,8 +1,8 @@
-"""Combines every fault and button with every thin state: one scan before it, in it, and one scan after it.
+"""Combines every fault and button with every thin state: one scan before, in it, and one scan after.
 
 Where several output words change in a scan, an update is torn: one of the words is late, or all others are.
-Where inputs change, they change in the middle of the scan before. Each rung that reads inputs gets a run with
-such tears at all changes of status, and one with tears at all changes of positions.
+Where inputs change, a tear makes them change in the middle of the scan before. Each rung that reads inputs
+gets one run with tears at all changes of status, and one with tears at all changes of positions.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ ANY = 0.5
 """Share of the scenarios that are drawn from all entries instead of the latest one."""
 
 MOST_TORN, MOST_RUNGS = 8, 24
-"""Largest number of tears at one kind of change, and of rungs for which a scenario is torn."""
+"""Largest number of tears at one kind of change, and of rungs at which inputs are torn."""
 
 MOST_WAITING = 5_000
-"""Largest number of scenarios that wait."""
+"""Largest number of waiting scenarios."""
 
 
 class Sweep:
-    """Scenarios of thin states that have not been tried yet; each kind of state is swept once.
+    """The untried scenarios of thin states; each kind of state is swept once.
 
-    The corpus keeps what was swept and what waits.
+    The corpus keeps the swept kinds and the waiting scenarios.
     """
 
     def __init__(
@@ -51,10 +51,10 @@ class Sweep:
         rungs: Sequence[Rung] = (),
     ) -> None:
         self._spec, self._kinds, self._random, self._corpus = spec, kinds, random, corpus
-        self._rungs = rungs[1:]  # inputs that change before the first one are only late
+        self._rungs = rungs[1:]  # inputs that change before the first rung are only late
 
     def take(self, entry: Entry) -> None:
-        """Add the scenarios of an entry's thin states."""
+        """Add the scenarios for the thin states of an entry."""
         fresh: list[tuple[Hashable, Scenario]] = []
         swept, waiting = self._corpus.swept, self._corpus.waiting
         for kind, scans in entry.edges.groups.get(THIN, {}).items():
@@ -68,12 +68,12 @@ class Sweep:
         if Kind.TORN in self._kinds and self._rungs:
             fresh += self._torn_inputs(entry)
         self._random.shuffle(fresh)
-        fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # these come first
+        fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # torn scenarios come first
         waiting += fresh
         del waiting[:-MOST_WAITING]
 
     def next(self) -> Scenario | None:
-        """Return a scenario, one of the latest entry or any; None if none waits."""
+        """Return a waiting scenario, of the latest entry or any; None if none waits."""
         waiting = self._corpus.waiting
         if not waiting:
             return None
@@ -97,9 +97,10 @@ class Sweep:
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
 
     def _torn_inputs(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
-        """Yield the scenario with inputs that change before a rung, wherever they change.
+        """Yield the scenario with its input changes moved to the middle of a scan, before a rung.
 
-        A number may miss the middle of a scan: where it takes twice as many steps, it is tried again.
+        A change of a number may miss the middle of a scan. It is tried again where it takes twice as many
+        steps.
         """
         for group in INPUTS:
             changes = {
@@ -119,7 +120,7 @@ class Sweep:
         return self._random.sample(self._rungs, most)
 
     def _events_at(self, at_ns: int) -> Iterator[Timed]:
-        """Yield every fault and every operated contact at an instant."""
+        """Yield every fault and every contact operation at an instant."""
         for_ns = LASTING_MS * 1_000_000
         yield from self._faults_at(at_ns, for_ns)
         if Kind.INPUTS in self._kinds:

@@ -1,7 +1,6 @@
 """The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
 
-Operators wait as long as the program makes them. Numbers that a program compares (`if age > 20`) count as
-scans.
+They are used as waiting times of operators. Numbers that a program compares (`if age > 20`) count as scans.
 """
 
 from __future__ import annotations
@@ -21,16 +20,16 @@ from ...record.logic_wrapper import unwrapped
 from .python_state import namespace_of
 
 MOST_TIMES = 40
-"""Largest number of times of a program: the shortest."""
+"""Largest number of times of a program; the shortest are kept."""
 
 MS = 1_000_000
 
 SHORTEST_SCANS = 3
-"""Number of scans below which a random draw meets a time."""
+"""Shorter times, in scans, are left out: random draws hit them anyway."""
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
-    """Return the times of a program that a run can hold, and those between two of them, ns in order."""
+    """Return the program's times that fit into a run, and times between two of them; sorted, ns."""
     inside = unwrapped(logic)
     found = set(_presets(inside)) if isinstance(inside, Engine) else set(_written(inside, scan_ns))
     fitting = sorted(each for each in found if SHORTEST_SCANS * scan_ns < each < scans * scan_ns)[:MOST_TIMES]
@@ -39,7 +38,7 @@ def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
 
 
 def _presets(engine: Engine) -> Iterator[int]:
-    """Yield the presets of all timers as they are now, ns."""
+    """Yield the current presets of all timers, ns."""
     leaves = engine.lowered.layout.leaves
     for path, leaf in leaves.items():
         if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves and leaf.ident in engine.memory.cells:
@@ -60,7 +59,7 @@ def _written(logic: ScanLogic, scan_ns: int) -> Iterator[int]:
 
 @lru_cache(maxsize=4)
 def _read(file: str) -> tuple[tuple[int, int], ...]:
-    """Return the times in a file: scans, and ns."""
+    """Return the times in a file: first those in scans, then those in ns."""
     try:
         tree = ast.parse(Path(file).read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):

@@ -1,1 +1,1 @@
-"""A long search: rounds in processes, saved on disk, with confirmed failures."""
+"""A long search in several processes: it runs in rounds, is saved on disk, and confirms failures."""

@@ -1,12 +1,13 @@
-"""A campaign: many searches, on all cores or on a cluster, that can be interrupted and continued.
+"""A campaign: many searches on all cores or on a cluster. It can be interrupted and continued.
 
     a round     begins with one corpus for all of its tasks
     a task      is one search: a seed, a number of examples, a share of that corpus
-    a report    is added to the state in the order of the tasks, never of their arrival
+    a report    is added to the state in the order of the tasks, not in the order of arrival
 
-A round depends on the tasks before it and not on its workers, so a campaign makes the same steps on any
-number of workers. It has four tasks at first, later a quarter of the number of tasks before it. At most a
-fifth of all tasks are unknown to a task, and a cluster of n workers is busy once 4 n tasks are done.
+A round depends on the earlier tasks and not on the workers, so a campaign takes the same steps with any
+number of workers. The first rounds have four tasks each, later ones a quarter of the number of earlier tasks.
+A task lacks the results of at most a fifth of all tasks, and a cluster of n workers is busy once 4 n tasks
+are done.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from .executors import OnCluster
 from .state import CampaignError, State
 
 SHARED = 24
-"""Number of entries of the corpus that the tasks of a round get, those whose turn it is."""
+"""Number of corpus entries that the tasks of a round get: the least varied ones."""
 
 LEAST_WIDTH, EARLIER, MOST_WIDTH = 4, 4, 1024
-"""Number of tasks of a round: the least, the divisor of the number of earlier tasks, and the most."""
+"""Number of tasks in a round: the minimum, the divisor of the number of earlier tasks, and the maximum."""
 
 TRIES = 3
 """Number of attempts for a task whose worker dies."""
@@ -34,13 +35,13 @@ TRIES = 3
 
 @dataclass(frozen=True, slots=True)
 class Allowance:
-    """The time that a task may take, ns; None = any."""
+    """The time that a task may take, ns; None = no limit."""
 
     wall_ns: int | None = None
     processor_ns: int | None = None
 
     def covers(self, wall_ns: int, processor_ns: int) -> bool:
-        """Return whether the time used is below every limit."""
+        """Return whether the used time is below every limit."""
         used = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
         return all(limit is None or each < limit for limit, each in used)
 
@@ -53,13 +54,13 @@ class Task:
     examples: int
     known: frozenset[str] = frozenset()
     base: Scenario | None = None  # a scenario to vary, or None
-    corpus: Corpus | None = None  # of earlier rounds
-    again: tuple[Scenario, ...] = ()  # scenarios to run first, of a corpus on disk
-    allowance: Allowance = Allowance()  # at its beginning
+    corpus: Corpus | None = None  # the corpus of earlier rounds
+    again: tuple[Scenario, ...] = ()  # scenarios to run first, such as those of a corpus on disk
+    allowance: Allowance = Allowance()  # time left when the task begins
 
 
 Work = Callable[[Task], SearchReport]
-"""Runs a task in this process or another one; picklable."""
+"""Runs a task in this or another process; picklable."""
 
 Suggest = Callable[[State], tuple[Scenario, ...]]
 """Returns scenarios to run next, such as a solver's answers."""
@@ -80,20 +81,20 @@ def campaign(
     allowance: Callable[[], Allowance] = Allowance,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
-    """Run rounds of tasks until all are done or the time is over; the state collects the results.
+    """Run rounds of tasks until all are done or the time is up; add the results to the state.
 
     Args:
-        executor: makes the executor, and again if its workers die.
-        tasks: their number; None = until `has_time` returns False.
-        jobs: number of tasks at a time; None = as many as the cluster has threads.
-        again: scenarios of a corpus on disk; the first round runs them.
+        executor: creates the executor; called again if its workers die.
+        tasks: number of tasks; None = run until `has_time` returns False.
+        jobs: number of concurrent tasks; None = one per thread of the cluster.
+        again: scenarios that the first round runs, from a corpus on disk.
         suggest: called between two rounds; the next round runs its scenarios.
         has_time: called before every task.
         allowance: called before every task; returns the time it may take.
-        news: called after every task with its findings.
+        news: called after every task with its new failures.
 
     Raises:
-        CampaignError: a task's worker has died several times.
+        CampaignError: the worker of one task has died several times.
         InvariantError: an invariant raised.
     """
     running = _Tasks(work, executor, jobs, has_time, allowance)
@@ -130,7 +131,7 @@ class _Tasks:
         self._tried: Counter[int] = Counter()
 
     def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
-        """Run the tasks of a round; yield their reports in the order of the tasks, from a number on."""
+        """Run the tasks of a round; yield their reports in task order, beginning with a task number."""
         self._submit_all(tasks)
         while self._running:
             done, _ = wait(self._running, return_when=FIRST_COMPLETED)
@@ -141,7 +142,7 @@ class _Tasks:
             self._submit_all(tasks)
 
     def _submit_all(self, tasks: Iterator[Task]) -> None:
-        """Submit tasks, if there are any, to all workers that have none."""
+        """Submit a task to every idle worker as long as tasks remain."""
         while len(self._running) < self._at_a_time and self._has_time():
             task = next(tasks, None)
             if task is None:
@@ -205,7 +206,7 @@ def _rounds(
     again: tuple[Scenario, ...],
     suggest: Suggest,
 ) -> Iterator[Iterator[Task]]:
-    """Yield the rounds, each with the state at its beginning; an interrupted round is the last one."""
+    """Yield the rounds, each made from the current state; the caller stops after an interrupted round."""
     while again or end is None or state.tasks < end:
         names = known | frozenset(state.found)
         if again:
@@ -219,7 +220,7 @@ def _rounds(
 
 
 def _tasks_again(again: tuple[Scenario, ...], first: int, examples: int, known: frozenset[str]) -> list[Task]:
-    """Return the tasks that run given scenarios."""
+    """Return the tasks that run the given scenarios."""
     count = -(-len(again) // examples)
     parts = [again[place::count] for place in range(count)]
     return [Task(number, len(part), known, again=part) for number, part in enumerate(parts, first)]

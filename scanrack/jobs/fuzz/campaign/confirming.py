@@ -1,4 +1,4 @@
-"""Confirms a failure: it counts if it also happens in a new process with another environment."""
+"""Confirms failures: a failure counts if it also occurs in a new process with a different environment."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Confirmation:
     setup: Setup
 
     def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
-        """Return whether the failure happens there, too.
+        """Repeat the failure in another process; return whether it occurs there, too.
 
         Raises:
-            NondeterministicError: the program does not fail there, and is responsible for the difference.
+            NondeterministicError: the failure does not occur there because of the program.
         """
         broken, uses = run_in_other_environment(run_again, self.setup, found.scenario, frozenset(without))
         if broken is not None and broken.key == found.broken.key:
@@ -36,7 +36,7 @@ class Confirmation:
 def run_again(
     setup: Setup, scenario: Scenario, without: frozenset[str]
 ) -> tuple[BrokenInvariant | None, str]:
-    """Run a scenario; return its failure, and the program's sources of differences."""
+    """Run a scenario; return its failure and the program's sources of nondeterminism."""
     uses = NondeterminismSources()
     verdict = uses.watching(bench_of(setup)).run(scenario, without=without)
     return verdict.broken, str(uses)

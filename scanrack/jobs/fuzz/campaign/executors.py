@@ -18,10 +18,10 @@ from .state import CampaignError
 
 
 class InlineExecutor(Executor):
-    """Runs every task at once, in this process."""
+    """Runs every task in this process when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Run it, and return the result."""
+        """Run a task and return its completed future."""
         future: Future[Any] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -41,13 +41,13 @@ class Processes(Executor):
             each.start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Send it to a process."""
+        """Queue a task for a process."""
         future: Future[Any] = Future()
         self._waiting.put((future, (fn, args, kwargs)))
         return future
 
     def _serve(self, worker: Worker) -> None:
-        """Send tasks to a process, one after the other; after its death all tasks are broken."""
+        """Send tasks to a process, one after the other; if it dies, all tasks fail."""
         while (task := self._waiting.get()) is not None:
             future, call = task
             try:
@@ -57,7 +57,7 @@ class Processes(Executor):
         worker.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes; tasks without a result are broken."""
+        """End the processes; tasks without a result fail."""
         for worker in self._workers:
             worker.kill()
             self._waiting.put(None)
@@ -81,10 +81,10 @@ class OnCluster(Executor):
         Thread(target=self._look_for_workers, args=(say,), daemon=True).start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        """Send it to a worker.
+        """Send a task to a worker.
 
         Raises:
-            CampaignError: the scheduler has gone; or the future has it as its exception.
+            CampaignError: the scheduler is gone. The future may also have this as its exception.
         """
         answer: Future[Any] = Future()
         try:
@@ -96,14 +96,14 @@ class OnCluster(Executor):
 
     @property
     def threads(self) -> int:
-        """Number of tasks that the cluster does at a time, at least one."""
+        """Number of tasks that the cluster runs at a time, at least one."""
         with suppress(*CONNECTION_LOST):
             threads: int = sum(self._client.nthreads().values())
             return max(1, threads)
-        return 1  # the next task reports it
+        return 1  # the next task reports the lost connection
 
     def _pass_on(self, submitted: Future[Any], answer: Future[Any]) -> None:
-        """Copy the cluster's answer; it cancels tasks that it has lost."""
+        """Copy the cluster's result; the cluster cancels tasks that it has lost."""
         error = self._connection_lost() if submitted.cancelled() else submitted.exception()
         if isinstance(error, CONNECTION_LOST):
             error = self._connection_lost()
@@ -120,13 +120,13 @@ class OnCluster(Executor):
         )
 
     def _look_for_workers(self, say: Say) -> None:
-        """Print a message when there has been no worker for some time."""
+        """Print a message when the cluster has had no worker for some time."""
         since_ns, reported = wall_ns(), False
         while not self._over.wait(0.5):
             try:
                 workers = self._client.nthreads()
             except CONNECTION_LOST:
-                return  # the tasks report it
+                return  # the tasks report the lost connection
             if workers:
                 since_ns, reported = wall_ns(), False
             elif not reported and wall_ns() - since_ns >= NO_WORKER_NS:
@@ -150,20 +150,20 @@ class OnCluster(Executor):
 Say = Callable[[str], object]
 
 NO_WORKER_NS = 5_000_000_000
-"""Longest time without a worker of a cluster before a message."""
+"""Time without any worker in the cluster before a message is printed, ns."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
-"""Errors of Dask after a broken connection."""
+"""Errors that Dask raises after a broken connection."""
 
 
 def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> Callable[[], Executor]:
-    """Return the maker of the executor: this process, a pool of processes, or a Dask cluster.
+    """Return a function that makes the executor: this process, a pool of processes, or a Dask cluster.
 
     Args:
         dask: address of the cluster's scheduler; None = no cluster.
 
     Raises:
-        ValueError: from the maker: the cluster's library is missing, or nothing answers.
+        ValueError: by the returned function if Dask is missing or no scheduler answers.
     """
     if dask is not None:
         return lambda: _dask(dask, say)

@@ -4,9 +4,9 @@
     modules to load first     -> standard input       (pickled)
     function, arguments       -> standard input       (pickled twice: reading it imports nothing)
     result or exception       <- standard output      (pickled)
-    end of standard input     -> it ends at once
+    end of standard input     -> the process exits at once
 
-The output of a function is dropped. A process ends with its parent.
+The output of a function is discarded. A process ends with its parent.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 HASH_SEEDS = ("20601", "3601")
-"""Two seeds: one of them always differs from the present one."""
+"""Two hash seeds: at least one differs from the current one."""
 
 LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
-"""Modules that a process with another environment loads first, in this order."""
+"""Modules that a process in a different environment loads first, in this order."""
 
 
 def run_in_fresh_process(
@@ -48,7 +48,7 @@ def run_in_fresh_process(
 
 
 def run_in_other_environment(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
-    """Run a function in a new process with another hash seed and another order of modules.
+    """Run a function in a new process with a different hash seed and module load order.
 
     Raises:
         BrokenExecutor: the process died.
@@ -72,7 +72,7 @@ class Worker:
 
     Args:
         first: modules to load before all others, in this order.
-        environment: its environment variables; None = ours.
+        environment: environment variables of the process; None = those of this process.
     """
 
     def __init__(self, first: Sequence[str] = (), environment: dict[str, str] | None = None) -> None:
@@ -80,7 +80,7 @@ class Worker:
         self._send(first)
 
     def run(self, function: Callable[..., Any], args: Sequence[Any], kwargs: dict[str, Any]) -> Any:
-        """Run a function there.
+        """Run a function in the process.
 
         Raises:
             BrokenExecutor: the process died.
@@ -97,21 +97,21 @@ class Worker:
         return value
 
     def kill(self) -> None:
-        """Kill the process; `run` of another thread raises."""
+        """Kill the process; a `run` in another thread raises."""
         self._process.kill()
 
     def close(self) -> None:
-        """End the process and wait for its end; no thread is in `run`."""
+        """End the process and wait for it; no thread may be in `run`."""
         self.kill()
         self._process.communicate()
 
     def _send(self, what: object) -> None:
-        """Write to the process; a dead one is detected by its missing answer."""
+        """Write to the process; a dead process is detected later by its missing answer."""
         assert self._process.stdin is not None
         try:
             pickle.dump(what, self._process.stdin)
             self._process.stdin.flush()
-        except OSError:  # BrokenPipeError, but on Windows
+        except OSError:  # BrokenPipeError except on Windows
             pass
 
 
@@ -132,7 +132,7 @@ def serve() -> None:
 
 
 def _read(orders: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
-    """Pass orders on; exit with the parent, even in the middle of an order."""
+    """Pass requests on; exit with the parent, even in the middle of a request."""
     try:
         while True:
             waiting.put(pickle.load(orders))
@@ -141,7 +141,7 @@ def _read(orders: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
 
 
 def _answer(order: bytes) -> bytes:
-    """Return the result of an order, or its exception for the parent to raise."""
+    """Run a request; return its result, or its exception for the parent to raise."""
     try:
         function, args, kwargs = pickle.loads(order)
         return pickle.dumps((True, function(*args, **kwargs)))

@@ -1,7 +1,7 @@
-"""The files that a campaign keeps beside its state: its corpus, and failures until they are shrunk.
+"""The files that a campaign keeps besides its state: its corpus, and failures until they are shrunk.
 
-RACK-fuzz/corpus/HASH.json    a run in which something was new
-RACK-fuzz/finds/HASH.json     a failure as it was found, written at once; removed once the state has it
+RACK-fuzz/corpus/HASH.json    a run with a new feature
+RACK-fuzz/finds/HASH.json     a failure as found, written at once; removed once it is in the state
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from ..search import Counterexample
 from .recipes import CORPUS, FINDS, MOST_FILES, Origin, Recipe, RecipeFolder, recipes_in
 
 MOST_NAMED = 10
-"""Number of files left out that are named one by one."""
+"""Largest number of ignored files that are named one by one."""
 
 
 class Memory:
-    """The recipes of a campaign.
+    """The recipe files of a campaign.
 
     Args:
-        folder: of the campaign; the caller holds it.
-        report: called with a sentence about what is left out.
+        folder: folder of the campaign; the caller holds its lock.
+        report: called with a sentence about ignored files.
 
     Raises:
-        OSError: a folder can't be made.
+        OSError: a folder can't be created.
     """
 
     def __init__(self, folder: Path, origin: Origin, spec: RackSpec, report: Callable[[str], object]) -> None:
@@ -36,14 +36,14 @@ class Memory:
         for each in (self.corpus, self.finds):
             each.folder.mkdir(parents=True, exist_ok=True)
         self._spec, self._report, self._left_out = spec, report, 0
-        self._written: set[str] = set()  # names in the corpus's folder that are ours
-        self._spared: frozenset[str] = frozenset()  # those of them that have not been run again
+        self._written: set[str] = set()  # names of our files in the corpus folder
+        self._spared: frozenset[str] = frozenset()  # those that have not been run again
 
     def known(self, others: Iterable[Path] = ()) -> tuple[Scenario, ...]:
-        """Return the scenarios of the corpus and of others, each once.
+        """Return each scenario of the corpus and of other places once.
 
         Args:
-            others: folders of campaigns or of recipes, and traces.
+            others: campaign folders, recipe folders and traces.
 
         Raises:
             ValueError: one of them is neither.
@@ -59,7 +59,7 @@ class Memory:
         return tuple(unique.values())[:MOST_FILES]
 
     def left(self) -> Iterator[tuple[Path, Recipe]]:
-        """Yield the failures that an earlier session has found and not shrunk."""
+        """Yield the failures that an earlier session found but did not shrink."""
         return self._read(self.finds.folder)
 
     def _of(self, other: Path) -> Iterator[Scenario]:
@@ -87,13 +87,13 @@ class Memory:
             self._report("left out: further files of this kind")
 
     def all_were_run(self) -> None:
-        """Note that the scenarios of `known` have been run: `keep` may remove their files."""
+        """Record that the scenarios of `known` have been run, so that `keep` may remove their files."""
         self._spared = frozenset()
 
     def keep(self, scenarios: Iterable[Scenario], shrunk: Iterable[Counterexample]) -> None:
-        """Write the corpus, remove what it no longer has, and finds that the state has.
+        """Write the corpus; remove files of dropped scenarios, and of failures that are in the state.
 
-        Files that were left out stay.
+        Ignored files stay.
 
         Raises:
             OSError: a file can't be written.

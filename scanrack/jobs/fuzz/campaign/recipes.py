@@ -2,8 +2,8 @@
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
-A folder of recipes is the corpus of a campaign, or the failures that are not shrunk yet. The name of a file
-is the hash of its text: incomplete and foreign files do not fit their names.
+A folder of recipes is the corpus of a campaign, or its failures that are not shrunk yet. The name of a file
+is the hash of its text, so incomplete and foreign files are detected.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ CORPUS, FINDS = "corpus", "finds"
 SUFFIX, DIGITS = ".json", 16
 
 MOST_BYTES, MOST_FILES = 64 * 1024, 1_000
-"""Limits of a recipe's file, and of the files of a folder that are read."""
+"""Largest size of a recipe file, and the number of files that are read from a folder."""
 
 MOST_SCANS = 10**15
-"""Largest length of a run in a recipe."""
+"""Longest run in a recipe, scans."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class Recipe:
     """A run.
 
     Attributes:
-        broken: name of the invariant that it breaks; empty in a corpus. A run ignores it.
+        broken: name of the invariant that the run breaks; empty in a corpus. It has no effect on the run.
     """
 
     scenario: Scenario
@@ -74,7 +74,7 @@ class Recipe:
     broken: str = ""
 
     def text(self) -> str:
-        """Return the text of its file, in one line."""
+        """Return the text of the recipe's file, a single line."""
         scenario = {key: value for key, value in self.scenario.to_json().items() if value}
         origin = self.origin
         written: dict[str, Any] = {"scenario": scenario, "scans": origin.scans, "rack": origin.rack}
@@ -84,10 +84,10 @@ class Recipe:
 
     @classmethod
     def from_text(cls, text: str) -> Recipe:
-        """Return the recipe of a file.
+        """Return the recipe in the text of a file.
 
         Raises:
-            ValueError: it has no recipe; the message says why.
+            ValueError: the text is not a recipe; the message says why.
         """
         given = json_value(text, TextKind.SCENARIO)
         if not isinstance(given, dict):
@@ -111,14 +111,14 @@ class RecipeFolder:
     origin: Origin
 
     def with_absolute_paths(self) -> RecipeFolder:
-        """Return the same with an absolute path."""
+        """Return the same folder with an absolute path."""
         return RecipeFolder(self.folder.absolute(), self.origin)
 
     def put(self, scenario: Scenario, broken: str = "") -> str:
-        """Write a recipe, complete and on the disk when this returns; return its name.
+        """Write a recipe, synchronized to disk before this returns; return its name.
 
         Raises:
-            OSError: it can't be written.
+            OSError: the file can't be written.
         """
         text = Recipe(scenario, self.origin, broken).text()
         name = _name(text)
@@ -136,8 +136,8 @@ def read_recipe(file: Path) -> Recipe:
     """Return the recipe in a file whose name is its hash.
 
     Raises:
-        ValueError: it is incomplete, foreign, or not allowed; the message says why.
-        OSError: it can't be read.
+        ValueError: the file is incomplete, foreign, or not allowed; the message says why.
+        OSError: the file can't be read.
     """
     data = read_input(file, MOST_BYTES)
     if file.name != f"{_hash(data)}{SUFFIX}":
@@ -146,9 +146,9 @@ def read_recipe(file: Path) -> Recipe:
 
 
 def recipes_in(folder: Path, spec: RackSpec) -> Iterator[tuple[Path, Recipe | str]]:
-    """Yield the files of a folder with their recipes, or with the reason why one is left out.
+    """Yield each file of a folder with its recipe, or with the reason why the file is ignored.
 
-    Hidden files and all after the first thousand are skipped.
+    Hidden files are skipped, and so are all files after the first thousand.
     """
     if not folder.is_dir():
         return

@@ -26,14 +26,14 @@ from ..search import Counterexample, SearchReport, all_but, keep_greatest
 from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
-"""Key of the corpus for a scenario from a recording."""
+"""Key in the corpus of a scenario from a recording."""
 
 TAKEN = (RECORDING, CORPUS, FINDS, "coverage.html")
-"""Folders of a campaign that no failure is in."""
+"""Names in a campaign's folder that are not available for failures."""
 
 
 class CampaignError(ValueError):
-    """A campaign that can't continue; the message has the cause."""
+    """The campaign can't continue; the message has the cause."""
 
 
 @dataclass(slots=True)
@@ -41,21 +41,21 @@ class State:
     """The state of a campaign.
 
     Attributes:
-        rack: path of the subject, as given; empty before the first run.
-        corpus: scenarios that every other task varies: by `RECORDING`, that of a recording; by a failure's
-            key, one that once failed and no longer does.
-        found: of each failure the smallest scenario, by the failure's key.
-        folders: folder name of each failure ever found, by its key.
+        rack: path of the rack file, as given; empty before the first run.
+        corpus: scenarios that every other task varies. `RECORDING` is the key for a recording's scenario. The
+            key of a former failure is the key for a scenario that no longer fails.
+        found: the smallest scenario of each failure, by the failure's key.
+        folders: folder name of each failure ever found, by the failure's key.
         applied: names of the invariants that had something to check.
-        kept: scenarios of this session in which something was new; saved as recipes.
-        stale: number of runs since something of the program was new; not saved.
-        unshrunk_found: failures of this session before they were shrunk; not saved.
-        steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
+        kept: corpus of this session, scenarios with new features; saved as recipes.
+        stale: number of runs since the program last did something new; not saved.
+        unshrunk_found: failures of this session, as found before shrinking; not saved.
+        steps: hexadecimal digest of all runs in the order of the tasks; equal for equal runs.
         processor_ns: processor time of this session's tasks; not saved.
-        shrinking: number of this session's runs for shrinking; not saved.
-        spent: parts of this session's search time, ns; not saved.
+        shrinking: number of shrinking runs in this session; not saved.
+        spent: search time of this session by purpose, ns; not saved.
         printed: number of lines that the program printed in this session; not saved.
-        greatest: values of what is to be maximized, of this session, by name; not saved.
+        greatest: greatest value of each maximized number in this session, by name; not saved.
     """
 
     rack: str = ""
@@ -79,7 +79,7 @@ class State:
     stale: int = field(default=0, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
-        """Add the report of a task; return new failures, and those with a smaller scenario."""
+        """Add the report of a task; return the failures that are new or have a smaller scenario."""
         self.tasks += 1
         self.runs += report.runs
         self.scans += report.scans
@@ -100,7 +100,7 @@ class State:
         return self.note(report.found)
 
     def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
-        """Add failures; return new ones, and those with a smaller scenario."""
+        """Add failures; return those that are new or have a smaller scenario."""
         news = []
         for each in found:
             known = self.found.get(each.broken.key)
@@ -111,7 +111,7 @@ class State:
         return news
 
     def _give_folder(self, broken: BrokenInvariant) -> None:
-        """Name a failure's folder after the invariant, with a number if necessary; Windows ignores case."""
+        """Name a failure's folder after its invariant; add a number if the name is taken, ignoring case."""
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([no_device(broken.invariant)], numbered)
@@ -119,7 +119,7 @@ class State:
             self.folders[broken.key] = next(name for name in names if name.casefold() not in taken)
 
     def drop_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
-        """Drop scenarios with an older firmware than the program needs; return their failures."""
+        """Drop scenarios with older firmware than the program needs; return the dropped failures."""
         gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
         for key in gone:
             del self.found[key]
@@ -127,9 +127,10 @@ class State:
         return [each.broken for _key, each in sorted(gone.items())]
 
     def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
-        """Repeat the known failures; return those that are gone.
+        """Repeat the known failures; return those that no longer occur.
 
-        Their scenarios become part of the corpus. Failures of other invariants than the bench's are kept.
+        Scenarios that no longer fail move to the corpus. Failures of invariants that the bench lacks are
+        kept.
         """
         fixed = []
         rules = profile_in(bench.spec.slot, None).rules
@@ -144,13 +145,13 @@ class State:
             if broken is None:
                 self.corpus[key] = each.scenario
                 fixed.append(each.broken)
-            else:  # a place may have moved with its line
+            else:  # the failure may now have another line number
                 self.folders.setdefault(broken.key, self.folders[key])
                 self.note([replace(each, broken=broken)])
         return fixed
 
     def to_json(self) -> dict[str, Any]:
-        """Return the state in JSON's types."""
+        """Return the state as JSON types."""
         return {
             "rack": self.rack,
             "tasks": self.tasks,
@@ -166,10 +167,10 @@ class State:
 
     @classmethod
     def from_json(cls, given: dict[str, Any]) -> State:
-        """Return the state of `to_json`.
+        """Return the state that `to_json` has converted.
 
         Raises:
-            ValueError: an illegal one.
+            ValueError: a value is illegal.
         """
         try:
             found = [_found(each) for each in given["found"]]
@@ -212,7 +213,7 @@ def _texts(value: object) -> tuple[str, ...]:
 
 
 def _folder(value: object) -> str:
-    """Return a name that stays in the campaign's folder."""
+    """Return a folder name; refuse one that leads out of the campaign's folder."""
     name = _text(value)
     if PurePath(name).name != name or "\\" in name:
         raise ValueError(f"invalid campaign state: {name!r:.40} is not the name of a folder")
@@ -224,7 +225,7 @@ def _found_json(found: Counterexample) -> dict[str, Any]:
 
 
 _KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "tuple[str, ...]": _texts}
-"""Checks of the fields of a `BrokenInvariant`, by their types."""
+"""Functions that check the fields of a `BrokenInvariant`, by type."""
 
 
 def _found(given: dict[str, Any]) -> Counterexample:
@@ -238,10 +239,10 @@ STATE = beginning("the state of a campaign", b'{\n "rack"')
 
 
 def read_state(file: Path, rack: str) -> State:
-    """Return the state in a file, an empty one if the file is missing.
+    """Return the state in a file, or an empty state if the file is missing.
 
     Raises:
-        CampaignError: the file can't be read, has no state, or that of another rack.
+        CampaignError: the file can't be read, is not a state, or belongs to another rack.
     """
     if not file.exists():
         return State(rack)
@@ -258,10 +259,10 @@ def read_state(file: Path, rack: str) -> State:
 
 
 def write_state(state: State, file: Path) -> None:
-    """Write a state; replace the previous one.
+    """Write a state to a file, replacing the previous one.
 
     Raises:
-        OSError: it can't be written.
+        OSError: the file can't be written.
     """
     with new_file(file, STATE) as opened:
         opened.write(json.dumps(state.to_json(), indent=1) + "\n")

@@ -1,4 +1,4 @@
-"""A worker of a campaign: runs one task, in this process or in one of its own."""
+"""Runs a task of a campaign, in this process or in a new one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ class Work:
     """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
 
     Attributes:
-        finds: folder for what is found, at once and as it is; None, or missing here = none.
+        finds: folder to which failures are written as soon as they are found; none is written if it is None
+            or does not exist on this machine.
     """
 
     setup: Setup
@@ -53,7 +54,7 @@ class Work:
     def _keep(self, found: Counterexample) -> None:
         """Write a failure as it was found."""
         if self.finds is not None and self.finds.folder.is_dir():
-            with suppress(OSError):  # a full disk: the session meets it, too, and says what it could not keep
+            with suppress(OSError):  # the session reports a full disk itself
                 self.finds.put(found.scenario, found.broken.invariant)
 
 
@@ -66,8 +67,8 @@ def _processor_ns() -> int:
 class OwnProcess:
     """Runs a task in its own process.
 
-    The worker of a cluster may run several tasks in threads of one process, which the modules of a program
-    and its redirected output do not tolerate.
+    The worker of a cluster may run several tasks in threads of one process. The modules of a program and its
+    redirected output do not allow that.
     """
 
     work: Work

@@ -1,4 +1,4 @@
-"""Measures what tests cover: the rungs and branches of the programs that they open on a bench."""
+"""Measures the coverage of tests: the rungs and branches of the programs that they open on a bench."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class _Program:
     """A program of a bench.
 
     Attributes:
-        rack: the first rack file that it was opened with.
-        noted: of a Python program, the bytes of its branches, one for each time it was loaded.
+        rack: the first rack file with which it was opened.
+        noted: the branch bytes of a Python program, one array for each time it was loaded.
     """
 
     rack: str
@@ -38,7 +38,7 @@ class _Program:
     noted: list[bytearray] = field(default_factory=list)
 
     def branches(self) -> bytearray:
-        """Return the branches that were taken on any bench."""
+        """Return a byte for each branch: not 0 if it was taken on any bench."""
         taken = self.tally.branches
         for each in self.noted:
             taken = bytearray(map(or_, taken, each)) if taken else bytearray(each)
@@ -52,11 +52,11 @@ class BenchCoverage(BenchObserver):
         self._programs: dict[str, _Program] = {}
 
     def loading(self) -> AbstractContextManager[object]:
-        """Let a Python program note its branches."""
+        """Return a context in which loaded Python programs record their branches."""
         return branches_noted()
 
     def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
-        """Watch the rungs of a bench, or keep the bytes of its branches."""
+        """Return a listener for the rungs of a program, or keep the branch bytes of a Python program."""
         known = job.tested or job
         program = self._program(str(known.program.resolve()), str(known.rack_file.resolve()))
         if isinstance(logic, Debugger):
@@ -95,7 +95,7 @@ class BenchCoverage(BenchObserver):
                     mine[int(line)] = bits if known is None else list(map(or_, known, bits))
 
     def programs(self) -> Iterator[tuple[str, list[CoveredLine]]]:
-        """Yield each program's file with its lines, in the order of the files."""
+        """Yield the file and the lines of each program, sorted by file."""
         for name, each in sorted(self._programs.items()):
             job = load_job(each.rack)
             if isinstance(job.logic, LadderLogic):
@@ -107,7 +107,7 @@ class BenchCoverage(BenchObserver):
 class _RungListener(QuietListener):
     """Adds the power in the rungs of each scan to a tally.
 
-    Rungs of edits and of test routines are left out.
+    It ignores rungs of edits and of test routines.
     """
 
     def __init__(self, debugger: Debugger, tally: PowerTally) -> None:
@@ -117,7 +117,7 @@ class _RungListener(QuietListener):
         debugger.note_power()
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Add a scan."""
+        """Add the power in the rungs of a scan."""
         if self._debugger.engine is self._engine:
             for key, truth in self._engine.truths.items():
                 if key in self._numbers:

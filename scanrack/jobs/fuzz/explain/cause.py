@@ -1,4 +1,4 @@
-"""The cause of a failure by `scanrack why`: the cause chain of the last output that came on before it."""
+"""Finds the cause of a failure: the cause chain of the last output that came on before it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..run import NO_FAULT, BrokenInvariant
 
 
 def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
-    """Return the cause chain of the output that came on last before a failure; [] without one.
+    """Return the cause chain of the last output that came on before a failure; [] without one.
 
-    A fault of the CPU has its place itself.
+    The list is empty for a CPU fault, which states its own place.
 
     Args:
-        recording: of the failing run.
-        rack: path of the rack file, where a Python program is loaded again.
+        recording: recording of the failing run.
+        rack: path of the rack file, from which a Python program is loaded again.
     """
     row = min(broken.scan, len(recording.scans) - 1)
     found = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
@@ -49,7 +49,7 @@ def _last_on(past: Past) -> tuple[int, str] | None:
 
 
 def _words(past: Past) -> Iterator[Address]:
-    """Yield the words that hold commands or terminals: of a stepper two, of a card all."""
+    """Yield the words that hold commands or terminals: two of a stepper, all of a card."""
     for slot in past.recording.slots:
         for word in range(2 if slot.is_stepper else len(slot.words.outputs)):
             yield Address(slot.number, "O", word, None)

@@ -1,4 +1,4 @@
-"""What changed in one scan of a run, in words: inputs, status, commands and tags."""
+"""Describes the changes in one scan of a run: events, status and commands."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ..scenarios.scenario import Scenario
 from ..scenarios.words import described
 
 MOST_LISTED = 6
-"""Largest number of changes that are listed."""
+"""Largest number of listed changes."""
 
 Names = dict[str, frozenset[str]]
-"""What is on, by the subject that has it."""
+"""Names of the bits that are on, by their owner, such as "slot 1"."""
 
 
 def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
-    """Return what began in a scan, and how status and commands changed, a sentence each."""
+    """Return a sentence for each event that began and each change of status or commands in a scan."""
     views: list[_BitView] = []
 
     def listeners(_spec: RackSpec, rack: Rack) -> Iterable[QuietListener]:
@@ -47,14 +47,14 @@ def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:
 
 
 class _BitView(QuietListener):
-    """Notes the bits by name in a scan and in the one before."""
+    """Records the names of the bits that are on in a scan and in the previous one."""
 
     def __init__(self, rack: Rack, scan: int) -> None:
         self._scan, self._before, self._now = scan, Names(), Names()
         self._slots = {number: slot for number, slot in rack.slots.items() if may_be_stepper(slot.words)}
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note the two scans."""
+        """Record the bits if this is one of the two scans."""
         if scan == self._scan - 1:
             self._before = self._bits()
         elif scan == self._scan:
@@ -71,7 +71,7 @@ class _BitView(QuietListener):
         return names
 
     def phrases(self) -> Iterator[str]:
-        """Yield what came and went."""
+        """Yield phrases for the bits that came on and those that went off."""
         yield from _phrases(self._before, self._now, "came on")
         yield from _phrases(self._now, self._before, "went off")
 

@@ -1,4 +1,4 @@
-"""Measures the coverage of a program by runs: instructions that were never on, never off or never reached."""
+"""Measures how runs cover a program: finds instructions that were never on, never off or never reached."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ..scenarios.scenario import Scenario
 from .unfired import GivenWords
 
 DeadPlace = tuple[str, int | str | None, str, str]
-"""A state that is proved impossible: routine, rung, text of the instruction, state."""
+"""A state that is proved impossible: the routine, rung, text and state of an instruction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +36,8 @@ class CoveredLine:
     """A rung, or a line of structured text or Python.
 
     Attributes:
-        place: routine or file, with the number.
-        never: what never happened, a sentence each; empty for a line without gaps.
+        place: routine or file, with the number of the rung or line.
+        never: a sentence for each gap; empty for a line without gaps.
     """
 
     place: str
@@ -50,8 +50,8 @@ class Coverage:
     """The coverage of some runs.
 
     Attributes:
-        lines: of the program, with their gaps, in its order.
-        given: the words of each 3601 in all scans, by slot.
+        lines: lines of the program with their gaps, in program order.
+        given: all words that each 3601 had in the runs, by slot.
     """
 
     lines: list[CoveredLine]
@@ -64,8 +64,8 @@ def coverage_of(
     """Run scenarios and return their coverage.
 
     Args:
-        job: the rack with the program; the motion blocks of the package are left out.
-        dead: states that are proved impossible and therefore no gaps.
+        job: the rack with the program; the package's motion blocks are ignored.
+        dead: states that are proved impossible, and so do not count as gaps.
     """
     tally = PowerTally()
     for scenario in scenarios:
@@ -74,7 +74,7 @@ def coverage_of(
 
 
 def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
-    """Return the lines of a program with what never happened in them, in its order."""
+    """Return the lines of a program with their gaps, in program order."""
     if tally.lowered is not None:
         return list(_ladder_lines(tally, tally.lowered, job, frozenset(dead)))
     return list(_python_lines(tally, job.program))
@@ -83,7 +83,7 @@ def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace
 def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozenset[str]:
     """Run a scenario; return the instructions that passed power, or the branches that were taken.
 
-    Each has its routine or file, and no numbers.
+    Each is named by its routine or file and its text, without numbers.
     """
     tally = PowerTally()
     bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
@@ -106,12 +106,12 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
 
 @dataclass(slots=True)
 class PowerTally:
-    """What happened in the runs.
+    """The observations of some runs.
 
     Attributes:
-        on, off: of each line of a ladder program, by instruction, whether it ever passed power, or none.
-        branches: of a Python program, whether each was taken.
-        given: the words of each 3601 in all scans.
+        on, off: for each line of a ladder program, whether each instruction was ever on, or ever off.
+        branches: for each branch of a Python program, whether it was taken.
+        given: all words that each 3601 had, by slot.
     """
 
     lowered: LoweredProgram | None = None
@@ -147,20 +147,20 @@ class _TallyProbe(Probe):
         self._seen_notes: list[Any] = []
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Note which program runs."""
+        """Record which program runs."""
         if type(logic) is Engine:
             self._tally.lowered, self._tally.scanner = logic.lowered, noting(logic.lowered)
         return super().prepared(logic)
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
-        """Take the rack, and the branches of a Python program."""
+        """Watch a rack and the branches of a Python program."""
         super().watch(logic, rack)
         self._steppers = [slot for slot in rack.slots.values() if may_be_stepper(slot.words)]
         if not self._tally.branches:
             self._tally.branches = bytearray(len(self._branches))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Add what differs from the scan before."""
+        """Add the differences from the previous scan."""
         if self._memory != self._seen_memory:
             self._seen_memory = bytes(self._memory)
             for slot in self._steppers:
@@ -214,9 +214,9 @@ def _python_lines(tally: PowerTally, program: Path) -> Iterator[CoveredLine]:
 
 
 def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
-    """Return what never happened in the lines in which branches begin.
+    """Return a sentence about the gaps of each line in which branches begin.
 
-    The missing `else` of an `if` has the line of the `if`.
+    A missing `else` counts as part of the line of its `if`.
     """
     taken: dict[int, list[int]] = {}
     for line, each in zip(branch_lines(data, file), branches, strict=False):
@@ -227,13 +227,13 @@ def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
 
 
 def _branch_gap(ways: Sequence[int], is_without_else: bool) -> str:
-    """Return what never happened in the branches of a line; empty for nothing."""
+    """Return a sentence about the gaps in the branches of a line; empty if there are none."""
     if is_without_else and (len(ways) == 1 or any(ways)):
         return "" if all(ways) else "never false"
     return "" if any(ways) else "never reached"
 
 
 def _ifs_without_else(data: bytes, file: str) -> set[int]:
-    """Return the lines of the `if`s of a program that have no `else`."""
+    """Return the lines of a program's `if` statements without `else`."""
     nodes = ast.walk(ast.parse(data, file))
     return {node.lineno for node in nodes if isinstance(node, ast.If) and not node.orelse}

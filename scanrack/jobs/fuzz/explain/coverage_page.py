@@ -1,4 +1,4 @@
-"""The coverage of a program as one HTML page, without network."""
+"""Writes the coverage of a program as one self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def save_coverage(
 
     Args:
         runs: number of the runs.
-        never: the error rules that never fired.
+        never: error rules that never fired.
         rules: number of the error rules.
 
     Raises:
@@ -61,10 +61,10 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
     """Write a page of several programs.
 
     Args:
-        programs: each one's file and lines.
+        programs: the file and lines of each program.
 
     Raises:
-        OwnedError: a file of another kind is there.
+        OwnedError: the existing file is of another kind.
         OSError: it can't be written.
     """
     parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]
@@ -73,7 +73,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
-    """Return a sentence about the lines with gaps."""
+    """Return a sentence that counts the lines with gaps."""
     gaps = sum(bool(each.never) for each in lines)
     return (
         f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"

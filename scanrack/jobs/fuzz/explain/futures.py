@@ -1,12 +1,12 @@
 """Finds the instant from which a failure is inevitable.
 
-The beginning of the failing run stays, and the actions after it are drawn again and again. The share of these
-futures that also fail is measured where it rises most, until the rise lies between two scans.
+The beginning of the failing run is kept, and the actions after it are drawn many times. The search narrows
+the interval in which the share of failing futures rises most, until it lies between two scans.
 
     scan          -1    2    4    5    6   12
-    fail of 40     0    0    0   37   38   40        inevitable from scan 5 on
+    fail of 40     0    0    0   37   38   40        inevitable from scan 5
 
-Only inputs are drawn. Links and power are left out: a power cycle would end most failures and hide the step.
+Only inputs are drawn, not links or power: a power cycle would end most failures and hide the step.
 """
 
 from __future__ import annotations
@@ -29,38 +29,38 @@ from ..search import Counterexample, all_but
 from .changes import changes_in
 
 FUTURES = 40
-"""Number of futures after a scan."""
+"""Number of futures that are run after a scan."""
 
 PILOT = 10
-"""Number of futures during the search; the two scans around the rise get all of them."""
+"""Number of futures per scan during the search; the two scans around the rise get `FUTURES`."""
 
 CLEAR = 30
-"""Least rise of failing futures in one scan that is called an instant."""
+"""Least rise of failing futures in one scan that counts as a clear instant."""
 
 MOST_SAMPLED = 24
 """Largest number of scans after which futures are drawn."""
 
 FAR, MOST_EVENTS = 300, 4
-"""Scans within which the events of a future begin, most of them early, and their number."""
+"""Scans within which the events of a future begin, most of them early; and the most events."""
 
 LEAST_JUDGED = 20
-"""Least number of scans that a future runs after the scan of the failure; else half of the way there."""
+"""Fewest scans that a future runs past the scan of the failure; otherwise half the way there."""
 
 ENDS = (1, 2, 10, 100, 1000)
-"""Scans after which a present event ends."""
+"""Numbers of scans after which an active event may end."""
 
 
 @dataclass(frozen=True, slots=True)
 class PointOfNoReturn:
-    """The rise of the share of futures that fail.
+    """The rise in the share of failing futures.
 
     Attributes:
-        before: the last scan after which few fail; -1 is the time before power-up.
-        scan: the first scan after which many do; the one after `before` unless the search for it was long.
-        now_ns: its time, ns since power-up.
-        few, many: how many of the futures fail after them.
-        first: how many fail from power-up on; if the instant is clear, `few`.
-        changes: what changed in that scan, as sentences without their own subject.
+        before: the last scan after which few futures fail; -1 is the time before power-up.
+        scan: the first scan after which many futures fail; `before` + 1 unless the search hit its limit.
+        now_ns: time of `scan`, ns since power-up.
+        few, many: number of futures that fail after `before` and after `scan`.
+        first: number of futures that fail after power-up; equal to `few` if the instant is clear.
+        changes: sentences about the changes in `scan`.
     """
 
     before: int
@@ -73,12 +73,12 @@ class PointOfNoReturn:
 
     @property
     def is_from_the_start(self) -> bool:
-        """Whether most futures fail from power-up on."""
+        """Whether most futures fail right after power-up."""
         return self.first >= CLEAR
 
     @property
     def is_clear(self) -> bool:
-        """Whether there is an instant: the share rises by most of the futures in one scan."""
+        """Whether there is a clear instant: in one scan, most of the futures begin to fail."""
         return self.scan == self.before + 1 and self.many - self.few >= CLEAR
 
     @property
@@ -97,17 +97,17 @@ class PointOfNoReturn:
 
 
 class _OutOfTimeError(Exception):
-    """Ends the search for the instant."""
+    """Raised when time runs out in the search for the instant."""
 
 
 def find_point_of_no_return(
     bench: TrialBench, found: Counterexample, seed: int = 1, has_time: Callable[[], bool] = lambda: True
 ) -> PointOfNoReturn | None:
-    """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.
+    """Return where a failure became inevitable, after 100 to 250 runs; None if there was no time for them.
 
     Args:
-        seed: the same one draws the same futures.
-        has_time: whether there is time left; called before every run.
+        seed: the same seed draws the same futures.
+        has_time: returns whether there is time left; called before every run.
     """
     try:
         return _locate(bench, found, _Futures(bench, found, seed, has_time))
@@ -134,7 +134,7 @@ def _locate(bench: TrialBench, found: Counterexample, futures: _Futures) -> Poin
 
 
 def _steepest(failing: dict[int, int]) -> tuple[int, int]:
-    """Return the scans between which the share rises most, of equal rises the widest."""
+    """Return the two scans between which the share rises most; of equal rises, the widest apart."""
     pairs = list(pairwise(sorted(failing)))
     return max(pairs, key=lambda pair: (failing[pair[1]] - failing[pair[0]], pair[1] - pair[0]))
 
@@ -152,10 +152,10 @@ class _Futures:
         self._futures: dict[int, Iterator[bool]] = {}
 
     def failing_after(self, scan: int, futures: int = FUTURES) -> int:
-        """Return how many futures after a scan break the same invariant; each is run once.
+        """Return how many futures after a scan break the same invariant; run futures that have not run yet.
 
         Args:
-            futures: their number; fewer are the first of more.
+            futures: number of futures; a larger number adds futures to the same sequence.
         """
         known = self._fail.setdefault(scan, [])
         rest = self._futures.setdefault(scan, self._run_after(scan))
@@ -163,7 +163,7 @@ class _Futures:
         return sum(known[:futures])
 
     def _run_after(self, scan: int) -> Iterator[bool]:
-        """Yield for each future whether it fails; the first one has no new events."""
+        """Run one future after the other and yield whether it fails; the first has no new events."""
         broken: BrokenInvariant = self._found.broken
         judged = broken.scan + max(LEAST_JUDGED, (broken.scan - scan) // 2)
         bench = replace(self._bench, scans=min(self._bench.scans, judged))
@@ -178,7 +178,7 @@ class _Futures:
 
 
 def _with_future(beginning: Scenario, scan: int, draws: Draws, random: Random) -> Scenario:
-    """Return a beginning with a future: present events end at any time, and others begin."""
+    """Return a beginning with a random future: active events end at random times, and others begin."""
     future = scenario_of((name, _ended(part, scan, draws, random)) for name, part in parts_of(beginning))
     for _ in range(random.randint(0, MOST_EVENTS)):
         at = scan + int(FAR ** random.random())

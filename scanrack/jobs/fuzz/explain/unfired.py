@@ -1,8 +1,8 @@
-"""Explains why error rules of the manual never fired in a campaign, by the first reason that holds.
+"""Explains why error rules of the manual never fired in a campaign: finds the first reason that holds.
 
 A rule needs commands of the program, a configuration, and active inputs: see `NEEDS`.
-A condition on a number, such as a speed below the starting speed, is not in it: the conditions of such a rule
-were never met together.
+`NEEDS` has no conditions on numbers, such as a speed below the starting speed. A rule that lacks only these
+gets the last reason: its conditions were never met together.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 from scanrack.runtime.loop.rack import Slot
 
 _LSW = 16
-"""The second command word begins at this bit of a mask over both."""
+"""Position of the second command word in a mask over both words, bits."""
 
 HOME = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
 MANUAL = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
@@ -55,13 +55,13 @@ LIMIT = CW | CCW
 
 
 class Need(NamedTuple):
-    """What a rule needs before it can fire.
+    """The conditions that a rule needs before it can fire.
 
     Attributes:
-        gives: masks over both command words; the program must set a bit of each at some time.
-        uses: masks over configuration words; some configuration must have a bit of each. Inputs among these
-            bits must also be active at some time.
-        lacks: mask; some configuration must lack one of its bits. 0 = no need.
+        gives: masks over both command words; the program must set a bit of each mask at some time.
+        uses: masks over configuration words; some configuration must have a bit of each mask. The inputs in a
+            mask must also be active at some time.
+        lacks: mask over configuration words; some configuration must lack one of its bits. 0 = no such need.
     """
 
     gives: tuple[int, ...] = ()
@@ -106,12 +106,12 @@ NEEDS: Mapping[str, Need] = {
     "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
     "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
 }
-"""The needs of each row of chapter 6's lists, from its sentence in `RULES`."""
+"""The needs of each rule in the lists of chapter 6, taken from its sentence in `RULES`."""
 # fmt: on
 
 
 def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
-    """Return the rows of chapter 6's lists and a module's own refusals, in the order of the rules."""
+    """Return the rules in the lists of chapter 6 and those for a module's own refusals, in rule order."""
     own = {rule for rule, _ in profile.further_refusals}
     return [
         rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
@@ -122,8 +122,8 @@ class ErrorRules(NamedTuple):
     """The error rules of a rack's modules.
 
     Attributes:
-        owners: the modules or the chapter, in words.
-        ids: of the rules; modules of two families share some.
+        owners: names of the modules, or of the chapter.
+        ids: rule ids, each once; two families of modules share some.
     """
 
     owners: str
@@ -131,7 +131,7 @@ class ErrorRules(NamedTuple):
 
 
 def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
-    """Return the error rules of the modules in a rack, those of a 3601 if none has any."""
+    """Return the error rules of the modules in a rack; if none has any, those of a 3601."""
     slots = tuple(slots)
     models = {model.title: model for slot in slots if (model := model_of(slot.words))}
     found = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
@@ -141,7 +141,7 @@ def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
 
 
 class UnfiredReason(IntEnum):
-    """Reasons, most specific first; the last holds if no other does."""
+    """The reasons, most specific first; the last holds if no other does."""
 
     UNTESTABLE = 0
     COMMAND = 1
@@ -159,16 +159,16 @@ WORDS: Mapping[UnfiredReason, str] = {
     UnfiredReason.INPUTS: "no scenario made the input active",
     UnfiredReason.APART: "its conditions were never met together",
 }
-"""Each kind in words, for a summary."""
+"""The text of each reason, for a summary."""
 
 
 class UnfiredRule(NamedTuple):
-    """A rule that never fired.
+    """A rule that never fired, with the reason.
 
     Attributes:
-        rule: of the manual.
+        rule: rule of the manual.
         why: kind of the reason.
-        says: the reason with its names.
+        says: the reason as a sentence with names.
     """
 
     rule: Rule
@@ -178,12 +178,12 @@ class UnfiredRule(NamedTuple):
 
 @dataclass(slots=True)
 class GivenWords:
-    """All that was in the words of a 3601 so far.
+    """Everything that the words of a 3601 have contained so far.
 
     Attributes:
         commands: bits of both command words in command mode.
         configurations: first words in configuration mode.
-        inputs: bits of the inputs that were active, as `InputBit`.
+        inputs: inputs that were active, as bits of `InputBit`.
     """
 
     commands: int = 0
@@ -211,14 +211,14 @@ def unfired(
     oldest: Mapping[int, Firmware],
     profile: Profile = WORDS_3601,
 ) -> list[UnfiredRule]:
-    """Return the error rules that never fired, each with the first reason that holds.
+    """Return each error rule that never fired, with the first reason that holds.
 
-    With several modules the reason is that of the module that came closest.
+    With several modules, the reason is taken from the module that came closest.
 
     Args:
-        fired: ids of the rules that did.
-        given: what each module's words were, by slot.
-        oldest: the oldest firmware of each module in the search, by slot; newer ones are tried, too.
+        fired: ids of the rules that have fired.
+        given: contents of each module's words, by slot.
+        oldest: oldest firmware of each module in the search, by slot; newer ones are tried, too.
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
@@ -232,7 +232,7 @@ def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
 
 
 def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
-    """Yield the reasons that hold, most specific first; the last one always does."""
+    """Yield the reasons that hold, most specific first; the last one always holds."""
     kind = UnfiredReason
     if not rule.testable:
         yield UnfiredRule(rule, kind.UNTESTABLE, rule.untestable_because)
@@ -251,7 +251,7 @@ def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Ite
 
 
 def _missing(masks: Iterable[int], bits: int) -> Iterator[int]:
-    """Yield the masks of which none of some bits is a part."""
+    """Yield the masks that have none of the given bits."""
     return (mask for mask in masks if not bits & mask)
 
 

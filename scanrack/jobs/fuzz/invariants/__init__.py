@@ -1,1 +1,1 @@
-"""Invariants of every scan: the standard ones and those of users."""
+"""Invariants that are checked in every scan: standard ones and users' own."""

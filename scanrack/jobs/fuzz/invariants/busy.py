@@ -1,8 +1,8 @@
-"""Finds commands that are in progress while their axis rests for a second with a good link.
+"""Finds commands that stay in progress while their axis rests for a second with a working link.
 
-Homing may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
-programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
-second the limit is three of them.
+Homing may rest longer: two seconds on an end limit. A follower may rest while its encoder does. A blend is
+programmed at rest, in phases; each phase restarts the second. If a round trip takes more than a third of a
+second, the limit is three round trips.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..last_program import remember_last
 
 
 class NamedTags(Protocol):
-    """The tags of a program by name."""
+    """The tags of a program, by name."""
 
     def __iter__(self) -> Iterator[str]: ...
     def __contains__(self, name: str, /) -> bool: ...
@@ -43,18 +43,18 @@ SEARCH, FOLLOWER = 4, 10
 class BusyCommand:
     """A command in progress."""
 
-    text: object  # its name, or an object that has it
+    text: object  # the command's name, or an object whose string is the name
     rests: bool  # whether its axis rests, and answers
-    phase: int  # changes when it makes progress at rest
+    phase: int  # changes when the command makes progress at rest
     limit_ns: int
 
 
 Question = Callable[[], BusyCommand | None]
-"""Returns the command of an axis that is in progress now."""
+"""Returns the command of an axis that is in progress, or None."""
 
 
 def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
-    """Return a question for each axis of a program: axes in Python, and those of the motion blocks."""
+    """Return a function for each axis of a program: of Python axes, and of motion blocks."""
     inside = unwrapped(logic)
     parts = parts_of(inside) if isinstance(inside, Logic) else ()
     axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
@@ -110,13 +110,13 @@ class RestMeter:
         self._axes = [_Rest(each) for each in axes]
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
-        """Return the command that rests for too long, in words."""
+        """Update the measurement; return a sentence about a command that rests for too long, or None."""
         found = [each.too_long(now_ns, linked=linked) for each in self._axes]
         return next(filter(None, found), None)
 
     @property
     def same_until_ns(self) -> int:
-        """The instant up to which a rest is not too long if its command makes no progress."""
+        """The instant until which no rest is too long, even if its command makes no progress, ns."""
         return min((each.until_ns for each in self._axes), default=LONGEST_NS)
 
 

@@ -1,4 +1,4 @@
-"""The claims of a rack and its program as invariants: a search tests what `scanrack prove` proves."""
+"""Turns the claims of a rack and its program into invariants: a search tests what `scanrack prove` proves."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .scan_view import Snapshot
 def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
     """Yield an invariant for each property of a program that runs with its monitors.
 
-    A run in which an assumption has not held breaks nothing.
+    A run breaks nothing after an assumption has failed.
     """
     for each in program.properties:
         if each.claim.kind is not ClaimKind.REACHABLE:
@@ -23,7 +23,7 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
 
 
 class _ClaimWatch:
-    """Watches a run for the bit of a monitor, as long as the assumptions have held."""
+    """Watches a run for the bit of a monitor until an assumption fails."""
 
     def __init__(self, program: MonitoredProgram, watched: WatchedClaim) -> None:
         self._assumed = [name for name, _ in (*program.assume, *watched.assume)]

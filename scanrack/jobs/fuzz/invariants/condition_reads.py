@@ -1,8 +1,8 @@
-"""Finds what a user's condition reads, in its code.
+"""Finds what a user's condition reads by looking at its code.
 
 A condition that reads only tags and images has the same answer until one of them changes. A condition that
 reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
-In doubt a condition counts as one of these.
+In doubt, a condition counts as the second kind.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ class ConditionReads(Enum):
     """What a condition depends on."""
 
     IMAGES_AND_TAGS = auto()
-    COUNTS = auto()  # tags that count time, too: accumulated values of timers
+    COUNTS = auto()  # also tags that count time: accumulated values of timers
     ANYTHING = auto()
 
 
 TIMED = frozenset({"ns", "seconds", "scan", "shaft", "axes", "rules", "state"})
-"""Attributes of a snapshot that change while program and modules stand still, or that may."""
+"""Attributes of a snapshot that change, or may change, while program and modules stand still."""
 
 CHANGING = ("STORE_GLOBAL", "STORE_ATTR", "STORE_SUBSCR", "DELETE_", "IMPORT_")
-"""Instructions by which a function may keep something."""
+"""Bytecode instructions by which a function may keep something."""
 
 _KNOWN_NAMES = (
     "abs all any bool dict divmod enumerate filter float frozenset getattr int isinstance len list map max "
@@ -38,15 +38,15 @@ _KNOWN_NAMES = (
 )
 
 KNOWN = frozenset(getattr(builtins, name) for name in _KNOWN_NAMES.split(" "))
-"""Builtins that depend on their arguments only."""
+"""Builtins that depend only on their arguments."""
 
 PLAIN = (bool, int, float, str, bytes, type(None), Enum)
 
 COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
-"""The end of the name of a timer's accumulated value."""
+"""Matches the end of the name of a timer's accumulated value."""
 
 DEEP = 5
-"""Depth of nested calls that are followed."""
+"""Largest depth of nested calls that are followed."""
 
 
 @lru_cache(maxsize=1024)
@@ -63,7 +63,7 @@ def reads_of(condition: Callable[..., Any]) -> ConditionReads:
 
 
 def _reads(function: object, deep: int) -> Iterator[ConditionReads]:
-    """Yield what a function and those that it calls depend on."""
+    """Yield what a function and the functions that it calls depend on."""
     if not isinstance(function, FunctionType) or not deep or not _is_constant(function.__defaults__ or ()):
         yield ConditionReads.ANYTHING
         return
@@ -84,7 +84,7 @@ def _closure(function: FunctionType) -> dict[str, Any]:
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:
-    """Yield the code of a function and of the functions inside."""
+    """Yield the code of a function and of the functions inside it."""
     yield code
     for each in code.co_consts:
         if isinstance(each, CodeType):
@@ -92,14 +92,14 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Yield the global names, and those of the closure, that some code reads."""
+    """Yield the names of the globals and closure variables that some code reads."""
     for each in dis.get_instructions(code):
         if each.opname in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"):
             yield each.argval
 
 
 def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]:
-    """Yield what single instructions depend on; `outer`: variables that outlive a call."""
+    """Yield what each instruction depends on; `outer` has the variables that outlive a call."""
     steps = [each for each in dis.get_instructions(code) if each.opname not in ("CACHE", "EXTENDED_ARG")]
     for step, following in zip(steps, [*steps[1:], None], strict=True):
         if _keeps(step, outer) or _reads_time(step):
@@ -109,24 +109,24 @@ def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]
 
 
 def _keeps(step: dis.Instruction, outer: tuple[str, ...]) -> bool:
-    """Whether an instruction keeps something beyond the call."""
+    """Return whether an instruction keeps something beyond the call."""
     return step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer)
 
 
 def _reads_time(step: dis.Instruction) -> bool:
-    """Whether an instruction reads what changes with the time, or has its name, perhaps for `getattr`."""
+    """Return whether an instruction reads something that changes with time, or names it for `getattr`."""
     named = step.opname in ("LOAD_ATTR", "LOAD_METHOD", "LOAD_CONST") and isinstance(step.argval, str)
     return named and step.argval in TIMED
 
 
 def _is_plain_tag(step: dis.Instruction | None) -> bool:
-    """Whether the instruction after `tags` loads the name of a tag that is no count of a timer."""
+    """Return whether the instruction after `tags` loads the name of a tag that is not a timer's count."""
     name = step.argval if step is not None and step.opname == "LOAD_CONST" else None
     return isinstance(name, str) and not COUNT.search(name)
 
 
 def _is_constant(value: object) -> bool:
-    """Whether a value always stays as it is."""
+    """Return whether a value never changes."""
     if isinstance(value, tuple | frozenset):
         return all(map(_is_constant, value))
     return isinstance(value, (*PLAIN, re.Pattern)) or (isinstance(value, type) and issubclass(value, Enum))

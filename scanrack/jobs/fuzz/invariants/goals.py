@@ -1,4 +1,4 @@
-"""Search goals: something seen sometimes, a number maximized."""
+"""Search goals: a condition that should come true sometimes, or a number to maximize."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .invariants import FOREVER_NS, Condition, Invariant, always, answer, same_u
 from .scan_view import Snapshot
 
 Note = Callable[[str, Hashable, int], None]
-"""Notes a change: its group, kind and scan."""
+"""Records a change: its group, kind and scan."""
 
 
 def sometimes(condition: Condition) -> Invariant:
-    """Name a condition that a good search must reach; the function's docstring is the sentence.
+    """Make a goal of a condition that a good search must reach; its docstring is the sentence.
 
-    A run that sees it first is kept, and varied from that scan on. The summary says what was never seen;
-    `scanrack fuzz --strict` then ends with exit status 3.
+    The first run that reaches it is kept, and varied after that scan. The summary names goals that were never
+    reached; `scanrack fuzz --strict` then ends with exit status 3.
 
     Raises:
         InvariantError: the condition is not a function of one argument, the snapshot.
@@ -28,13 +28,13 @@ def sometimes(condition: Condition) -> Invariant:
 
 
 def maximize(measure: Condition) -> Invariant:
-    """Make a number great: runs in which it grows by about a fifth are kept and varied.
+    """Make a goal of a number to maximize: runs in which it grows by about a fifth are kept and varied.
 
-    The summary has the greatest value. Integer tags and fields are followed anyway; this is for what is
-    computed. Values below 1 do not count.
+    The summary has the greatest value. Use this for computed values: integer tags and fields are followed
+    anyway. Values below 1 are ignored.
 
     Args:
-        measure: returns a number of the snapshot.
+        measure: computes the number from the snapshot.
 
     Raises:
         InvariantError: the measure is not a function of one argument, the snapshot.
@@ -51,7 +51,7 @@ class Sometimes:
         self.note: Note | None = None
 
     def __call__(self, now: Snapshot) -> None:
-        """Note the first scan in which the condition is true."""
+        """Record the first scan in which the condition is true."""
         if not self.applied and answer(self._condition, now):
             self.applied = True
             if self.note is not None:
@@ -73,11 +73,11 @@ class MaximumGoal:
 
     @property
     def applied(self) -> bool:
-        """Whether there was a value."""
+        """Whether there has been a value."""
         return self.greatest is not None
 
     def __call__(self, now: Snapshot) -> None:
-        """Note a scan with a clearly greater value than before."""
+        """Record the scan if its value is clearly greater than any before."""
         value: Any = answer(self._measure, now)
         if self.greatest is not None and value <= self.greatest:
             return
@@ -94,7 +94,7 @@ class MaximumGoal:
 
 
 def level_of(value: int) -> tuple[int, int]:
-    """Return the size of a number: four levels from a power of two to the next.
+    """Return the size level of a number: there are four levels between powers of two.
 
     >>> level_of(-3), level_of(8), level_of(9), level_of(10), level_of(1000)
     ((0, 0), (4, 4), (4, 4), (4, 5), (10, 7))

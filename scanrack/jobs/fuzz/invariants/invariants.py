@@ -1,4 +1,4 @@
-"""Invariants: conditions of every scan of every run, as small functions of a snapshot."""
+"""Invariants: conditions that are checked in every scan, as small functions of a snapshot."""
 
 from __future__ import annotations
 
@@ -30,21 +30,21 @@ Watch = Callable[[Snapshot], str | None]
 
 Attributes that a watch may have:
 
-applied         whether it had something to check
-waiting         whether its clock runs
-origin_scan     the scan of the cause if a violation shows later
-same_until_ns   a method: the instant up to which its answer stays the same if only the time changes, and the
-                counts of timers if its argument is true. A watch without it is called in every scan.
+applied         whether it has had something to check
+waiting         whether its clock is running
+origin_scan     the scan of the cause, if a violation is detected later
+same_until_ns   a method: the instant until which its answer stays the same if only the time changes, and also
+                the counts of timers if its argument is true. A watch without it is called in every scan.
 """
 
 
 class InvariantError(ValueError):
-    """An invariant that can't be loaded or that raised; the message has its name, file and line."""
+    """An invariant can't be loaded, or raised an exception; the message has its name, file and line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """A condition that must hold, or a goal, which nothing breaks; see `goals`."""
+    """A condition that must hold, or a goal, which can't be broken; see `goals`."""
 
     name: str
     sentence: str
@@ -67,14 +67,14 @@ def eventually(
 ) -> Callable[[Condition], Invariant]:
     """Make an invariant of a condition that must come true in time.
 
-    The clock starts in a scan in which `after` is true, unless it runs already, and stops in
-    one in which the condition is. It pauses while the logic rests (program mode): a program that is
-    not called can't act.
+    The clock starts in a scan in which `after` is true, unless it is already running, and stops in a scan in
+    which the condition is true. It pauses while the logic rests (program mode): a program that is not called
+    can't act.
 
     Args:
-        limit: machine time with its unit, such as "5 s".
-        after: starts the clock.
-        while_resting: let the clock run in program mode, too, for reactions of the machine itself.
+        limit: machine time with a unit, such as "5 s".
+        after: condition that starts the clock.
+        while_resting: also run the clock in program mode, for reactions of the machine itself.
 
     Raises:
         ValueError: `limit` is not a time, or the condition does not accept one argument.
@@ -120,7 +120,7 @@ class _Eventually:
 
     @property
     def waiting(self) -> bool:
-        """Whether the clock runs."""
+        """Whether the clock is running."""
         return self._since_ns is not None
 
     def same_until_ns(self, counting: bool) -> int:
@@ -145,7 +145,7 @@ def _single(condition: Condition, *, expected: bool) -> Invariant:
 
 
 class _Single:
-    """Watches a run for a scan in which a condition has the wrong answer."""
+    """Watches a run for a scan in which a condition has the wrong value."""
 
     __slots__ = ("_condition", "_expected")
 
@@ -163,7 +163,7 @@ class _Single:
 
 
 def same_until_ns(condition: Condition, counting: bool) -> int:
-    """Return the instant up to which a condition has the same answer, see `Watch`: always, or not at all."""
+    """Return until when a condition has the same answer, see `Watch`: forever, or not at all."""
     reads = reads_of(condition)
     return (
         FOREVER_NS
@@ -173,10 +173,10 @@ def same_until_ns(condition: Condition, counting: bool) -> int:
 
 
 def _check(condition: Condition) -> None:
-    """Refuse a condition that does not accept a snapshot.
+    """Check that a condition accepts a snapshot.
 
     Raises:
-        InvariantError: it is not a function of one argument.
+        InvariantError: the condition is not a function of one argument.
     """
     try:
         signature_of(condition).bind(None)
@@ -193,7 +193,7 @@ def _sentence(condition: Condition) -> str:
 
 
 def answer(condition: Condition, now: Snapshot) -> Any:
-    """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
+    """Evaluate a user's condition; turn an exception into an InvariantError with its place."""
     try:
         return condition(now)
     except (Exception, SystemExit) as error:
@@ -206,7 +206,7 @@ def answer(condition: Condition, now: Snapshot) -> Any:
 
 
 def _hint(error: BaseException) -> str:
-    """Return the closest name, as a hint."""
+    """Return a hint with the closest name."""
     if not isinstance(error, AttributeError) or error.obj is None:
         return ""
     close = get_close_matches(str(error.name), dir(error.obj), n=1)
@@ -214,10 +214,10 @@ def _hint(error: BaseException) -> str:
 
 
 def load_invariants(path: Path | str) -> list[Invariant]:
-    """Load the invariants of a Python file, in the order in which it defines them.
+    """Load the invariants of a Python file, in order of definition.
 
     Raises:
-        InvariantError: the file can't be read or run, or defines none.
+        InvariantError: the file can't be read or run, or defines no invariant.
     """
     path = Path(path)
     if not path.is_file():
@@ -240,7 +240,7 @@ def load_invariants(path: Path | str) -> list[Invariant]:
 
 
 def _not_loaded(path: Path, error: BaseException) -> InvariantError:
-    """Return the error of a file that raised, with its line."""
+    """Return the error for a file that raised an exception, with the line."""
     steps = traceback.extract_tb(error.__traceback__)
     line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
     what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"

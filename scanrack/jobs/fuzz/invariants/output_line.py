@@ -1,6 +1,6 @@
-"""The line of the user's program that last changed an output word.
+"""Finds the line of the user's program that last changed an output word.
 
-It distinguishes failures of one invariant where no rule of the manual fired.
+The line distinguishes failures of one invariant if no rule of the manual fired.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from ...why.source.lines import Line, Lines
 
 
 class OutputLine(LogicWrapper):
-    """A logic that is traced line by line, from some scan on: tracing makes a scan ten times slower.
+    """A logic that is traced line by line from a given scan: tracing makes a scan ten times slower.
 
     Attributes:
         last: file name and line, such as "line.py:37"; empty if the change belongs to no line; None
             before the first traced change.
-        changed_in: the last scan, of those that are not traced, that changed outputs; 0 without any. A
-            run that is traced from there on has the last change.
+        changed_in: the last untraced scan that changed outputs; 0 without any. A run that is traced from this
+            scan sees the last change.
 
     Args:
-        since: number of the first scan that is traced.
+        since: number of the first traced scan.
     """
 
     def __init__(self, logic: ScanLogic, rack: Rack, since: int) -> None:
@@ -37,7 +37,7 @@ class OutputLine(LogicWrapper):
         self.changed_in = 0
 
     def __call__(self, scan: Any) -> None:
-        """Call the logic."""
+        """Call the logic, tracing it if the scan is one of the traced ones."""
         if scan.number >= self._since:
             self._lines.call(self._logic, scan)
             return
@@ -48,7 +48,7 @@ class OutputLine(LogicWrapper):
 
     @property
     def is_complete(self) -> bool:
-        """Whether `last` is known: a change was traced, or all scans are."""
+        """Whether `last` is final: a change was traced, or all scans are."""
         return self.last is not None or self._since == 0
 
     def _outputs(self) -> bytes:

@@ -18,15 +18,15 @@ from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 from .busy import Question
 
 NO_WORDS = Image().words
-"""Words in force while the CPU sends nothing, and on a card, whose words are no commands."""
+"""Words in force while the CPU sends nothing, and for a card, whose words are not commands."""
 
 
 class SlotSnapshot:
     """A module at the end of a scan.
 
     Attributes:
-        outputs: the logic's latest words, sent or not; live, so that they must not be kept.
-        status: the bits and values of `inputs` by the module's names; of a card all are off and 0.
+        outputs: the logic's latest words, sent or not. They change with each scan: do not keep them.
+        status: the bits and values of `inputs`, by the module's names; for a card, all are off or 0.
     """
 
     __slots__ = ("_axis", "_in_force", "_profile", "_slot", "inputs", "outputs", "status")
@@ -47,22 +47,22 @@ class SlotSnapshot:
         return self._profile.view(self.inputs if self._axis else Image())
 
     def _number(self, words: Sequence[int], first: int) -> int:
-        """Return the number in two words of a drive, in the format that it has now."""
+        """Return the number in two words of a drive, in its current format."""
         module = self._module
         assert isinstance(module, ModuleWithFormats)
         return module.number_format.join(words[first], words[first + 1]) or 0
 
     @property
     def _module(self) -> Module:
-        module: Module = getattr(self._slot.module, "module", self._slot.module)  # inside of incidents
+        module: Module = getattr(self._slot.module, "module", self._slot.module)  # unwrap injected faults
         return module
 
     def outputs_are_sent(self, sent: bool) -> None:
-        """Set the words in force: the outputs, or none if the CPU does not send them."""
+        """Set the words in force: the outputs, or no words if the CPU does not send them."""
         self._in_force = self.outputs.words if sent and self._axis else NO_WORDS
 
     def __str__(self) -> str:
-        """Return its visible state, in words."""
+        """Return a description of its visible state."""
         if not self._axis:
             return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
@@ -86,7 +86,7 @@ class SlotSnapshot:
 
     @property
     def shaft(self) -> int:
-        """The true position of the motor's shaft at the last update, steps: 0 at power-up.
+        """The true position of the motor's shaft at the last update, steps; 0 at power-up.
 
         Raises:
             LookupError: the module has no machine.
@@ -98,15 +98,15 @@ class SlotSnapshot:
 
     @property
     def configuring(self) -> bool:
-        """Whether the words in force request configuration mode: then they are no commands."""
+        """Whether the words in force request configuration mode, and so are not commands."""
         return self._in_force[0] < 0
 
     @property
     def commands(self) -> tuple[str, ...]:
         """Names of the command bits in force.
 
-        There are none in configuration mode, and none while the CPU does not send its outputs
-        (in program and test mode), regardless of the output image.
+        There are none in configuration mode. There are none while the CPU does not send its outputs (program
+        and test mode), regardless of the output image.
         """
         word = self._in_force[0]
         if word < 0:
@@ -121,7 +121,7 @@ class SlotSnapshot:
 
 
 def _hex(image: Image) -> str:
-    """Return the words of an image up to the last that is not 0, in Logix notation.
+    """Return the words of an image in Logix notation, up to the last word that is not 0.
 
     >>> _hex(Image([5, -1])), _hex(Image())
     ('16#0005 16#FFFF', '16#0000')
@@ -136,14 +136,14 @@ class Slots(dict[int, SlotSnapshot]):
     """The modules by slot number."""
 
     def __missing__(self, number: object) -> SlotSnapshot:
-        """Raise LookupError with the existing slots."""
+        """Raise a LookupError that names the existing slots."""
         raise LookupError(f"no slot {number!r}: modules sit in {', '.join(map(str, self))}")
 
 
 class ProgramState:
-    """The values of a program in Python: fields of the object that runs, then the module's globals.
+    """The values of a Python program: fields of the running object, then globals of the module.
 
-    They are the program's own: an invariant must not change them.
+    They are the program's own objects: an invariant must not change them.
     """
 
     __slots__ = ("_spaces",)
@@ -160,18 +160,18 @@ class ProgramState:
 
 
 class Snapshot:
-    """The end of a scan; one object for a whole run, always at the latest scan.
+    """The end of a scan. A run has one such object, which is always at the latest scan.
 
     Attributes:
         ns: virtual time, ns since power-up.
         slot: modules by slot.
-        tags: the tags of a ladder program by full name, those of all programs included; empty for a plain
+        tags: all tags of a ladder program, by full name, including program-scoped ones; empty for a plain
             function.
-        state: of a program in Python.
+        state: values of a Python program.
         rules: ids of the manual's rules that fired in this scan, in order.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
-        axes: for each axis of the program a function that returns its command.
-        resting: whether the logic was not called in this scan, as in program mode.
+        axes: for each axis of the program, a function that returns its command.
+        resting: whether this scan did not call the logic, as in program mode.
     """
 
     __slots__ = ("_mode", "axes", "mode", "ns", "resting", "rules", "scan", "slot", "state", "tags")

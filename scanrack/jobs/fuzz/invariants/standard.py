@@ -1,4 +1,4 @@
-"""Invariants of almost every program, by the names of the command line."""
+"""Invariants for almost every program, by their names on the command line."""
 
 from __future__ import annotations
 
@@ -68,4 +68,4 @@ STANDARD: dict[str, Invariant] = {
         ("commands-end", commands_end),
     )
 }
-"""The invariants by name. That the program does not fault the CPU is checked in any case."""
+"""The invariants by name. A fault of the CPU by the program is always a failure."""

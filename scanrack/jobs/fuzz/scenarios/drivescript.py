@@ -22,11 +22,11 @@ BENCH_TICK_NS = 250_000
 
 
 REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corrupt_next"}
-"""Keys of the bench for a single lost or damaged reply."""
+"""Request keys of the bench for a single lost or damaged reply."""
 
 
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
-    """Return the feature of a slot that the bench lacks, or None."""
+    """Return a feature of a slot that the bench does not support, or None."""
     machine = slot.machine
     faults = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
@@ -45,9 +45,9 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
 
 
 def set_by_level(machine: MachineSpec) -> list[InputBit]:
-    """Return the inputs that the bench's machine can't feed: the script sets them, up to a scan late.
+    """Return the inputs that the bench's machine can't drive: the script sets them, up to a scan late.
 
-    Inputs with a failing sensor, a normally closed switch, or several switches.
+    These are inputs with a failing sensor, a normally closed switch, or several switches.
     """
     feeds = [switch.input for switch in machine.switches]
     fails = {entry.input for entry in machine.timeline}
@@ -81,7 +81,7 @@ class DriveScript(QuietListener):
         self._scans = 0
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Begin a new request at each change."""
+        """Begin a new request at each change of the inputs."""
         running = bool(flags & 1)
         words = list(self._outputs) if running else self._before[0]
         levels = self._machine.levels(now_ns)
@@ -108,7 +108,7 @@ class DriveScript(QuietListener):
         self._end()
 
     def text(self) -> str:
-        """Return the script, a request per line."""
+        """Return the script, one request per line."""
         return "".join(json.dumps(line) + "\n" for line in self._lines)
 
 
@@ -127,7 +127,7 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
 
 
 def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
-    """Return the requests besides words and levels, by scan."""
+    """Return the requests other than words and levels, by scan."""
     acts: dict[int, dict[str, Any]] = {}
     for each in incidents:
         at = -(-each.at_ns // scan_ns)

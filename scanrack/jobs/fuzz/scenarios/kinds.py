@@ -1,4 +1,4 @@
-"""The kinds of random events, and what a rack has for them: buttons, sensors, modules that stop answering."""
+"""The kinds of random events, and the parts of a rack on which they act, such as buttons and sensors."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ class Kind(Enum):
     MODE = "mode"
     """The CPU's key is turned to program and back."""
     TORN = "torn"
-    """The outputs are updated in the middle of a scan, and some words come late."""
+    """Outputs are updated in the middle of a scan, and some words come late."""
     FIRMWARE = "firmware"
-    """Modules are of another version."""
+    """Modules have another firmware version."""
     LINE = "line"
     """The line between an adapter and its controller fails, or the controller's power does."""
 
 
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
-    """Return the kinds that are possible in a rack: some need a 3601, some an adapter."""
+    """Return the kinds that are possible in a rack: some need a 3601, others an adapter."""
     possible = frozenset(kind for kind in Kind if kind not in _NEEDS or with_trait(spec, _NEEDS[kind]))
     return possible | {Kind.INPUTS} if card_buttons(spec) or card_signals(spec) else possible
 
 
 def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
-    """Return the contacts of cards that a person operates: slot and name."""
+    """Return slot and name of each contact of a card that a person operates."""
     return [(slot.number, name) for slot in spec.slot for name in slot.record.buttons(slot.options)]
 
 
 def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
-    """Return test values of the cards' analog inputs: slot, name, value."""
+    """Return slot, name and value of the test values for the cards' analog inputs."""
     return [
         (slot.number, name, value)
         for slot in spec.slot
@@ -52,7 +52,7 @@ def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
 
 
 def masters(spec: RackSpec) -> list[tuple[int, int]]:
-    """Return slot and greatest speed, counts/s, of the master encoders."""
+    """Return slot and maximum speed, counts/s, of each master encoder."""
     speeds = [(slot.number, slot.machine.master_speed) for slot in spec.slot]
     return [(number, speed) for number, speed in speeds if speed is not None]
 
@@ -64,17 +64,17 @@ _NEEDS = {
     Kind.FIRMWARE: Trait.FIRMWARE,
     Kind.LINE: Trait.LINE,
 }
-"""Kinds that need a module with a trait."""
+"""The trait that some module must have for a kind to be possible."""
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
-    """Return the likely kinds: torn updates only where exchanges do not wait for the scan's end."""
+    """Return the realistic kinds: torn updates only if exchanges do not wait for the end of the scan."""
     torn = spec.controller == "compactlogix"
     return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
 
 
 def with_trait(spec: RackSpec, trait: Trait) -> list[int]:
-    """Return the numbers of the slots whose modules have a trait."""
+    """Return the numbers of slots whose modules have a trait."""
     return [slot.number for slot in spec.slot if slot.has(trait)]
 
 

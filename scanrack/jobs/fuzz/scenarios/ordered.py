@@ -1,6 +1,7 @@
-"""Orders of a session as parts of a scenario: injected faults, the key, and contacts of cards.
+"""Turns the orders of a session into parts of a scenario: injected faults, key turns, and card contacts.
 
-The recorded stimuli already have the inputs of an axis. Forces and written tags are left out.
+The inputs of an axis are left out because the recorded stimuli have them. Forces and written tags are left
+out, too.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Injec
 
 
 def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[InjectedFault]:
-    """Yield the periods in which the key was at program."""
+    """Yield a fault for each period in which the key was at program."""
     since: int | None = None
     for scan, order in given:
         if not isinstance(order, Mode):
@@ -51,7 +52,7 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
 
 
 def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
-    """Yield the periods in which a contact of a card was operated."""
+    """Yield each period in which a contact of a card was operated."""
     cards = {slot.number: slot for slot in spec.slot if "input" in slot.words.groups}
     levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
     for scan, order in given:
@@ -66,6 +67,6 @@ def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iter
 
 
 def _is_on_at_rest(card: SlotSpec, name: str) -> bool:
-    """Whether a contact of a card is normally closed."""
+    """Return whether a contact of a card is normally closed."""
     closed = card.options.get("normally_closed", ())
     return isinstance(closed, list | tuple) and name in closed

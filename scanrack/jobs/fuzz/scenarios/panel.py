@@ -1,7 +1,7 @@
-"""Finds the tags that an operator's panel writes, and values near those that the program compares.
+"""Finds the tags that an operator's panel writes, and values to try near the program's constants.
 
-They are the tags that clients may write (`[server]`), those that the rack file calls written outside or free
-(`[prove]`), and those with a name of a panel: `HMI`, `RECIPE`, `SETPOINT` and so on.
+These are the tags that clients may write (`[server]`), tags that the rack file declares as written outside or
+free (`[prove]`), and tags with a typical panel name: `HMI`, `RECIPE`, `SETPOINT` and so on.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from scanrack.runtime.config.rackspec import RackSpec
 from ...check.rungs.number_ranges import BY_PEOPLE
 
 MOST_SETTINGS, MOST_VALUES = 200, 24
-"""Largest number of tags that are written, and of values of one of them."""
+"""Largest number of written tags, and of values for one tag."""
 
 NEAR = (0, -1, 1)
-"""Distances from a number that the program compares."""
+"""Distances of the values from a number that the program compares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class PanelTag:
 
 
 def settings_of(lowered: LoweredProgram, spec: RackSpec) -> tuple[PanelTag, ...]:
-    """Return the settings of a program in the order of its tags."""
+    """Return the panel tags of a program, in the order of its tags."""
     patterns = [
         each.upper() for each in (*spec.server.writable, *spec.prove.written_outside, *spec.prove.free)
     ]
@@ -56,7 +56,7 @@ def _is_set(leaf: Leaf, patterns: list[str]) -> bool:
 
 
 def _compared(lowered: LoweredProgram) -> defaultdict[str, list[int | float]]:
-    """Return the constants that stand beside each tag in an instruction, by the tag's identifier."""
+    """Return the constants that share an instruction with each tag, by the tag's identifier."""
     found: defaultdict[str, list[int | float]] = defaultdict(list)
     for routine in lowered.routines.values():
         for line in routine.lines:

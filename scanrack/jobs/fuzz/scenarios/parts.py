@@ -11,7 +11,7 @@ from scanrack.runtime.loop.incidents import InjectedFault
 from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
 
 Part = tuple[str, Any]
-"""A part of a scenario: its field, and itself."""
+"""A part of a scenario: the name of its field, and the part itself."""
 
 FIELDS = tuple(each.name for each in fields(Scenario))
 
@@ -24,7 +24,7 @@ TIMED = {
     TornUpdate: "tears",
     OperatorAction: "orders",
 }
-"""Fields of the parts with an instant."""
+"""Scenario field of each kind of part with an instant."""
 
 Lasting = Press | ContactPress | Signal | Turn | InjectedFault
 """A part with an instant and a duration."""
@@ -39,7 +39,7 @@ def parts_of(scenario: Scenario) -> list[Part]:
 
 
 def scenario_of(parts: Iterable[Part]) -> Scenario:
-    """Return the scenario of some parts."""
+    """Return the scenario that consists of the given parts."""
     given = list(parts)
     return Scenario(**{name: tuple(part for field, part in given if field == name) for name in FIELDS})
 
@@ -50,11 +50,11 @@ def timed_parts(scenario: Scenario) -> list[Timed]:
 
 
 def end_ns(part: Timed) -> int:
-    """Return the instant at which a part ends; its beginning without a duration."""
+    """Return the instant at which a part ends; a part without a duration ends when it begins."""
     return part.at_ns + getattr(part, "for_ns", 0)
 
 
 def with_part(scenario: Scenario, part: Timed) -> Scenario:
-    """Return a scenario with a further part."""
+    """Return a scenario with one more part."""
     field = TIMED[type(part)]
     return replace(scenario, **{field: (*getattr(scenario, field), part)})

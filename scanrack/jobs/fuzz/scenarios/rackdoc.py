@@ -1,4 +1,4 @@
-"""Rack files with the parts of a scenario, so that `scanrack run` shows a failure; or without any events."""
+"""Writes rack files with a scenario, so that `scanrack run` shows a failure, or without events."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ Table = dict[str, Any]
 
 
 def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
-    """Return the text of a rack file with a scenario; its trace is `again.mcap` beside it.
+    """Return the text of a rack file with a scenario; it records to `again.mcap` in the same folder.
 
     Args:
-        rack_file: the base of the scenario, TOML.
-        folder: of the new file; the base of the paths in it.
+        rack_file: the TOML rack file to which the scenario applies.
+        folder: folder of the new file; paths in the file are relative to it.
 
     Raises:
         OSError: the rack file can't be read.
@@ -70,7 +70,7 @@ def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
-    """Return the text of a rack file without events by time, with simulated controllers only.
+    """Return the text of a rack file without timed events, and with all controllers simulated.
 
     Raises:
         OSError: the rack file can't be read.
@@ -135,7 +135,7 @@ def _turn(turn: MasterTurn) -> Table:
 
 
 def _plain_row(row: Mapping[str, object]) -> Table:
-    """Return a row with whole numbers without a fraction, as a person would write them."""
+    """Return a row with whole floats turned into integers, as a person would write them."""
     return {
         name: int(value) if isinstance(value, float) and value == int(value) else value
         for name, value in row.items()

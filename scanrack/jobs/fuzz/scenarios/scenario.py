@@ -1,7 +1,7 @@
-"""A scenario: the events and conditions of one run, added to the rack of a file.
+"""A scenario: the events and conditions of one run, in addition to those of the rack file.
 
-It is data: the same scenario gives the same run, it can be written to a file and read again, and
-each part of it can be left out for shrinking.
+A scenario is data. The same scenario gives the same run. It can be written to a file and read back, and
+shrinking can leave out any part.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def _versions(given: object) -> object:
-    """Return pairs of slot and version from a JSON object."""
+    """Return pairs of slot and firmware version from a JSON object."""
     if not isinstance(given, Mapping):
         return given
     return tuple((int(slot), str(Firmware.parse(str(version)))) for slot, version in given.items())
@@ -60,7 +60,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Press(Part):
-    """An input is held at a level for a time; on an input with a switch, the switch fails."""
+    """An input is held at a level for a time; if it has a switch, this is a failure of the switch."""
 
     input: InputName
     energized: StrictBool
@@ -70,7 +70,7 @@ class Press(Part):
 
 @dataclass(frozen=True, slots=True)
 class ContactPress(Part):
-    """A contact of a card is operated for a time: a button, a selector switch."""
+    """A contact of a card, such as a button or selector switch, is operated for a time."""
 
     input: StrictStr
     at_ns: Time
@@ -82,7 +82,7 @@ class Signal(Part):
     """An analog input of a card has another value for a time."""
 
     input: StrictStr
-    value: float  # V or mA of a channel with a range, else the raw number
+    value: float  # V or mA for a channel with a range, else the raw number
     at_ns: Time
     for_ns: Annotated[Time, Field(gt=0)]
 
@@ -91,14 +91,14 @@ class Signal(Part):
 class Turn(Part):
     """A master encoder turns; overlapping turns follow one another."""
 
-    counts: StrictInt  # x4, negative counts down
+    counts: StrictInt  # quadrature counts (x4); negative = counting down
     at_ns: Time
     for_ns: Annotated[Time, Field(gt=0)]
 
 
 @dataclass(frozen=True, slots=True)
 class SwitchOffset(Part):
-    """A machine whose switches are displaced from the drawing."""
+    """A displacement of all switches of a machine from the drawing."""
 
     steps: StrictInt
 
@@ -113,7 +113,7 @@ class LostSteps(Part):
 
 @dataclass(frozen=True, slots=True)
 class TornUpdate:
-    """An exchange within a scan: from a rung on the program sees the next inputs.
+    """An exchange in the middle of a scan: from a given rung, the program sees the next inputs.
 
     Nothing happens if no exchange is due before the next scan, or if the routine does not reach the rung.
     """
@@ -121,14 +121,14 @@ class TornUpdate:
     __pydantic_config__ = NO_MORE_KEYS
 
     routine: StrictStr
-    rung: Time  # its number; of structured text the line's
+    rung: Time  # number of the rung, or of the line in structured text
     at_ns: Time
     for_ns: ClassVar[int] = 0
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorAction:
-    """An operator's order before a scan: a tag is written, forced or released, or the key is turned."""
+    """An operator's order before a scan: write, force or release a tag, or turn the key."""
 
     at_ns: int
     order: Action
@@ -165,15 +165,15 @@ class Scenario:
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    firmware: Versions = ()  # versions of modules, by slot number, if they differ from the rack file
+    firmware: Versions = ()  # firmware versions that differ from the rack file, by slot number
     presses: tuple[Press, ...] = ()
     incidents: tuple[InjectedFault, ...] = ()
     shifts: tuple[SwitchOffset, ...] = ()  # displaced switches
     lost: tuple[LostSteps, ...] = ()  # lost steps
     pushes: tuple[ContactPress, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
-    turns: tuple[Turn, ...] = ()  # of master encoders
-    orders: Orders = ()  # an operator's, of a proof's scenario
+    turns: tuple[Turn, ...] = ()  # movements of master encoders
+    orders: Orders = ()  # an operator's orders, in the scenario of a proof
     tears: tuple[TornUpdate, ...] = ()  # scans within which the inputs change
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
@@ -183,7 +183,7 @@ class Scenario:
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
 
     def _slot(self, slot: SlotSpec) -> SlotSpec:
-        """Return a slot with the parts of this scenario that concern it; the same one without any."""
+        """Return a slot with the parts of this scenario that concern it; without any, the same slot."""
         changed: dict[str, Any] = {}
         if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
             changed["firmware"] = firmware
@@ -210,16 +210,16 @@ class Scenario:
         return machine
 
     def to_json(self) -> dict[str, Any]:
-        """Return the scenario in JSON's types; the inverse of `from_json`."""
+        """Return the scenario as JSON types; the inverse of `from_json`."""
         written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
         return written
 
     @classmethod
     def from_json(cls, given: object) -> Scenario:
-        """Return the scenario of `to_json`.
+        """Return the scenario that `to_json` has converted.
 
         Raises:
-            ValueError: an illegal one; the message names the key.
+            ValueError: the scenario is illegal; the message names the key.
         """
         try:
             return _SCENARIO.validate_python(given)
@@ -227,10 +227,10 @@ class Scenario:
             raise ValueError(f"scenario: {first_mistake(error)}") from None
 
     def check(self, spec: RackSpec) -> None:
-        """Refuse a scenario that does not belong to a rack.
+        """Check that this scenario fits a rack.
 
         Raises:
-            ValueError: it has a slot that the rack lacks.
+            ValueError: it refers to a slot or input that the rack lacks.
         """
         have = [slot.number for slot in spec.slot]
         for number in self._slots():
@@ -243,14 +243,14 @@ class Scenario:
             _check_inputs(of_slot(self.signals, slot), "analog input", signals)
 
     def _slots(self) -> Iterator[int]:
-        """Yield the numbers of the slots that it has parts for."""
+        """Yield the numbers of the slots that its parts concern."""
         yield from dict(self.firmware)
         for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
             yield from (part.slot for part in parts)
         yield from (each.slot for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
 
     def is_possible(self, spec: RackSpec) -> bool:
-        """Return whether no module has an older firmware here than the rack's program needs."""
+        """Return whether every module's firmware is recent enough for the rack's program."""
         needed = {slot.number: Firmware.parse(slot.needs_firmware) for slot in spec.slot}
         return all(
             Firmware.parse(version) >= needed[slot] for slot, version in self.firmware if slot in needed
@@ -281,7 +281,7 @@ def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Coll
 
 
 def first_mistake(error: ValidationError) -> str:
-    """Return the first mistake: key, value, problem."""
+    """Return a description of the first mistake: key, value, problem."""
     first = error.errors(include_url=False)[0]
     kind, path = first["type"], first["loc"]
     key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
@@ -295,7 +295,7 @@ def first_mistake(error: ValidationError) -> str:
 
 
 def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[MasterTurn, ...]:
-    """Return movements of a master encoder in order of time, each no earlier than the one before ends.
+    """Return movements of a master encoder in time order, each delayed until the previous one has ended.
 
     >>> in_succession([MasterTurn(5, 3, 10)], [Turn(1, 40, 7, 20)])
     (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
@@ -314,9 +314,9 @@ def push_entry(push: ContactPress) -> dict[str, Any]:
 
 
 def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Return rows of a card's timeline without simultaneous operations of an input, as the card requires.
+    """Return rows of a card's timeline without overlapping operations of an input, as the card requires.
 
-    Overlapping presses are combined; of two values at one instant the later row counts.
+    Overlapping presses are combined. Of two values at the same instant, the later row is used.
     """
     kept: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
@@ -327,7 +327,7 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
 
 def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return what remains of a row and a later one of the same input."""
+    """Return the rows that replace a row and a later row of the same input."""
     before, press = InputPress(**last), InputPress(**row)
     if before.value is not None:
         return [row] if before.begin_ns == press.begin_ns else [last, row]
@@ -344,7 +344,7 @@ def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str
 def signal_entries(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
-    """Return signals as rows of a card's timeline, each with the return to the value without it."""
+    """Return signals as rows of a card's timeline; after each, the input returns to its other value."""
     made: list[dict[str, str | int | float]] = []
     for each in signals:
         end_ms = (each.at_ns + each.for_ns) / 1e6
@@ -357,7 +357,7 @@ def signal_entries(
 
 
 def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
-    """Return an incident as a rack file has it."""
+    """Return an incident in the form of a rack file."""
     return InjectedFaultSpec(
         at_ms=Decimal(incident.at_ns).scaleb(-6),
         what=incident.what,
@@ -382,7 +382,7 @@ def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
 
 
 def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, TimelineEntry]:
-    """Return the timeline entries of a press; afterwards the input returns to the value without it."""
+    """Return the timeline entries of a press: its level, and the return to the level without the press."""
     end_ns = press.at_ns + press.for_ns
     if machine.fed_inputs & press.input.value:
         level: bool | None = None

@@ -1,10 +1,10 @@
-"""Exchanges within a scan: the inputs of a CompactLogix's ladder program change between two rungs.
+"""Exchanges in the middle of a scan: the inputs of a CompactLogix ladder program change between two rungs.
 
     scan n        rung 0   rung 1  |  rung 2   rung 3
     inputs        R0       R0      |  R1       R1        a tear before rung 2
 
-The interpreter runs such a scan; all others run as they are compiled. A program in Python has no tears: its
-inputs are those of the latch by contract (`runtime.loop.scan.LogicScan`), on every controller.
+The interpreter runs such a scan; all other scans run compiled code. A Python program has no tears: on every
+controller, its inputs are latched by contract (`runtime.loop.scan.LogicScan`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ...record.logic_wrapper import LogicWrapper, unwrapped
 from .scenario import TornUpdate
 
 Rung = tuple[str, int]
-"""A routine and the number of its rung, or of a line of structured text."""
+"""A routine, and the number of its rung or line of structured text."""
 
 
 def reading_rungs(lowered: LoweredProgram) -> tuple[Rung, ...]:
@@ -58,7 +58,7 @@ def _reads_inputs(lowered: LoweredProgram, line: LoweredLine) -> bool:
 
 
 def _handed(step: LoweredStep) -> Iterable[Place | Group]:
-    """Return the operands that an add-on instruction receives by reference."""
+    """Return the operands that are passed to an add-on instruction by reference."""
     if step.name != ADD_ON:
         return ()
     call: AddOnCall = step.operands[0]
@@ -71,10 +71,10 @@ def _of_inputs(where: Place | Group) -> bool:
 
 
 class TornScans(LogicWrapper):
-    """A ladder program with tears.
+    """Runs a ladder program with tears.
 
     Attributes:
-        cpu: that of the run, set before its first scan.
+        cpu: CPU of the run, set before its first scan.
     """
 
     cpu: Cpu

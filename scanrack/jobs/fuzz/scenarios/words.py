@@ -1,4 +1,4 @@
-"""Describes a scenario: a line for each part, permanent conditions first."""
+"""Describes a scenario in sentences, one for each part, permanent conditions first."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ HAPPENS = {
     FaultKind.CONDITION: "around slot {slot}: {state}",
     FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
-"""Sentence of each event."""
+"""Sentence for each kind of fault."""
 
 
 def described(scenario: Scenario) -> list[str]:
-    """Return the conditions of a program in a scenario, as sentences.
+    """Return sentences that describe a scenario.
 
     >>> from ....io_images.amci3601 import InputBit
     >>> described(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))

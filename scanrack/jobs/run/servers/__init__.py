@@ -1,1 +1,1 @@
-"""`--server`: processes that serve the tags of a run to HMIs, SCADA and scripts."""
+"""The processes of `--server`, which serve the tags of a run to HMIs, SCADA systems and scripts."""

@@ -1,4 +1,4 @@
-"""The servers that `--server` knows, a row for each, and the addresses that it takes."""
+"""The kinds of servers for `--server`, one row each, and the addresses that it accepts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scanrack.runtime.tag_servers.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
 HOST = "127.0.0.1"
 
 OPEN, ENCRYPTED = "none", "encrypted"
-"""What `--opc-ua-security` takes."""
+"""Values of `--opc-ua-security`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +26,12 @@ class ServerKind:
     """A protocol and its server.
 
     Attributes:
-        main: the function of its process.
-        port: the default.
-        answers_datagrams: whether it has the UDP port, too.
-        package: what it needs beside the package's own requirements, with the extra that brings it.
-        maps: the table of the rack file that it serves; "" = all tags.
+        main: main function of the server's process.
+        port: default port.
+        answers_datagrams: whether it also uses the UDP port.
+        package: package that it needs in addition to scanrack's own requirements, with the extra that
+        installs it.
+        maps: table of the rack file that it serves; "" = all tags.
     """
 
     title: str
@@ -54,11 +55,11 @@ KINDS: Mapping[str, ServerKind] = {
 
 @dataclass(frozen=True, slots=True)
 class ServerAddress:
-    """A server and where it listens.
+    """A server and its listening address.
 
     Attributes:
         encrypted: whether clients must encrypt; OPC UA only.
-        users: file of those who may log in; None = anyone.
+        users: file of users who may log in; None = anyone.
     """
 
     protocol: str
@@ -69,13 +70,13 @@ class ServerAddress:
 
     @classmethod
     def parse(cls, text: str) -> ServerAddress:
-        """Return the address of `PROTOCOL[:[HOST:]PORT]`.
+        """Parse `PROTOCOL[:[HOST:]PORT]`.
 
         >>> ServerAddress.parse("ethernet-ip:0")
         ServerAddress(protocol='ethernet-ip', host='127.0.0.1', port=0, encrypted=False, users=None)
 
         Raises:
-            ValueError: an unknown protocol, no address, or a package that is not installed.
+            ValueError: the protocol is unknown, the address is invalid, or a package is not installed.
         """
         protocol, _, rest = text.partition(":")
         kind = KINDS.get(protocol)
@@ -96,16 +97,16 @@ class ServerAddress:
 
     @property
     def kind(self) -> ServerKind:
-        """Its row."""
+        """The kind of this server."""
         return KINDS[self.protocol]
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it."""
+        """Whether only this machine can reach it."""
         return self.host in ("localhost", "::1") or self.host.startswith("127.")
 
     def listen(self) -> list[socket.socket]:
-        """Return the listening socket, and the UDP socket if the protocol has one.
+        """Open and return the listening socket, and the UDP socket if the protocol has one.
 
         Raises:
             ValueError: the port is in use, or not allowed.
@@ -129,14 +130,15 @@ class ServerAddress:
 def addresses(
     given: Sequence[str] | None, security: str | None = None, users: Path | None = None
 ) -> tuple[ServerAddress, ...]:
-    """Return the addresses of options.
+    """Return the server addresses for options.
 
     Args:
-        security: of the OPC UA server, `OPEN` or `ENCRYPTED`; None = open on this machine, else encrypted.
-        users: file of those who may log in there.
+        security: `OPEN` or `ENCRYPTED` for the OPC UA server; None = open on this machine, else encrypted.
+        users: file of users who may log in to the OPC UA server.
 
     Raises:
-        ValueError: one is not allowed, a protocol is named twice, or there is no OPC UA server to secure.
+        ValueError: an address is not allowed, a protocol occurs twice, or there is no OPC UA server to
+            secure.
     """
     found = [ServerAddress.parse(each) for each in given or ()]
     names = [each.protocol for each in found]
@@ -156,6 +158,6 @@ def _check_security(names: Sequence[str], security: str | None, users: Path | No
 
 
 def _secured(address: ServerAddress, security: str | None, users: Path | None) -> ServerAddress:
-    """Return an address with its encryption; without `security` only one of this machine may be open."""
+    """Return an address with its encryption; by default, only an address on this machine is open."""
     encrypted = security == ENCRYPTED if security else bool(users) or not address.is_local
     return replace(address, encrypted=encrypted, users=users)

@@ -1,4 +1,4 @@
-"""The tags that clients of a job's servers see, known before it runs."""
+"""Lists the tags that clients of a job's servers see, before the job runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...load.rungs import is_rungs
 
 
 def listing_of_job(job: LoadedRack) -> Listing:
-    """Return the tags of a job's program and the images of its slots; only the images without rungs.
+    """Return the tags of a job's program and the images of its slots; without rungs, only the images.
 
     Raises:
         ValueError: the program can't be built.
@@ -25,5 +25,5 @@ def listing_of_job(job: LoadedRack) -> Listing:
 
 
 def database_of_job(job: LoadedRack) -> Database:
-    """Return the tags of a job with what its rack file lets clients write; see `listing_of_job`."""
+    """Return the tags of a job, marked where its rack file lets clients write; see `listing_of_job`."""
     return Database(listing_of_job(job), job.spec.server.writable)

@@ -1,4 +1,4 @@
-"""The list of tags as files that HMI software imports; a row of `FORMATS` for each.
+"""Writes the list of tags as files that HMI software imports; each format has a row in `FORMATS`.
 
 | software | file | source |
 |---|---|---|
@@ -7,7 +7,8 @@
 | Ignition | JSON of tags | manual of 8.1, "Exporting and Importing Tags", "Tag Properties" |
 | Node-RED | a flow | node-red-contrib-cip-ethernet-ip |
 
-None of these programs was at hand to import a file; that of Node-RED is read by its library, st-ethernet-ip.
+No file has been imported into any of these programs; the file for Node-RED is read by its library,
+st-ethernet-ip.
 """
 
 from __future__ import annotations
@@ -36,14 +37,14 @@ class TagFile:
     """A file for an import.
 
     Attributes:
-        left_out: names of tags that the format has no place for.
+        left_out: names of tags that the format can't represent.
     """
 
     text: str = ""
     left_out: list[str] = field(default_factory=list)
 
     def single(self, rows: Iterable[TagRow], types: Mapping[str, Any]) -> Iterator[TagRow]:
-        """Yield rows of known types, arrays element by element; note those that are left out."""
+        """Yield rows of known types, with arrays element by element; record the tags that are left out."""
         for row in rows:
             count = 1
             for size in row.dims:
@@ -81,7 +82,7 @@ _TEXT_MOST = 82
 
 
 def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
-    """Return a CSV for a device of the driver Allen-Bradley ControlLogix Ethernet.
+    """Return a CSV for a device of the Allen-Bradley ControlLogix Ethernet driver.
 
     A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, `Text.DATA/82` a
     text.
@@ -107,7 +108,7 @@ def _with_arrays(made: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
 
 
 def _plain(name: str, separator: str) -> str:
-    """Return a name with a separator of groups and without subscripts and colons.
+    """Return a name with a group separator and without subscripts and colons.
 
     >>> _plain("Program:Main.Steps[2,1].Time", ".")
     'Program_Main.Steps_2_1.Time'
@@ -136,7 +137,7 @@ _LIMITS: Mapping[str, tuple[float, float]] = {
     "DWORD": (0, (1 << 32) - 1),
     "REAL": (-3.4e38, 3.4e38),
 }
-"""Least and greatest value of analog tags."""
+"""Minimum and maximum of analog tags."""
 
 _FACTORYTALK = {**_LIMITS, "BOOL": None, "STRING": None}
 
@@ -144,8 +145,8 @@ _FACTORYTALK = {**_LIMITS, "BOOL": None, "STRING": None}
 def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
     r"""Return a CSV for the Tag Import and Export Wizard of FactoryTalk View.
 
-    Tags are digital, analog or string, with `::[PLC]Name` as address; a dot in a name makes a folder. Quoted
-    are texts, not numbers. Column D says whether the tag may be edited in the database: always.
+    Tags are digital, analog or string, with `::[PLC]Name` as address; a dot in a name makes a folder. Texts
+    are quoted, numbers are not. Column D, whether the tag may be edited in the database, is always set.
     """
     made = TagFile()
     folders: dict[str, None] = {}
@@ -162,7 +163,7 @@ def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
 
 
 def _hmi_tag(row: TagRow, name: str) -> str:
-    """Return a line: columns A to G are those of all tags, the others belong to a type or to the address."""
+    """Return a line: columns A to G are common to all tags; the others depend on the type or address."""
     limits = _LIMITS.get(row.type_name)
     kind = "S" if row.type_name == "STRING" else "D" if limits is None else "A"
     cells: list[object] = [None] * _COLUMNS
@@ -178,7 +179,7 @@ def _hmi_tag(row: TagRow, name: str) -> str:
 
 
 def _cells(*cells: object) -> str:
-    """Return a line: texts quoted, `None` empty."""
+    """Return a line of cells: texts are quoted, and `None` is empty."""
     quoted = (
         '"' + each.replace('"', "'") + '"' if isinstance(each, str) else each for each in map(cell, cells)
     )
@@ -202,13 +203,13 @@ _IGNITION: Mapping[str, str] = {
     "LREAL": "Float8",
     "STRING": "String",
 }
-"""Types; Ignition has no unsigned ones."""
+"""Ignition's types; it has no unsigned types."""
 
 
 def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
-    """Return a JSON of a folder of OPC tags; structures are folders in it.
+    """Return JSON with a folder of OPC tags, in which structures are folders.
 
-    The connection to `opc.tcp://127.0.0.1:4840/scanrack` has to be named `scanrack`.
+    The connection to `opc.tcp://127.0.0.1:4840/scanrack` must be named `scanrack`.
     """
     made = TagFile()
     root: dict[str, Any] = {"name": title, "tagType": "Folder", "tags": []}
@@ -251,10 +252,10 @@ _NODE_RED = dict.fromkeys(("BOOL", "SINT", "INT", "DINT", "REAL"))
 
 
 def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
-    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one.
+    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable tag.
 
-    Its nodes skip members that are arrays of several dimensions, and find an element of an array of BOOLs as
-    a BIT_STRING only (`Tag` of ethernet-ip 1.2).
+    Its nodes skip members that are arrays with several dimensions, and find an element of a BOOL array only
+    as a BIT_STRING (`Tag` of ethernet-ip 1.2).
     """
     made = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
@@ -294,7 +295,7 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
 
 
 def _program_and_name(path: str) -> tuple[str, str]:
-    """Return the program of a name, "" for the controller, and the name in it."""
+    """Return the program in a name, "" for the controller, and the name within it."""
     found = re.fullmatch(r"Program:(\w+)\.(.+)", path)
     return (found[1], found[2]) if found else ("", path)
 
@@ -310,4 +311,4 @@ FORMATS: Mapping[str, Callable[[Iterable[TagRow], str], TagFile]] = {
     "factorytalk": factorytalk,
     "node-red": node_red,
 }
-"""Formats by the words of `--for`: tags and the name of the rack to a file."""
+"""Functions that make a file from tags and the rack's name, by the value of `--for`."""

@@ -1,6 +1,6 @@
-"""Starts the processes of tag servers, and starts one again when it dies or stands still.
+"""Starts the processes of tag servers, and restarts a process that dies or hangs.
 
-The scans are not affected: they find a request in shared memory, or none.
+The scans are not affected: they only check shared memory for a request.
 """
 
 from __future__ import annotations
@@ -34,27 +34,27 @@ LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
 
 GRACE_S = 0.05
-"""A server that ends within this time of the run is not started again."""
+"""A server that ends within this time of the end of the run is not restarted."""
 
 PATIENCE_S = 2
-"""Longest time of a server to end."""
+"""Longest time that a server may take to end."""
 
 DEATHS_MOST = 10
-"""Most restarts."""
+"""Largest number of restarts."""
 
 BEAT_S, STILL_MOST = 1.0, 10
-"""Time between two looks at the server's beats, and looks without one after which it stands still."""
+"""Interval of heartbeat checks, s, and number of checks without a beat after which the server hangs."""
 
 
 class TagService:
-    """A tag server for the runs of a command; it outlives branches.
+    """A tag server for all runs of a command; it continues across branches.
 
     Args:
         writes: whether clients may write what the rack file lists.
         say: called with lines for the user.
 
     Raises:
-        ValueError: the port can't be used, or the rack file names tags that the program does not have.
+        ValueError: the port can't be used, or the rack file names tags that the program lacks.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class TagService:
 
     @property
     def port(self) -> int:
-        """The port in use."""
+        """The port that is in use."""
         port: int = self._sockets[0].getsockname()[1]
         return port
 
@@ -96,11 +96,11 @@ class TagService:
 
     @property
     def desk(self) -> TagDesk | None:
-        """The desk of the present run; None before the first one."""
+        """The desk of the current run; None before the first run."""
         return self._desk
 
     def describe(self) -> list[str]:
-        """Return lines about the server: its address, who reads and who writes."""
+        """Return lines about the server: its address, who can read and who can write."""
         listed = self._spec.server.writable
         there = join_address(self._where.host, self.port)
         can = f"clients write {', '.join(listed)}"
@@ -116,7 +116,7 @@ class TagService:
         return lines
 
     def _warning(self, *, writes: bool) -> str:
-        """Return who reaches the tags without a password."""
+        """Return a sentence about who can reach the tags without a password."""
         is_trusting = self._security is not None and self._security.trusted is not None
         who = "each trusted client" if is_trusting else "anyone who reaches this address"
         what = f"all {'mapped ' if self._where.kind.maps else ''}tags"
@@ -124,7 +124,7 @@ class TagService:
         return f"{who} reads {what}{also}: the server asks for no password"
 
     def serve(self, run: JobRun) -> TagDesk:
-        """Serve the tags of a run from now on; return its desk, which is a listener of the run."""
+        """Serve the tags of a run; return its desk, which is a listener of the run."""
         if self._waker is None:
             self._waker, self._their_waker = socket.socketpair()
         desk = TagDesk(
@@ -169,14 +169,14 @@ class TagService:
         )
 
     def _offer(self, setup: TagSetup) -> None:
-        """Send tags to the server; start it the first time."""
+        """Send tags to the server; start it if this is the first time."""
         with self._changing:
             self._setup = setup
             if self._pipe is None:
                 self._start()
                 threading.Thread(target=self._keep, name="tag server's keeper", daemon=True).start()
                 return
-            with suppress(OSError):  # it has died: the next one gets the new setup
+            with suppress(OSError):  # it has died; the next server gets the new setup
                 self._pipe.send_bytes(pickle.dumps(self._setup))
 
     def _start(self) -> None:
@@ -186,7 +186,7 @@ class TagService:
         self._process = launch(self._where.kind.main, handed=handed, own_session=True)
         theirs.close()
         self._pipe = Connection(mine.detach())
-        with suppress(OSError):  # it has died at once: the keeper notices
+        with suppress(OSError):  # it has died at once, which the keeper notices
             self._pipe.send_bytes(pickle.dumps(self._setup))
 
     def _keep(self) -> None:
@@ -207,7 +207,7 @@ class TagService:
             self._say(f"the {self._title} server has died too often: the scans continue without it")
 
     def _ended(self) -> str:
-        """Wait until the server has ended, or end one that stands still; return what has happened."""
+        """Wait until the server has ended, ending it if it hangs; return what happened."""
         begun = seen = self._mailbox.beats
         still = 0
         while True:
@@ -215,7 +215,7 @@ class TagService:
                 self._process.wait(BEAT_S)
             except TimeoutExpired:
                 beats = self._mailbox.beats
-                # one that has not begun yet, or waits for the scans, does not stand still
+                # a server that has not begun yet, or waits for the scans, does not hang
                 still = still + 1 if beats == seen and not self._mailbox.waits else 0
                 if still >= STILL_MOST and beats != begun:
                     self._process.kill()
@@ -226,7 +226,7 @@ class TagService:
                 return "has died"
 
     def end(self) -> bool:
-        """End the server; return False if all have died before they served anything."""
+        """End the server; return False if every process died before it served anything."""
         self._ending.set()
         with self._changing:
             for each in (self._pipe, self._waker, self._their_waker):
@@ -251,7 +251,7 @@ class TagServices:
         say: called with lines for the user.
 
     Raises:
-        ValueError: a port can't be used, or the rack file lacks what a server needs.
+        ValueError: a port can't be used, or the rack file lacks data that a server needs.
     """
 
     def __init__(
@@ -273,7 +273,7 @@ class TagServices:
                 say(line)
 
     def serve(self, run: JobRun) -> list[TagDesk]:
-        """Serve the tags of a run from now on; return the desks, which are listeners of the run."""
+        """Serve the tags of a run; return the desks, which are listeners of the run."""
         desks = [each.serve(run) for each in self._services]
         if run.program.debugger is not None and desks:
             run.program.debugger.on_edit = lambda _edit: self._renew()
@@ -284,13 +284,13 @@ class TagServices:
             each.renew()
 
     def rest(self, rests: bool) -> None:
-        """Let clients wait while orders of a recording are repeated."""
+        """Make clients wait while orders of a recording are repeated."""
         for each in self._services:
             if each.desk is not None:
                 each.desk.rests = rests
 
     def end(self) -> bool:
-        """End the servers; return False if all processes of one have died before they served anything."""
+        """End the servers; return False if every process of some server died before it served anything."""
         served = [each.end() for each in self._services]
         return all(served)
 
@@ -306,7 +306,7 @@ def _guarded_by(security: UaSecurity) -> str:
 
 
 def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
-    """Return a sentence for each name without a tag, in `writable` or in the map that a server has."""
+    """Return a sentence for each name in `writable` or a server's map that has no tag."""
     server = job.spec.server
     database = Database(listing, server.writable)
     found = unknown_patterns(database, server.writable)

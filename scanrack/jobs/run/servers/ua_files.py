@@ -1,10 +1,10 @@
-"""Files of an encrypted OPC UA server, in the folder `opcua` beside the rack file.
+"""Manages the files of an encrypted OPC UA server, in the folder `opcua` beside the rack file.
 
-    opcua/server-key.pem    the private key, mode 0600, made once
-    opcua/server.der        its certificate, made with it
-    opcua/trusted/          certificates of clients; the owner makes this folder
+    opcua/server-key.pem    the private key, mode 0600, created once
+    opcua/server.der        its certificate, created with it
+    opcua/trusted/          certificates of clients; the owner creates this folder
 
-Nothing here overwrites a file: the owner may put a key and a certificate of an authority there.
+No file is ever overwritten, so the owner may put a key and a certificate from an authority there.
 """
 
 from __future__ import annotations
@@ -25,28 +25,28 @@ if TYPE_CHECKING:
 FOLDER, KEY, CERTIFICATE, TRUSTED = "opcua", "server-key.pem", "server.der", "trusted"
 
 DAYS = 3653
-"""Time for which a certificate is made."""
+"""Validity of a new certificate, days."""
 
 KEY_BITS = range(2048, 4097)
-"""Lengths of RSA keys that Basic256Sha256 allows [OPC UA part 7]."""
+"""RSA key lengths that Basic256Sha256 allows, bits [OPC UA part 7]."""
 
 FILE_MOST = 1 << 16
-"""Bytes of a key, a certificate or a file of users."""
+"""Largest size of a key, certificate or users file, bytes."""
 
 SUFFIXES = {".der", ".pem", ".crt", ".cer"}
-"""Those of certificates; other files in `trusted` are not read."""
+"""Suffixes of certificates; other files in `trusted` are not read."""
 
 
 def ua_security(folder: Path, host: str, users: Path | None) -> UaSecurity:
-    """Read the files of a server; make its key and certificate if there are none.
+    """Read the files of a server; create its key and certificate if there are none.
 
     Args:
-        folder: of the rack file.
-        host: where it listens; a new certificate names it.
-        users: file of names and passwords.
+        folder: folder of the rack file.
+        host: host on which it listens; a new certificate names it.
+        users: file of user names and passwords.
 
     Raises:
-        ValueError: a file can't be used or made, others may read a secret, or the certificate has expired.
+        ValueError: a file can't be used or created, others may read a secret, or the certificate has expired.
     """
     names = {} if users is None else _users(users)
     place = folder / FOLDER
@@ -68,7 +68,7 @@ def thumbprint(certificate: bytes) -> str:
 
 def _users(path: Path) -> dict[str, bytes]:
     try:
-        return users_of(_secret(path).decode("utf-8-sig"))  # editors of Windows begin it with a mark
+        return users_of(_secret(path).decode("utf-8-sig"))  # Windows editors may add a byte order mark
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: it must be UTF-8") from error
     except ValueError as error:
@@ -98,7 +98,7 @@ def _content(path: Path) -> bytes:
 
 
 def _trusted(folder: Path) -> frozenset[bytes] | None:
-    """Return the certificates in a folder; None, which is all, if nothing has its name."""
+    """Return the certificates in a folder; None, which means all, if the folder does not exist."""
     if not os.path.lexists(folder):
         return None
     if not folder.is_dir():
@@ -129,7 +129,7 @@ def _loaded(der: bytes) -> Certificate:
 
 
 def _checked(pem: bytes, der: bytes, key_path: Path, path: Path) -> str:
-    """Return the URI that a certificate names; ValueError if it can't be used with the key."""
+    """Return the URI that a certificate names; raise ValueError if it can't be used with the key."""
     from cryptography.hazmat.primitives.asymmetric.rsa import RSAPrivateKey
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
@@ -152,7 +152,7 @@ def _checked(pem: bytes, der: bytes, key_path: Path, path: Path) -> str:
 
 
 def _make(key: Path, certificate: Path, host: str) -> None:
-    """Make a private key and its certificate, signed by itself."""
+    """Create a private key and its self-signed certificate."""
     from cryptography.hazmat.primitives.asymmetric import rsa
     from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
@@ -175,7 +175,7 @@ def _write(path: Path, content: bytes, mode: int) -> None:
 
 
 def _signed(key: Any, host: str) -> Certificate:
-    """Return a certificate of an application [OPC UA part 6, 6.2.2]."""
+    """Return a self-signed application certificate [OPC UA part 6, 6.2.2]."""
     from asyncua.crypto.cert_gen import generate_self_signed_app_certificate
     from cryptography.x509 import DNSName, GeneralName, IPAddress, UniformResourceIdentifier
     from cryptography.x509.oid import ExtendedKeyUsageOID
