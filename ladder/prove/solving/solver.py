@@ -22,7 +22,7 @@ from .smtlib import pattern_of
 from .translation import FIELDS, Sort, signed, width
 
 FUSE = 320_000
-"""Default fuse of a question, in the solver's steps; a minute or more."""
+"""Default fuse of a question, in steps of the solver."""
 
 SAT, UNSAT, UNKNOWN = "sat", "unsat", "unknown"
 
