@@ -13,7 +13,7 @@ from .rungs import RungWriter
 def _write_passes(
     rungs: RungWriter, power: str, control: ControlText, mode: str, one: Callable[[], None]
 ) -> None:
-    """Write the passes of one scan; `one` writes lines for the element at POS, and `break` to stop there.
+    """Write the loop of one scan; `one` writes the code for the element at POS, with `break` to stop there.
 
     Backward jumps are counted together: the passes count down to the watchdog's limit.
     """

@@ -161,7 +161,7 @@ def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, say: Callable[[
 
 
 def _has_values(data: Data) -> bool:
-    """Return whether data have a digit other than 0."""
+    """Return whether the data contains a nonzero digit."""
     return any(each in "123456789ABCDEF" for each in "".join(data.element.itertext()))
 
 

@@ -74,7 +74,7 @@ Rare = Annotated[AnyTable, GetPydanticSchema(_validated_later)]
 
 
 class Part(Table):
-    """A table with its own notation of times; errors of its part are reported here."""
+    """A table with its own units of time; reports the errors of the parts that it describes."""
 
     def parts(self) -> tuple[Any, ...]:
         """Return the parts that the table describes."""

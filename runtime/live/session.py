@@ -24,7 +24,7 @@ from .operator_actions import AppliedAction, OperatorActions
 from .speeds import MAX
 
 WAIT_S = 0.02
-"""Longest single wait for orders during a pause, and for requests to the tap."""
+"""Longest single wait for commands during a pause, and for requests to the tap, in seconds."""
 
 
 Reply = Callable[[Mapping[str, object]], None]

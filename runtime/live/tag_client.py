@@ -10,7 +10,7 @@ from ..tag_servers.setup import WireSession
 from ..tag_servers.tag_snapshot import BrokenClientError
 
 WAITING_MOST = 32
-"""Maximum packets of a client that wait for an answer."""
+"""Maximum number of unanswered packets per client."""
 
 RECEIVED_MOST = 1 << 13
 """Maximum bytes that are read from a client before the other clients have their turn."""

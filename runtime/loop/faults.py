@@ -103,8 +103,8 @@ def words_of(error: BaseException) -> str:
 def place_of(error: BaseException) -> str:
     """Return file:line of the user's innermost code that an exception came from.
 
-    The user's code is neither ours nor installed and comes from a file (the constructor of a
-    dataclass comes from "<string>"); without such code it is the innermost code of all.
+    User code comes from a file that is neither ours nor installed (the constructor of a dataclass
+    comes from "<string>"). If there is none, this is the innermost frame.
     """
     steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
     theirs = [step for step in steps if is_the_users(step[0].co_filename)]

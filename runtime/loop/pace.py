@@ -373,7 +373,7 @@ def _of_debugger(module: object) -> bool:
 
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
-    """Collect one entry for each call of `breakpoint()`, whose hook still runs."""
+    """Collect one entry per call of `breakpoint()`; the original hook still runs."""
     met: list[None] = []
     hook = sys.breakpointhook
 

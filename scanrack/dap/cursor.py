@@ -120,6 +120,6 @@ def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
 
 
 def earlier(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the last of some places before the present one."""
+    """Return the last of the given spots before the current one; None if there is none."""
     here = cursor.position(cursor.spot)
     return max((each for each in spots if cursor.position(each) < here), key=cursor.position, default=None)

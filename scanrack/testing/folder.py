@@ -47,7 +47,7 @@ def folder_names(test: str) -> tuple[str, ...]:
 
 
 def file_name(text: str) -> str:
-    """Return text as a file name that is valid on every system.
+    """Convert text to a file name that is valid on every system.
 
     >>> file_name("../my rack#2"), file_name("aux")
     ('my-rack-2', 'aux_')

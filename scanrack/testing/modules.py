@@ -38,7 +38,7 @@ Act: TypeAlias = Callable[[Any, int, int], None]
 """Acts on a module at the start of a step; called with the module, and the step's start and end, ns."""
 
 Pieces: TypeAlias = Callable[[int, int], Sequence[int]]
-"""Returns additional instants for calls of `update` in a step from its start to its end, ns."""
+"""Takes the start and end of a step, ns; returns extra times in it at which to call `update`."""
 
 Draw: TypeAlias = Callable[[Random], Sequence[int]]
 """Draws output words."""

@@ -128,7 +128,7 @@ class Summary:
         """Count messages by channel.
 
         Args:
-            first_ns: least of their times.
+            first_ns: time of the earliest message.
             last_ns: greatest of their times.
         """
         counts = self._counts

@@ -66,7 +66,7 @@ class RawFile(Protocol):
         """Write as much of `data` as fits; return the number of bytes written."""
 
     def seek(self, place: int, /) -> int:
-        """Continue at a place; only used for drafts."""
+        """Move to a position in the file; used only for drafts."""
 
     def truncate(self, size: int, /) -> int:
         """Cut the file to `size` bytes."""

@@ -161,7 +161,7 @@ class TruthDecider:
         return each if held else replace(each, scans=min(each.scans, each.k + 1), replays=False)
 
     def _follows(self, system: System) -> bool:
-        """Whether the relation follows the program, which each proof requires."""
+        """Return whether the relation agrees with the program, as each proof requires."""
         return bool(prove(system, FALSE, replace(self.limits.each, replays=False)))
 
     # --- one condition

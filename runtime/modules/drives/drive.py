@@ -263,7 +263,7 @@ class DriveUnit(SteppedModule):
             self._plan(self._now_ns)
 
     def _touch(self) -> None:
-        """Handle a change from outside at the last call: discard all predictions."""
+        """Prepare for an external change at the time of the last call: advance the axis, drop predictions."""
         self.before_change()
         self.axis.advance(self._now_ns)
         self._due_ns = 0

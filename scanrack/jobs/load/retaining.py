@@ -1,4 +1,4 @@
-"""Starts a ladder program with the final tags of another run.
+"""Starts a ladder program with the final tag values of another run.
 
 The file of tags is stored in the trace, so that a rerun starts with them, too.
 """

@@ -154,7 +154,7 @@ def not_configured(slot: int, bit: InputBit) -> str:
 
 
 def wired_inputs(machine: MachineSpec) -> int:
-    """Return the mask of the inputs of switches, stations or the timeline."""
+    """Return the mask of the inputs that switches, stations or the timeline drive."""
     mask = machine.fed_inputs
     for entry in machine.timeline:
         mask |= entry.input.value

@@ -228,7 +228,7 @@ class Twin:
             self.departs = scan
 
     def _obey(self, order: Action) -> None:
-        """Repeat an order on the program's values, or an edit of the program."""
+        """Replay an order that changes the program's values, or an edit of the program."""
         logic = self.logic
         if isinstance(order, Edit) and self._load.edited is not None:
             with lines_marked(self._watch):

@@ -29,7 +29,7 @@ Question = Callable[[Host, CommandWords], bool]
 
 
 def hide(sentence: str, bits: int, during: str = "") -> Alteration:
-    """Return a module that never shows given bits; with `during`, not in and after one kind of motion."""
+    """Return a module that hides bits, always or, with `during`, in and after one kind of motion."""
     return Alteration(sentence, hidden=bits, during=during)
 
 
