@@ -93,7 +93,7 @@ class Chains:
         return Never(self.causes, scan, self.of, self.at_rest, self.blocks).of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
-        """Return the cells of a tag (of a timer or counter, its bits); raise ValueError for an unknown name."""
+        """Return the cells of a tag (of a timer or counter, its bits); ValueError for an unknown name."""
         return cells_of(Resolver(self.lowered.layout).named(tag))
 
     def full_name(self, tag: str) -> str:
