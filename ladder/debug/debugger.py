@@ -364,6 +364,9 @@ class Debugger:
         self._settle()
 
     def _evaluate_breakpoints(self) -> None:
+        if not self._on_rungs and not self._on_tags:
+            self.stops = ()
+            return
         stops = []
         for (line, when), before in self._on_rungs.items():
             now = line in self._noted_truths() if when == "executes" else self._is_true(line)
