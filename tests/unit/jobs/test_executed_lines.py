@@ -4,6 +4,7 @@ Broken on purpose: lines of all files, rows counted from the first traced one, n
 """
 
 import json
+import sys
 
 import pytest
 from scanrack.commands import build
@@ -67,6 +68,7 @@ def lines(tmp_path, monkeypatch):
 
     def run(program, *scans, latest=()):
         monkeypatch.chdir(tmp_path)
+        sys.modules.pop("beside", None)
         (tmp_path / "small.py").write_text(program, encoding="utf-8")
         (tmp_path / "beside.py").write_text(BESIDE, encoding="utf-8")
         (tmp_path / "by").write_text("1", encoding="utf-8")
@@ -75,6 +77,7 @@ def lines(tmp_path, monkeypatch):
         assert CliRunner().invoke(build(), words).exit_code == 0
         (tmp_path / "by").write_text("2", encoding="utf-8")
         (tmp_path / "again").mkdir()
+        sys.modules.pop("beside", None)  # its lines are observed only if it is loaded again
         with open_trace(tmp_path / "run.mcap") as trace:
             return lines_of_trace(trace, tmp_path / "again", scans, latest=latest)
 
