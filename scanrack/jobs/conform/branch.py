@@ -31,7 +31,7 @@ FINER = 1_000_000
 """Parts of a step within which travels count as equal; plans round travels far more finely."""
 
 _OWNERS = ("host", "axis", "state", "started_ns")
-"""Attributes of an operation that refer to its surroundings, and the instant at which it began."""
+"""Attributes of an operation that refer to the objects around it, and the instant at which it began."""
 
 _PAIRS = (2, 4, 6)
 

@@ -97,7 +97,7 @@ class Bindings:
 
 
 def _likely(name: str, names: Iterable[str]) -> list[str]:
-    """Return the names that share the most letter pairs with the wanted one, or else its first letter."""
+    """Return the names that share the most letter pairs with the given name, or else its first letter."""
     pairs = {f"{one}{other}" for one, other in pairwise(name)}
     return nlargest(
         COMPARED_MOST, names, key=lambda each: (sum(map(each.__contains__, pairs)), each[:1] == name[:1])

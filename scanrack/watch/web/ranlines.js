@@ -8,13 +8,13 @@ import { onProgram, run } from "./state.js";
 const STAYS_MS = 250;
 
 let known = []; // { from, to, ran: [[scan, lines]...], departs }
-let asked = 0, timer = 0;
+let requests = 0, timer = 0;
 let refusal = null; // { scan, text }
 
 onProgram(() => {
   known = [];
   refusal = null;
-  asked++;
+  requests++;
 });
 
 const answerOf = scan => known.find(({ from, to }) => from <= scan && scan <= to);
@@ -48,13 +48,13 @@ export function askRanLines(done) {
   if (run.state === "live" || run.scan === undefined || run.hello.shared || run.ran?.length) return;
   if (answerOf(run.scan) || refusal?.scan === run.scan) return;
   timer = setTimeout(async () => {
-    const mine = ++asked, { scan } = run;
+    const mine = ++requests, { scan } = run;
     try {
       const answer = await ask("ran", {});
-      if (mine === asked) known = [...known, answer].slice(-8);
+      if (mine === requests) known = [...known, answer].slice(-8);
     } catch (refused) {
-      if (mine === asked) refusal = { scan, text: refused.message };
+      if (mine === requests) refusal = { scan, text: refused.message };
     }
-    if (mine === asked) done();
+    if (mine === requests) done();
   }, STAYS_MS);
 }

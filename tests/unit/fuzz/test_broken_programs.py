@@ -79,7 +79,7 @@ class BrokenProgram:
     Attributes:
         name: a short name.
         sentence: what is wrong with the program.
-        program: makes it anew.
+        program: makes a new one.
         invariant: what must hold and does not; None = that the program does not fault the CPU.
         kinds: what is random.
         controller: whose rack it is.
@@ -141,7 +141,7 @@ def recovered(now):
 
 @never
 def jogs_into_the_limit(now):
-    """Nobody jogs while the CW limit is active."""
+    """No jog happens while the CW limit is active."""
     return now.slot[1].status.IN_CW_LIMIT and "MANUAL_CW" in now.slot[1].commands
 
 

@@ -165,7 +165,7 @@ class LogixPath:
         return self._at(_checked(self._client.read(self._tags.counter)))
 
     def _at(self, count: int) -> int:
-        """Return the time of a count, ns. The time goes on even if the counter restarts."""
+        """Return the time of a count, ns. The time keeps running even if the counter restarts."""
         if self._origin is None:
             self._origin = count
         reached = self._last // self._tags.period_ns
