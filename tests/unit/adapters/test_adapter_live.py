@@ -23,9 +23,8 @@ from scanrack.jobs import build_rack
 from scanrack.runtime import RackSpec, SlotSpec
 from scanrack.runtime.line.liveport import LiveLine, check_address, open_port
 from scanrack.runtime.line.pcl601_ascii import ask_address
-from scanrack.runtime.line.pcl601_frames import write_command
+from scanrack.runtime.line.pcl601_frames import LINE_FORMAT, write_command
 from scanrack.runtime.modules.adapters.live import LiveAdapter
-from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from typer.testing import CliRunner
 
 CONFIGURE = (0x843C, 63, 1, 0)
