@@ -99,9 +99,7 @@ class ServedLine(LineService):
         gateway_ms: float = GATEWAY_MS,
     ) -> None:
         if not 0 < gateway_ms <= GATEWAY_MS_MAX:
-            raise ValueError(
-                f"--gateway-ms {gateway_ms:g}: must be above 0, and at most {GATEWAY_MS_MAX}"
-            )
+            raise ValueError(f"--gateway-ms {gateway_ms:g}: must be above 0, and at most {GATEWAY_MS_MAX}")
         self.units = self._line_units = units
         self._controller = controller
         self._timed = timed

@@ -150,9 +150,7 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
         if len(found) == 1:
             return found[0]
         if found:
-            raise ValueError(
-                f"--machine {file}: {len(found)} of its slots have an {module}; must be one"
-            )
+            raise ValueError(f"--machine {file}: {len(found)} of its slots have an {module}; must be one")
     raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
+from pymodbus.pdu import ModbusPDU
 from scanrack.io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from typing_extensions import override
 
@@ -76,9 +77,15 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     # -- exchanges ----------------------------------------------------------------------------
 
+    def _request(self, pdu: ModbusPDU) -> LineRequest:
+        return frames.request(self.unit, pdu)
+
+    def _insist(self, pdu: ModbusPDU) -> Generator[Step, Reply | None, Reply]:
+        return self.insist(self._request(pdu))
+
     @override
     def identify(self) -> LineRequest:
-        return frames.report_id(self.unit)
+        return self._request(pdus.report_id())
 
     @override
     def restore_protocol(self) -> Talk:
@@ -113,17 +120,17 @@ class Pcl601Driver(ProfileDriver[Drive]):
         """Write registers that contain other words."""
         if self._written.get(first) == words:
             return
-        reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+        reply = yield from self._insist(pdus.write_registers(first, words))
         if reply.refused is not None:  # a program runs, or another master moves the axis: stop both
             yield from self._command(Code.STOP_MOTION)
-            reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+            reply = yield from self._insist(pdus.write_registers(first, words))
             if reply.refused is not None:
                 self._disobeyed()
                 raise LinkLostError
         self._written[first] = words
 
     def _command(self, code: Code) -> Talk:
-        yield from self.insist(frames.write_command(self.unit, code))
+        yield from self._insist(pdus.command(code))
 
     @override
     def stop(self) -> Talk:
@@ -141,7 +148,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     def _take_marks_away(self) -> Talk:
         """Switch off the outputs that may be on; a refused one may still be on."""
         for output in [each for each in self._outputs if each in self._maybe_on]:
-            reply = yield from self.insist(frames.write_output(self.unit, output, False))
+            reply = yield from self._insist(pdus.write_output(output, False))
             if reply.refused is None:
                 self._maybe_on.discard(output)
 
@@ -180,7 +187,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @override
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; complain about new error bits."""
-        reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
+        reply = yield from self._insist(pdus.read_registers(Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = reply.words
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
         fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
@@ -190,7 +197,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
-        reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
+        reply = yield from self._insist(pdus.read_registers(Register.POSITION, 2))
         return pdus.signed_pair(*reply.words)
 
     @override
@@ -201,7 +208,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @override
     def read_inputs(self) -> Talk:
         """Read the input register, and determine the side of a hard limit."""
-        reply = yield from self.insist(frames.read_inputs(self.unit))
+        reply = yield from self._insist(pdus.read_input_register())
         (inputs,) = reply.words
         if self._begins_to_capture(inputs):
             yield from (self.read_status() if self.captures_encoder else self.read_position())
@@ -256,7 +263,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @override
     def configure(self) -> Talk:
         """Clear errors, stop, switch every function off and the current on, set the counter to B."""
-        yield from self.insist(frames.report_id(self.unit))
+        yield from self._insist(pdus.report_id())
         yield from self.read_status()
         if self.errors:
             yield from self._clear_errors()
@@ -275,7 +282,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         began_at = self.position
         if not (self.cut or task.stopping):
             self.direction = task.direction
-            yield from self.start(task, frames.write_command(self.unit, self._start_of(task)))
+            yield from self.start(task, self._request(pdus.command(self._start_of(task))))
             yield from self.accompany(task)
         if not self.cut:
             yield from self._tidy(task, began_at)
@@ -314,7 +321,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
                 task.model = planned_end(task, now_ns)
         output = MARKS[task.kind]
         self._maybe_on.add(output)
-        yield from self.insist(frames.write_output(self.unit, output, True))
+        yield from self._insist(pdus.write_output(output, True))
 
     @override
     def slow_down(self, task: Task[Drive]) -> Talk:
