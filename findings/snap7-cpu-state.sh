@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# what: python-snap7's get_cpu_state says RUN of a CPU that the same client has stopped
+# what: python-snap7's get_cpu_state says RUN of a controller that the same client has stopped
 # date: 2026-11-30
-# meets: who waits for a stopped or started S7 CPU with this client
+# meets: who waits with this client until an S7 controller has stopped or started
 # expected: STOP after plc_stop, RUN after plc_hot_start
 # behavior:
 #   The server's own cpu_state follows the requests. The client sends a read request without an address in place of the
