@@ -65,7 +65,7 @@ def lacking(model: Model, command: Command) -> str:
         return f"the {title} follows no other encoder"
     if kind in (REGISTRATION, MINIMUM) and not model.modifiers & Modifier.REGISTRATION_MOVE:
         return f"registration moves of the {title} are not known"
-    if kind in (PROGRAM_BLEND, RUN_BLEND) and model.missing_commands & CommandBit.RUN_ASSEMBLED_MOVE:
+    if kind in (PROGRAM_BLEND, RUN_BLEND) and not model.runs_blends:
         return f"blends of the {title} are not known"
     if isinstance(command, BlendProgramming):
         return command.unfit_for_drives
