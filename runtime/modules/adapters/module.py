@@ -18,7 +18,7 @@ during a hard stop or a configuration wait for its end, in their order:
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Generic
@@ -35,7 +35,7 @@ from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.latches import COMPLETION
 from ..amci3601.report import report
 from ..record import Options
-from .capabilities import CommandRow, ConfigurationRow
+from .capabilities import RowCapabilities
 from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
@@ -74,8 +74,7 @@ class AdapterKind(Generic[Drive]):
         driver: makes a driver from options and an address; it has not sent anything yet.
         axis: makes an unconfigured axis from such a driver.
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
-        configuration_rows: reasons to refuse configurations.
-        command_rows: reasons to refuse commands.
+        capabilities: its reasons to refuse configurations and commands.
         network: opens a port that is not a serial line, by its name; None if the line's own bytes are sent.
     """
 
@@ -84,8 +83,7 @@ class AdapterKind(Generic[Drive]):
     driver: Callable[[Any, int], Driver[Drive]]
     axis: Callable[[Any, Any], LinkedAxis[Drive]]
     plant: Callable[[Machine, Any], SimulatedController]
-    configuration_rows: Sequence[ConfigurationRow[Any]]
-    command_rows: Sequence[CommandRow[Any]]
+    capabilities: type[RowCapabilities[Any]]
     network: Callable[[str], Link] | None = None
 
     def simulated(

@@ -156,7 +156,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[AmciDriveOptions], ...] = (
 class AmciDriveCapabilities(RowCapabilities[AmciDriveOptions]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
     homing = AxisHoming.WHOLE
-
-    def __init__(self, options: AmciDriveOptions) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -177,8 +177,12 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
 class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
+
     def __init__(self, options: Pcl601Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
+        super().__init__(options)
         self.shared_limit = options.limit_sense != "inputs"
 
     @override

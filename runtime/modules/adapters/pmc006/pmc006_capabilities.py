@@ -201,8 +201,8 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
 class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
     homing = AxisHoming.MEETS_SWITCH
     home_is_ccw_limit = True
-
-    def __init__(self, options: Pmc006Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
