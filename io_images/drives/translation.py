@@ -1,7 +1,7 @@
 """Translates the words of a 3601, which axes and motion blocks write, to those of a drive, and back.
 
-An axis uses the commands and the status bits of a 3601; this module translates them for a drive. A table has a
-row for each bit with the same meaning; the methods translate the rest.
+An axis uses the commands and the status bits of a 3601; this module translates them for a drive. A table has
+a row for each bit with the same meaning; the methods translate the rest.
 
     to the drive     commands, blend handshake, format of numbers, S-curve as a jerk, enable bit
     from the drive   status bits, number format, configuration mode, blend handshake

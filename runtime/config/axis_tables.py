@@ -43,11 +43,11 @@ class AxisTable(Table):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         """Refuse the keys of a 3601 if there is no slot, and the keys of an ideal axis if there is one."""
-        given = self.model_fields_set
-        wrong = given & {"unwind"} if self.slot is not None else given - {*IDEAL, "slot"}
+        keys = self.model_fields_set
+        wrong = keys & {"unwind"} if self.slot is not None else keys - {*IDEAL, "slot"}
         if wrong:
-            what = "an ideal axis" if self.slot is not None else "an axis with a slot"
-            raise SettingError(min(wrong), f"this key is that of {what}")
+            kind = "an ideal axis" if self.slot is not None else "an axis with a slot"
+            raise SettingError(min(wrong), f"this key is that of {kind}")
         return self
 
     def values(self) -> dict[str, Any]:

@@ -50,12 +50,12 @@ class Table(BaseModel):
         Raises:
             ValueError: neither or both are given.
         """
-        given = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
-        units = [unit for unit, value in given.items() if value is not None]
+        values = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
+        units = [unit for unit, value in values.items() if value is not None]
         if len(units) != 1:
             text = f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}"
             raise SettingError(f"{name}_ms", text)
-        return exact_ns(given[units[0]], units[0], key=f"{name}_{units[0]}")
+        return exact_ns(values[units[0]], units[0], key=f"{name}_{units[0]}")
 
 
 def _validated_later(table: type[Table], _handler: Any) -> core_schema.CoreSchema:

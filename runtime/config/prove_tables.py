@@ -28,11 +28,11 @@ CLAIMS = ("never", "always", "reachable")
 """Keys of a property; each property has exactly one of them."""
 
 
-def _range(given: object) -> tuple[float, float]:
-    if isinstance(given, list | tuple) and len(given) == 2:
-        shortest, longest = given
-        numbers = all(type(each) in (int, float) for each in given)
-        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, given)):
+def _range(value: object) -> tuple[float, float]:
+    if isinstance(value, list | tuple) and len(value) == 2:
+        shortest, longest = value
+        numbers = all(type(limit) in (int, float) for limit in value)
+        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, value)):
             return shortest, longest
     limit = str(LONGEST_SCAN_MS)
     raise PydanticCustomError(
@@ -79,7 +79,7 @@ class PropertyTable(Table):
     @property
     def claim(self) -> str:
         """The key that is given: never, always or reachable."""
-        return next(each for each in CLAIMS if getattr(self, each) is not None)
+        return next(claim for claim in CLAIMS if getattr(self, claim) is not None)
 
     @property
     def condition(self) -> str:
@@ -89,10 +89,10 @@ class PropertyTable(Table):
 
     @model_validator(mode="after")
     def _has_one(self) -> Self:
-        given = [each for each in CLAIMS if getattr(self, each) is not None]
-        if len(given) != 1:
-            problem = f"{given[0]} is given already" if given else "one is missing"
-            raise SettingError(given[1] if given else "name", f"{problem}: one of {', '.join(CLAIMS)}")
+        claims = [claim for claim in CLAIMS if getattr(self, claim) is not None]
+        if len(claims) != 1:
+            problem = f"{claims[0]} is given already" if claims else "one is missing"
+            raise SettingError(claims[1] if claims else "name", f"{problem}: one of {', '.join(CLAIMS)}")
         return self
 
 

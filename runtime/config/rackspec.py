@@ -112,7 +112,7 @@ def _firmware_text(value: object) -> object:
 
 def _plain(value: object) -> object:
     """Convert decimals of a rack file to floats, for options and JSON."""
-    return {key: float(given) if isinstance(given, Decimal) else given for key, given in _items(value)}
+    return {key: float(number) if isinstance(number, Decimal) else number for key, number in _items(value)}
 
 
 def _items(value: object) -> list[tuple[object, object]]:
@@ -230,8 +230,8 @@ class SlotSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_made(self, info: ValidationInfo) -> Self:
-        given = _of_file(info)
-        self._record = given[self.module] if self.module in given else MODULES[self.module]
+        own_modules = _of_file(info)
+        self._record = own_modules[self.module] if self.module in own_modules else MODULES[self.module]
         self.make(seed=0)
         needed = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
         if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
@@ -249,7 +249,7 @@ def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
     steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
     if number in steppers:
         return steppers[number]
-    return max(steppers.values(), key=lambda each: each.limits.speed, default=WORDS_3601)
+    return max(steppers.values(), key=lambda profile: profile.limits.speed, default=WORDS_3601)
 
 
 class ForceSpec(Table):
@@ -267,7 +267,7 @@ class ForceSpec(Table):
 def _happening(value: object) -> object:
     if isinstance(value, FaultKind):
         return value
-    names = [each.value for each in FaultKind]
+    names = [kind.value for kind in FaultKind]
     if value not in names:
         raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
     return FaultKind(value)
@@ -292,7 +292,7 @@ class InjectedFaultSpec(Table):
     what: Annotated[
         FaultKind,
         PlainValidator(_happening),
-        WithJsonSchema({"enum": [each.value for each in FaultKind]}),
+        WithJsonSchema({"enum": [kind.value for kind in FaultKind]}),
     ]
     slot: int | None = None
     for_ms: Milliseconds | None = None
@@ -380,7 +380,7 @@ class RackSpec(Table):
     @property
     def incidents(self) -> tuple[InjectedFault, ...]:
         """The incidents, in the order given."""
-        return tuple(each.incident(self.slot[0].number) for each in self.incident)
+        return tuple(spec.incident(self.slot[0].number) for spec in self.incident)
 
     @property
     def scan_ns(self) -> int:
@@ -395,7 +395,7 @@ class RackSpec(Table):
     @property
     def words(self) -> Mapping[int, ModuleWords]:
         """The words of the modules by slot, in the order of the rack's memory."""
-        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda each: each.number)}
+        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda slot: slot.number)}
 
     @property
     def rpi_ns(self) -> int:
@@ -426,9 +426,9 @@ class RackSpec(Table):
 
     def _check_stubs(self) -> None:
         for name, only in STUB_SETTINGS.items():
-            given = self.stubs.get(name, only)
-            if given != only:
-                raise MisplacedError(("stubs", name), given, f'must be "{only}"')
+            setting = self.stubs.get(name, only)
+            if setting != only:
+                raise MisplacedError(("stubs", name), setting, f'must be "{only}"')
 
     def _check_axes(self) -> None:
         known = [slot.number for slot in self.slot]
@@ -446,11 +446,11 @@ class RackSpec(Table):
 
     def _check_properties(self) -> None:
         seen: set[str] = set()
-        for index, each in enumerate(self.prove.property):
-            if each.name.upper() in seen:
+        for index, claim in enumerate(self.prove.property):
+            if claim.name.upper() in seen:
                 path: KeyPath = ("prove", "property", index, "name")
-                raise MisplacedError(path, each.name, "another property has this name")
-            seen.add(each.name.upper())
+                raise MisplacedError(path, claim.name, "another property has this name")
+            seen.add(claim.name.upper())
 
     def _check_modules(self) -> None:
         for name, address in self.modules.items():
@@ -487,9 +487,9 @@ class RackSpec(Table):
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
         bolted = [
-            each.number
-            for each in self.slot
-            if (each.has(Trait.MACHINE) or each.record.unread) and not each.is_live
+            slot.number
+            for slot in self.slot
+            if (slot.has(Trait.MACHINE) or slot.record.unread) and not slot.is_live
         ]
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
@@ -502,7 +502,7 @@ class RackSpec(Table):
 
     def _check_switch(self, index: int, number: int, switch: str) -> None:
         """Refuse a cam of a switch that the stepper's machine does not have."""
-        machine = next(each.machine for each in self.slot if each.number == number)
+        machine = next(slot.machine for slot in self.slot if slot.number == number)
         by_hand = sum({entry.input.value for entry in machine.timeline})
         wired = machine.fed_inputs | by_hand
         if not wired & INPUT_NAMES[switch].value:
@@ -521,23 +521,23 @@ class RackSpec(Table):
 
     def _check_incidents(self) -> None:
         numbers = [slot.number for slot in self.slot]
-        for index, each in enumerate(self.incident):
+        for index, incident in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
-            if each.what is FaultKind.PROGRAM_MODE:
-                if each.slot is not None:
-                    raise MisplacedError(path, each.slot, "the key is the CPU's: leave the slot out")
-            elif each.slot is None and len(numbers) > 1:
+            if incident.what is FaultKind.PROGRAM_MODE:
+                if incident.slot is not None:
+                    raise MisplacedError(path, incident.slot, "the key is the CPU's: leave the slot out")
+            elif incident.slot is None and len(numbers) > 1:
                 raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
-            elif each.slot is not None and each.slot not in numbers:
+            elif incident.slot is not None and incident.slot not in numbers:
                 says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
-                raise MisplacedError(path, each.slot, says)
-            elif each.what in ON_THE_LINE and self._slot_of(each).is_live:
+                raise MisplacedError(path, incident.slot, says)
+            elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
                 says = "the line of a real port can't be disturbed"
-                raise MisplacedError(("incident", index, "what"), each.what.value, says)
-            elif each.late_words:
-                outputs = len(self._slot_of(each).words.outputs)
+                raise MisplacedError(("incident", index, "what"), incident.what.value, says)
+            elif incident.late_words:
+                outputs = len(self._slot_of(incident).words.outputs)
                 where = ("incident", index, "late_words")
-                _at(where, list(each.late_words), each.incident().check_late_words, outputs)
+                _at(where, list(incident.late_words), incident.incident().check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))

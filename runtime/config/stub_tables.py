@@ -28,8 +28,8 @@ def _plain(value: object) -> Any:
     if isinstance(value, Decimal):
         return float(value)
     if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 Data = Annotated[Any, PlainValidator(_plain)]
@@ -104,7 +104,7 @@ class StubTable(Table):
             raise SettingError("value", "a consumed tag needs value, table or rack, a message after_ms")
         if self.tag and not self.rack:
             raise SettingError("tag", "it is a tag of another rack: give rack, too")
-        times = [each.at_ns for each in self.table]
+        times = [step.at_ns for step in self.table]
         if times != sorted(set(times)):
             raise SettingError("table", "its times must rise")
         return self

@@ -153,7 +153,7 @@ class CardOptions(Options):
             )
         _check_presses(self.timeline)
         known = ", ".join(self.inputs) or "none"
-        by_machine = [each.input for each in self.cam]
+        by_machine = [cam.input for cam in self.cam]
         by_hand = [press.input for press in self.timeline]
         for name in (*self.normally_closed, *by_hand, *by_machine):
             if name not in self.inputs:
@@ -237,12 +237,12 @@ class CardOptions(Options):
     @property
     def follows(self) -> frozenset[int]:
         """The slots whose machines operate inputs."""
-        return frozenset(each.slot for each in self.cam)
+        return frozenset(cam.slot for cam in self.cam)
 
     @property
     def buttons(self) -> tuple[str, ...]:
         """The inputs that only a person operates."""
-        by_machine = {each.input for each in self.cam}
+        by_machine = {cam.input for cam in self.cam}
         return tuple(name for name in self.inputs if name not in by_machine)
 
     @property
@@ -306,7 +306,7 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
 def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
     last: dict[str, InputPress] = {}
-    for press in sorted(timeline, key=lambda each: each.begin_ns):
+    for press in sorted(timeline, key=lambda other: other.begin_ns):
         before = last.get(press.input)
         last[press.input] = press
         if before is None:
@@ -322,8 +322,8 @@ def _check_presses(timeline: Sequence[InputPress]) -> None:
 
 def _check_choice(where: str, chosen: str, allowed: Sequence[str], card: str) -> None:
     if chosen not in allowed:
-        what = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
-        raise ValueError(f"{where} = {chosen!r}: {what}")
+        problem = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
+        raise ValueError(f"{where} = {chosen!r}: {problem}")
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:
@@ -339,9 +339,9 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
 
 
 def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
-    what = "channel" if kind.analog else "terminal"
+    place = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
     for name, at in names.items():
         if at not in terminals_in(masks):
-            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: {numbers_of(masks)}")
+            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {place} {at}: {numbers_of(masks)}")
