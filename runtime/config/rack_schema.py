@@ -54,7 +54,7 @@ def described_keys(cls: type) -> dict[str, str]:
     """Return the meaning of the keys of a table, from the `Attributes:` of its docstring and its bases'.
 
     >>> described_keys(SlotSpec)["number"]
-    'from 1.'
+    'slot number, from 1.'
     """
     meanings: dict[str, str] = {}
     for base in reversed(cls.__mro__):

@@ -153,18 +153,19 @@ Version = Annotated[
 
 
 class SlotSpec(Table):
-    """A slot.
+    """A slot with its module.
 
     Attributes:
-        number: from 1.
-        module: its catalog name.
-        firmware: its version, or a serial number: "serial 96317".
-        needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
-        options: options of the model by name.
+        number: slot number, from 1.
+        module: catalog name of the module.
+        firmware: firmware version, or a serial number such as "serial 96317".
+        needs_firmware: oldest firmware version that the program supports; `scanrack fuzz` tries no older
+            version.
+        options: options of the module by name.
         machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
-        port: of an adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
-        address: of the controller there; the factory's if left out.
+        port: adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
+        address: adapter: address of the controller at the port; the factory address if left out.
     """
 
     number: Annotated[int, Field(ge=1)]
@@ -253,10 +254,11 @@ def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
 
 
 class ForceSpec(Table):
-    """A force that holds from the first scan on.
+    """A force from the first scan on.
 
     Attributes:
-        address: a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or "slot1.status.MOVE_COMPLETE".
+        address: address of a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or
+            "slot1.status.MOVE_COMPLETE".
         value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
     """
 
@@ -274,17 +276,17 @@ def _happening(value: object) -> object:
 
 
 class InjectedFaultSpec(Table):
-    """An event of a module or of the CPU, beside commands and inputs.
+    """An injected fault of a module or of the CPU.
 
     Attributes:
-        at_ms: its begin; or `at_s`.
+        at_ms: its start, ms; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
             "controller-power-cycle"; of a drive "condition".
-        slot: its module; left out for "program-mode", and where there is one module only.
-        for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
-        late_words: of a torn update: the output words that arrive late.
-        state: of conditions: what begins, such as "temperature=95" or "cable=lost".
+        slot: slot of its module; left out for "program-mode"; optional in a rack with one module.
+        for_ms: duration, ms; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
+        late_words: torn update: the output words that arrive late.
+        state: condition: the state that begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
@@ -301,7 +303,7 @@ class InjectedFaultSpec(Table):
     state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
-        """Return the incident; ValueError if times or words are missing or contradict each other."""
+        """Return the injected fault; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return InjectedFault(
@@ -322,33 +324,33 @@ class RackSpec(Table):
     """A rack and the settings of its runs.
 
     Attributes:
-        program: the logic: a path (`path[:function]`, relative to the rack file), or, in Python, a function.
-        name: of the rack, as reports show it.
+        program: the logic: a path (`path[:function]`, relative to the rack file); in Python also a function.
+        name: name of the rack in reports.
         scan_ms: time from scan to scan, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: longest processor time of the logic of one scan, which may take ten times that on the
-            clock; 0 = no watchdog.
-        run_for_s: machine time of a run, unless the command line sets it.
-        tags: patterns of the program's tags that are recorded beside the images.
+        watchdog_ms: maximum processor time of the logic of one scan; the maximum on the clock is ten times as
+            long; 0 = no watchdog.
+        run_for_s: machine time of a run; the command line overrides it.
+        tags: patterns of the program's tags to record in addition to the images.
         stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
             tags, by name; `missing_tags = "declare"` declares missing tags, `refused = "empty"` runs an
             export without its refused parts.
-        trace: path of the recording, relative to the rack file.
-        keep_traces: number of earlier recordings kept under numbers; 0 = none.
-        axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
-        prove: what `scanrack prove` proves of the program, and what it assumes.
-        fuzz: how `scanrack fuzz` searches it.
+        trace: path of the trace, relative to the rack file.
+        keep_traces: number of earlier traces to keep under numbers; 0 = none.
+        axes: axes of a ladder program's motion instructions by tag, on a 3601 or ideal.
+        prove: what `scanrack prove` proves and assumes.
+        fuzz: settings of `scanrack fuzz`.
         export: how a program that is an export begins.
         server: what clients of a tag server see and may write.
-        seed: of random numbers, such as those of slips.
+        seed: seed of random numbers, such as those of slips.
         mode: position of the CPU's key at power-up.
-        modules: your own modules by name: a Python file, and its ModuleRecord if it is not RECORD,
-            "blinker.py:OTHER".
+        modules: your own modules by name: a Python file, with the name of its ModuleRecord unless that is
+            RECORD: "blinker.py:OTHER".
         slot: the slots, at least one.
-        force: bits and words that are held from the first scan on.
-        incident: what happens to modules and to the CPU.
-        unit: controllers on a serial line beside the rack.
+        force: bits and words that are forced from the first scan on.
+        incident: injected faults of modules and of the CPU.
+        unit: controllers on serial lines beside the rack.
     """
 
     program: Annotated[str | Callable[..., Any], PlainValidator(_program), WithJsonSchema({"type": "string"})]
@@ -379,7 +381,7 @@ class RackSpec(Table):
 
     @property
     def incidents(self) -> tuple[InjectedFault, ...]:
-        """The incidents, in the order given."""
+        """The injected faults, in the order of the file."""
         return tuple(spec.incident(self.slot[0].number) for spec in self.incident)
 
     @property

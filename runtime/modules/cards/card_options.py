@@ -47,14 +47,14 @@ class _Row(BaseModel):
 
 
 class InputPress(_Row):
-    """An input is operated, or an analog input gets a value.
+    """The operation of an input, or a new value of an analog input.
 
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: one of `inputs`.
-        for_ms: duration, ms; or `for_s`. Left out = it stays operated.
-        value: of an analog input: its value from then on, V or mA where `ranges` names it, else the raw
-            number.
+        for_ms: duration, ms; or `for_s`. Unlimited if left out.
+        value: value of an analog input from then on, in V or mA if the input has a range in `ranges`,
+            otherwise the raw number.
     """
 
     at_ms: Milliseconds | None = None
@@ -95,9 +95,9 @@ class Cam(_Row):
     Attributes:
         input: one of `inputs`.
         slot: slot of the stepper.
-        first: lowest position of the shaft that operates it, steps; no lower end if left out.
-        last: highest position, inclusive.
-        switch: instead of a range: the stepper's input that it follows, such as "home".
+        first: lowest position of the shaft that operates the input, steps; unlimited if left out.
+        last: highest such position, steps; unlimited if left out.
+        switch: instead of positions, the stepper's input that it follows, such as "home".
     """
 
     input: str
@@ -124,12 +124,12 @@ class CardOptions(Options):
     Attributes:
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
-        timeline: when inputs are operated, or analog inputs get a value.
-        normally_closed: inputs whose contacts are closed at rest: acting on one de-energizes it.
+        timeline: operations of inputs, and new values of analog inputs.
+        normally_closed: inputs whose contacts are closed at rest; operating one de-energizes it.
         cam: inputs that the machine of another slot operates.
-        ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
-            converts, and shows over- and under-range.
-        formats: of an analog card: the data format of a channel with a range; "raw" if left out.
+        ranges: analog card: ranges of named channels, such as "4..20 mA"; the card converts their signals and
+            shows over-range and under-range.
+        formats: analog card: data formats of channels with a range; "raw" if left out.
     """
 
     owner: ClassVar[str] = "card"
