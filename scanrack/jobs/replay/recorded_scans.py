@@ -1,0 +1,33 @@
+"""The scans of a recording, one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from scanrack.traces.read.packed import CHUNK_SCANS
+from scanrack.traces.replay import PackedTrace
+
+
+class RecordedScan(NamedTuple):
+    """A recorded scan."""
+
+    number: int
+    now_ns: int
+    flags: int
+    memory: bytes  # the rack's memory block after the scan
+
+
+def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[RecordedScan]:
+    """Yield the scans of a recording from a row to row `last`, inclusive."""
+    while row <= last:
+        columns = recording.scans.chunk(row // CHUNK_SCANS)
+        start = row % CHUNK_SCANS
+        count = min(len(columns.scan), last + 1 - row + start)
+        if start >= count:
+            return
+        words, size = columns.words[start:count].tobytes(), 2 * columns.words.shape[1]
+        blocks = (words[place : place + size] for place in range(0, len(words), size))
+        heads = (column[start:count].tolist() for column in (columns.scan, columns.time_ns, columns.flags))
+        yield from map(RecordedScan._make, zip(*heads, blocks, strict=True))
+        row += count - start
