@@ -73,12 +73,16 @@ def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[in
     )
 
 
+def _call(logic: ScanLogic, view: LogicScan) -> None:
+    logic(view)
+
+
 class InputReplay:
     """A program that runs on recorded inputs.
 
     Args:
         slots: the modules of the recording.
-        call: runs one scan of the program; it may observe the scan.
+        call: runs one scan of the program, to observe it.
         edited: loads the program of an edit by number; None = the first program continues.
 
     Attributes:
@@ -98,7 +102,7 @@ class InputReplay:
         spec: RackSpec,
         slots: Iterable[SlotInfo],
         *,
-        call: Call = lambda logic, view: logic(view),
+        call: Call = _call,
         edited: Callable[[int], ScanLogic] | None = None,
     ) -> None:
         slots = tuple(slots)
@@ -136,7 +140,6 @@ class InputReplay:
         self.read_events(recording, orders)
         try:
             for scan in recorded_scans(recording, 0, last):
-                self.give_orders(scan)
                 self.run(scan)
                 yield self.row
                 if self.faulted:
@@ -171,7 +174,7 @@ class InputReplay:
     # --- one scan
 
     def give_orders(self, scan: RecordedScan) -> None:
-        """Give the orders before a scan."""
+        """Give the orders before a scan, as `run` does, so that the program can be seen between both."""
         if scan.flags & _SET_FROM_OUTSIDE and not self._knows_tags(scan.number):
             self._depart(scan.number)
         while self._orders and self._orders[0].scan <= scan.number:
@@ -182,8 +185,10 @@ class InputReplay:
                 self.refused.append(f"the order before scan {number} is not carried out: {error}")
 
     def run(self, scan: RecordedScan) -> None:
-        """Run a scan, and compare its outputs with the recorded ones."""
+        """Give the orders before a scan, run it, and compare its outputs with the recorded ones."""
         number, now_ns, flags, block = scan
+        if self._orders or flags & _SET_FROM_OUTSIDE:
+            self.give_orders(scan)
         self.row += 1
         self.scan, self.faulted = number, False
         if not runs_logic(flags):

@@ -9,7 +9,7 @@ A program can't be copied in the middle of a run. To go back, it starts again wi
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from io import StringIO
 from types import FrameType
 
@@ -18,14 +18,14 @@ from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.operator_actions import AppliedAction
-from scanrack.runtime.loop.scan import LogicScan, ScanLogic
+from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
 from ..load.program import lines_marked
 from ..record.logic_wrapper import unwrapped
 from ..replay.input_replay import InputReplay
-from ..replay.recorded_scans import recorded_scans
+from ..replay.recorded_scans import RecordedScan, recorded_scans
 from ..replay.tag_orders import TagOrders
 from .traced_run import Load, fresh
 
@@ -57,8 +57,6 @@ class ProgramRerun:
         self._load, self._spec, self._recording = load, spec, recording
         self._begun = False
         self._orders: tuple[int, list[AppliedAction]] = -1, []  # of a recording with this many events
-        self._observer: Observer | None = None
-        self._steps: tuple[ScanLogic | None, Steps | None] = None, None  # a program, and its list of steps
 
     @property
     def at(self) -> int:
@@ -89,7 +87,7 @@ class ProgramRerun:
         with lines_marked(), fresh(self._load) as logic:
             self._watch = WATCH.get()
         edited = None if self._load.edited is None else self._edited
-        self.replay = InputReplay(self._spec, recording.slots, call=self._call, edited=edited)
+        self.replay = InputReplay(self._spec, recording.slots, edited=edited)
         self.replay.attach(logic)
         self._begun = True
 
@@ -107,18 +105,24 @@ class ProgramRerun:
         self.rewind(first)
         recording, replay = self._recording(), self.replay
         replay.read_events(recording, self._orders_in(recording))
-        self._observer = None
         self._watch.only()
+        _run_silently(replay, recorded_scans(recording, self.at + 1, first - 1))
         for scan in recorded_scans(recording, self.at + 1, last):
             replay.give_orders(scan)
-            if scan.number < first:
-                replay.run(scan)
-                continue
-            self._observer = observed = observer(replay.logic)
+            observed = observer(replay.logic)
             if observed is not None and self._watch.observers != [observed]:
                 self._watch.only(observed)
-            replay.run(scan)
+            self._run_observed(scan, observed)
             yield scan.number, observed
+
+    def _run_observed(self, scan: RecordedScan, observer: Observer | None) -> None:
+        replay, program = self.replay, unwrapped(self.replay.logic)
+        steps: Steps | None = program if isinstance(program, Steps) else None
+        before = 0 if steps is None else steps.line
+        _run_silently(replay, (scan,))
+        begins = steps is not None and (steps.line != before or scan.flags & ScanFlag.FIRST_SCAN)
+        if steps is not None and begins and observer is not None:
+            observer.begins(self._load.program.name, steps.line, None)
 
     def _orders_in(self, recording: PackedTrace) -> list[AppliedAction]:
         if self._orders[0] != len(recording.events):
@@ -131,23 +135,14 @@ class ProgramRerun:
         with lines_marked(self._watch):
             return self._load.edited(number)
 
-    def _call(self, logic: ScanLogic, view: LogicScan) -> None:
-        printed, sys.stdout, sys.stderr = (sys.stdout, sys.stderr), _SILENT, _SILENT
-        try:
-            steps = self._steps_of(logic)
-            before = 0 if steps is None else steps.line
-            logic(view)
-            observer = self._observer
-            if steps is not None and observer is not None and (steps.line != before or view.first):
-                observer.begins(self._load.program.name, steps.line, None)
-        finally:
-            sys.stdout, sys.stderr = printed
 
-    def _steps_of(self, logic: ScanLogic) -> Steps | None:
-        if self._steps[0] is not logic:
-            inside: object = unwrapped(logic)
-            self._steps = logic, inside if isinstance(inside, Steps) else None
-        return self._steps[1]
+def _run_silently(replay: InputReplay, scans: Iterable[RecordedScan]) -> None:
+    printed, sys.stdout, sys.stderr = (sys.stdout, sys.stderr), _SILENT, _SILENT
+    try:
+        for scan in scans:
+            replay.run(scan)
+    finally:
+        sys.stdout, sys.stderr = printed
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from weakref import finalize
 import numpy as np
 import zstandard
 from scanrack.io_images.memory_layout import MemoryLayout
-from scanrack.jobs.replay.recorded_scans import RecordedScan
+from scanrack.jobs.replay.recorded_scans import RecordedScan, as_scan
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.executed import TracedEngine
 from scanrack.ladder.debug.forces import Forces
@@ -224,4 +224,4 @@ def scans_in(rows: Rows) -> Iterator[RecordedScan]:
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
     blocks = (memory[place : place + size] for place in range(0, len(memory), size))
     columns = (rows[name].tolist() for name in ("scan", "now_ns", "flags"))
-    return map(RecordedScan._make, zip(*columns, blocks, strict=True))
+    return map(as_scan, zip(*columns, blocks, strict=True))
