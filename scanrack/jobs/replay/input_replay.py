@@ -118,6 +118,7 @@ class InputReplay:
         self._orders: deque[AppliedAction] = deque()  # still to come
         self._links: deque[tuple[int, LinkChange]] = deque()  # still to come, each with its slot
         self.row = self.scan = -1
+        self._ordered = -1  # the last scan before which the orders were given
         self.departs: int | None = None
         self.faulted = False
         self.refused: list[str] = []
@@ -175,6 +176,9 @@ class InputReplay:
 
     def give_orders(self, scan: RecordedScan) -> None:
         """Give the orders before a scan, as `run` does, so that the program can be seen between both."""
+        if scan.number == self._ordered:
+            return
+        self._ordered = scan.number
         if scan.flags & _SET_FROM_OUTSIDE and not self._knows_tags(scan.number):
             self._depart(scan.number)
         while self._orders and self._orders[0].scan <= scan.number:
