@@ -116,8 +116,9 @@ class ProgramRerun:
             yield scan.number, observed
 
     def _run_observed(self, scan: RecordedScan, observer: Observer | None) -> None:
-        replay, program = self.replay, unwrapped(self.replay.logic)
-        steps: Steps | None = program if isinstance(program, Steps) else None
+        replay = self.replay
+        program: object = unwrapped(replay.logic)
+        steps = program if isinstance(program, Steps) else None
         before = 0 if steps is None else steps.line
         _run_silently(replay, (scan,))
         begins = steps is not None and (steps.line != before or scan.flags & ScanFlag.FIRST_SCAN)

@@ -31,7 +31,7 @@ from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
 from ..replay.tag_orders import TagOrders
-from .chain import Bits
+from .chain import Bits, read_bits
 from .past import ALL_BITS, Past
 from .source.input_reads import Reads
 from .traced_run import Load, Watched, fresh
@@ -200,19 +200,16 @@ class ProgramTrials:
         past = Past(self._recording, self._row)
         own: list[Candidate] = []
         reported: list[Candidate] = []
-        for (slot, word), mask in list(masks.items())[:MOST_CANDIDATES]:
-            if not mask:
-                continue
-            value = past.words(slot, "in", self._row)[word]
-            for bits in _parts(slot, word, mask):
-                place = self._terminal(slot, word, bits.address.bit)
-                source = place or f"slot {slot}, as the module reports it"
-                named = name(bits)
-                if bits.address.bit is None:
-                    each = number(bits, named, source, value, _INT16, constants)
-                else:
-                    each = bit(bits, named, source, bool(value & bits.mask))
-                (own if place else reported).append(each)
+        for bits in read_bits(list(masks.items())[:MOST_CANDIDATES]):
+            at, value = bits.address.bit, past.words(bits.slot, "in", self._row)[bits.word]
+            place = self._terminal(bits.slot, bits.word, at)
+            source = place or f"slot {bits.slot}, as the module reports it"
+            named = name(bits)
+            if at is None:
+                each = number(bits, named, source, value, _INT16, constants)
+            else:
+                each = bit(bits, named, source, bool(value & bits.mask))
+            (own if place else reported).append(each)
         return own, reported
 
 
@@ -243,14 +240,6 @@ def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
         elif bits.slot == slot:
             words[bits.word] = words[bits.word] | bits.mask if each.value else words[bits.word] & ~bits.mask
     return b"".join(word.to_bytes(2, "little") for word in words)
-
-
-def _parts(slot: int, word: int, mask: int) -> Iterator[Bits]:
-    """Yield the bits of a word that were read, or the word if all were."""
-    if mask == ALL_BITS:
-        yield Bits(slot, "in", word, mask)
-    else:
-        yield from (Bits(slot, "in", word, 1 << at) for at in range(16) if mask >> at & 1)
 
 
 def _constants(load: Load) -> Iterator[float]:

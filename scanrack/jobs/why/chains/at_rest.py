@@ -11,22 +11,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from scanrack.io_images.addresses import Address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
-from scanrack.ladder.state.memory import Value
-from scanrack.traces.replay import PackedTrace
 
-from ..chain import Bits
-from ..past import ALL_BITS
-from ..source.class_names import Names
+from ..chain import read_bits
 from ..source.conditions import source_line
 from ..source.input_reads import Reads
 from ..source.lines import Line
-from ..traced_run import Load
+
+if TYPE_CHECKING:
+    from .program import ProgramChain
 
 DEEPEST = 6
 """Maximum number of program values in a chain."""
@@ -80,39 +77,7 @@ class Looker:
                     self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
 
 
-class PythonChain(Protocol):
-    """The part of a program's chain that explains waits and unchanged values."""
-
-    recording: PackedTrace
-    load: Load
-    names: Names
-
-    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of bits of an image."""
-
-    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a program's value."""
-
-    def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for."""
-
-    def look(self, looker: Looker, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
-
-    def name(self, bits: Bits) -> str:
-        """Return the name of an input."""
-
-    def full(self, name: str) -> str:
-        """Return the program-wide name for a name in a method."""
-
-    def place(self, name: str) -> Address:
-        """Return the address of an input or output of the program."""
-
-    def value(self, bits: Bits, row: int) -> Value:
-        """Return the value of bits in a scan."""
-
-
-def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
+def never(chain: ProgramChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
     writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
     if not writers or depth > DEEPEST:
@@ -141,14 +106,10 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
 
 
 def _links_of_part(
-    chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
+    chain: ProgramChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
     """Yield the inputs that a false part reads; if there are none, its values."""
-    inputs = [
-        Bits(slot, "in", word, bits)
-        for (slot, word), mask in part.masks.items()
-        for bits in _whole_or_single(mask)
-    ]
+    inputs = list(read_bits(part.masks.items()))
     links = [chain.of_bits(bits, chain.name(bits), row) for bits in inputs]
     if not inputs:
         names = (chain.full(name) for name in part.names)
@@ -156,15 +117,7 @@ def _links_of_part(
     yield from (each for each in links if each is not None)
 
 
-def _whole_or_single(mask: int) -> Iterator[int]:
-    """Yield the mask of a whole word unchanged, or each bit of another mask."""
-    if mask == ALL_BITS:
-        yield mask
-    else:
-        yield from (1 << bit for bit in range(16) if mask >> bit & 1)
-
-
-def _site(chain: PythonChain, line: int) -> Site:
+def _site(chain: ProgramChain, line: int) -> Site:
     file = chain.load.program
     return Site(file=file.name, line=line, routine="", instruction=source_line(str(file), line))
 

@@ -4,42 +4,28 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.dataclass import dataclass
-from scanrack.ladder.debug import CauseLink, Chains
+from scanrack.ladder.debug import CauseLink
 from scanrack.ladder.state.lowered import AddOnCall, LoweredProgram
-from scanrack.traces.replay import PackedTrace
 
 from ..past import Past, SlotPast
 from ..waits import waits
 
+if TYPE_CHECKING:
+    from ..chain import RackChain
+
 MODULE = "AMCI3601"
 """The instruction that binds an axis to the words of a slot."""
-
-
-class Chain(Protocol):
-    """The part of a rack's chain that the blocks use."""
-
-    recording: PackedTrace
-
-    @property
-    def chains(self) -> Chains:
-        """Makes the chains of the ladder program."""
-
-    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
-        """Return the link for a lost connection to a module."""
-
-    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
-        """Return the chain of a status bit."""
 
 
 @dataclass(frozen=True, slots=True)
 class AxisBlocks:
     """Explains the blocks of the axes in a rack."""
 
-    chain: Chain
+    chain: RackChain
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
         """Return what a busy block waits for; None for any other structure."""
@@ -51,7 +37,7 @@ class AxisBlocks:
         lost = self.chain.lost(slot, path, row)
         if lost is not None:
             return lost
-        past = SlotPast(Past(recording, row), next(each for each in recording.slots if each.number == slot))
+        past = SlotPast(Past(recording, row), self.chain.slot(slot))
         changed = past.past.last_change(slot, "in", 0) or 0
         text = f"busy: slot {slot}: {'; '.join(waits(past)[:2])}"
         return CauseLink("module", path, None, recording.numbers[changed], recording.times[changed], text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
@@ -14,13 +15,15 @@ from ..chain import Bits
 from ..outranked import of_link
 from ..past import Past, SlotPast
 from ..waits import waits
-from .at_rest import PythonChain
+
+if TYPE_CHECKING:
+    from .program import ProgramChain
 
 _DWELL = re.compile(r"dwell ([\d.]+ \w+)")
 _EDGE = re.compile(r"(\w+) (rises|falls)")
 
 
-def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink | None:
+def open_wait(chain: ProgramChain, steps: Sequence[Step], row: int) -> CauseLink | None:
     """Return what a sequence's last step waits for at a scan; None if that is unknown."""
     step = steps[-1]
     if not step.line:
@@ -32,7 +35,7 @@ def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink 
     return found or _of_dwell(chain, step, row)
 
 
-def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
+def _parts(chain: ProgramChain, step: Step, row: int) -> Iterator[CauseLink]:
     """Yield the states of the inputs and axes in a wait's condition."""
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
@@ -44,10 +47,10 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
                 yield link
 
 
-def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
+def of_axis(chain: ProgramChain, name: str, number: int, row: int) -> CauseLink:
     """Return what the module of an axis does or waits for at a scan; a lost connection takes precedence."""
     recording = chain.recording
-    slot = next(each for each in recording.slots if each.number == number)
+    slot = chain.slot(number)
     lost = of_link(recording, slot, recording.numbers[row])
     if lost is not None:
         return CauseLink(lost.kind, name, None, lost.scan, lost.now_ns, lost.text)
@@ -57,11 +60,11 @@ def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
     return CauseLink("module", name, None, *at, f"slot {number}: {text}")
 
 
-def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
+def _of_edge(chain: ProgramChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
     """Return the link of an input whose edge is awaited; it names an edge that came too early."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
     rises = way == "rises"
-    words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
+    words = chain.slot(bits.slot).words
     edges = [
         each
         for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)
@@ -80,7 +83,7 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
     return CauseLink("input", name, value, chain.recording.numbers[last], chain.recording.times[last], text)
 
 
-def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
+def _meanwhile(chain: ProgramChain, steps: Sequence[Step], row: int) -> str:
     """Return where a sequence was at the time of an edge; "" if it was already waiting for it."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [each for each in steps if each.scan < scan]
@@ -92,7 +95,7 @@ def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
     return f"{at.sequence} was at line {at.line} ({at.wait})"
 
 
-def _of_dwell(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
+def _of_dwell(chain: ProgramChain, step: Step, row: int) -> CauseLink | None:
     found = _DWELL.search(step.wait)
     if found is None:
         return None
