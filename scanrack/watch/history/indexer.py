@@ -89,7 +89,8 @@ class Indexer:
         replay.run(scan)
         if replay.faulted or not runs_logic(scan.flags):
             return
-        entry, forces = debugger.latest, debugger.engine.memory.forces
-        if forces is not self._forces or (entry is not None and entry.writes):
-            self._forces = forces
+        entry, memory = debugger.latest, debugger.engine.memory
+        written = entry is not None and (entry.writes or memory.copies_inputs)
+        if memory.forces is not self._forces or written:
+            self._forces = memory.forces
             self._keep(inputs_of(debugger, scan.number))
