@@ -11,19 +11,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from scanrack.io_images.addresses import Address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
+from scanrack.ladder.state.memory import Value
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.replay import PackedTrace
 
-from ..chain import read_bits
+from ..chain import Bits, read_bits
+from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.input_reads import Reads
 from ..source.lines import Line
-
-if TYPE_CHECKING:
-    from .program import ProgramChain
+from ..traced_run import Load
 
 DEEPEST = 6
 """Maximum number of program values in a chain."""
@@ -77,7 +80,42 @@ class Looker:
                     self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
 
 
-def never(chain: ProgramChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
+class PythonChain(Protocol):
+    """The part of a program's chain that explains waits and unchanged values."""
+
+    recording: PackedTrace
+    load: Load
+    names: Names
+
+    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the chain of bits of an image."""
+
+    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        """Return the chain of a program's value."""
+
+    def of_sequence(self, name: str, row: int) -> CauseLink | None:
+        """Return the link of what a sequence waits for."""
+
+    def look(self, looker: Looker, row: int) -> None:
+        """Run the program up to a scan, and pass its lines to a looker."""
+
+    def name(self, bits: Bits) -> str:
+        """Return the name of an input."""
+
+    def full(self, name: str) -> str:
+        """Return the program-wide name for a name in a method."""
+
+    def place(self, name: str) -> Address:
+        """Return the address of an input or output of the program."""
+
+    def value(self, bits: Bits, row: int) -> Value:
+        """Return the value of bits in a scan."""
+
+    def slot(self, number: int) -> SlotInfo:
+        """Return a slot of the recording."""
+
+
+def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
     writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
     if not writers or depth > DEEPEST:
@@ -106,7 +144,7 @@ def never(chain: ProgramChain, text: str, row: int, present: Any, depth: int = 0
 
 
 def _links_of_part(
-    chain: ProgramChain, part: FalsePart, row: int, text: str, depth: int
+    chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
     """Yield the inputs that a false part reads; if there are none, its values."""
     inputs = list(read_bits(part.masks.items()))
@@ -117,7 +155,7 @@ def _links_of_part(
     yield from (each for each in links if each is not None)
 
 
-def _site(chain: ProgramChain, line: int) -> Site:
+def _site(chain: PythonChain, line: int) -> Site:
     file = chain.load.program
     return Site(file=file.name, line=line, routine="", instruction=source_line(str(file), line))
 

@@ -4,28 +4,46 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.dataclass import dataclass
-from scanrack.ladder.debug import CauseLink
+from scanrack.ladder.debug import CauseLink, Chains
 from scanrack.ladder.state.lowered import AddOnCall, LoweredProgram
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.replay import PackedTrace
 
 from ..past import Past, SlotPast
 from ..waits import waits
 
-if TYPE_CHECKING:
-    from ..chain import RackChain
-
 MODULE = "AMCI3601"
 """The instruction that binds an axis to the words of a slot."""
+
+
+class Chain(Protocol):
+    """The part of a rack's chain that the blocks use."""
+
+    recording: PackedTrace
+
+    @property
+    def chains(self) -> Chains:
+        """Makes the chains of the ladder program."""
+
+    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
+        """Return the link for a lost connection to a module."""
+
+    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
+        """Return the chain of a status bit."""
+
+    def slot(self, number: int) -> SlotInfo:
+        """Return a slot of the recording."""
 
 
 @dataclass(frozen=True, slots=True)
 class AxisBlocks:
     """Explains the blocks of the axes in a rack."""
 
-    chain: RackChain
+    chain: Chain
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
         """Return what a busy block waits for; None for any other structure."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
@@ -15,15 +14,13 @@ from ..chain import Bits
 from ..outranked import of_link
 from ..past import Past, SlotPast
 from ..waits import waits
-
-if TYPE_CHECKING:
-    from .program import ProgramChain
+from .at_rest import PythonChain
 
 _DWELL = re.compile(r"dwell ([\d.]+ \w+)")
 _EDGE = re.compile(r"(\w+) (rises|falls)")
 
 
-def open_wait(chain: ProgramChain, steps: Sequence[Step], row: int) -> CauseLink | None:
+def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink | None:
     """Return what a sequence's last step waits for at a scan; None if that is unknown."""
     step = steps[-1]
     if not step.line:
@@ -35,7 +32,7 @@ def open_wait(chain: ProgramChain, steps: Sequence[Step], row: int) -> CauseLink
     return found or _of_dwell(chain, step, row)
 
 
-def _parts(chain: ProgramChain, step: Step, row: int) -> Iterator[CauseLink]:
+def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
     """Yield the states of the inputs and axes in a wait's condition."""
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
@@ -47,7 +44,7 @@ def _parts(chain: ProgramChain, step: Step, row: int) -> Iterator[CauseLink]:
                 yield link
 
 
-def of_axis(chain: ProgramChain, name: str, number: int, row: int) -> CauseLink:
+def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
     """Return what the module of an axis does or waits for at a scan; a lost connection takes precedence."""
     recording = chain.recording
     slot = chain.slot(number)
@@ -60,7 +57,7 @@ def of_axis(chain: ProgramChain, name: str, number: int, row: int) -> CauseLink:
     return CauseLink("module", name, None, *at, f"slot {number}: {text}")
 
 
-def _of_edge(chain: ProgramChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
+def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
     """Return the link of an input whose edge is awaited; it names an edge that came too early."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
     rises = way == "rises"
@@ -83,7 +80,7 @@ def _of_edge(chain: ProgramChain, steps: Sequence[Step], name: str, way: str, ro
     return CauseLink("input", name, value, chain.recording.numbers[last], chain.recording.times[last], text)
 
 
-def _meanwhile(chain: ProgramChain, steps: Sequence[Step], row: int) -> str:
+def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
     """Return where a sequence was at the time of an edge; "" if it was already waiting for it."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [each for each in steps if each.scan < scan]
@@ -95,7 +92,7 @@ def _meanwhile(chain: ProgramChain, steps: Sequence[Step], row: int) -> str:
     return f"{at.sequence} was at line {at.line} ({at.wait})"
 
 
-def _of_dwell(chain: ProgramChain, step: Step, row: int) -> CauseLink | None:
+def _of_dwell(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
     found = _DWELL.search(step.wait)
     if found is None:
         return None
