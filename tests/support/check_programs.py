@@ -47,7 +47,7 @@ SOUND = {
     for file in sorted(_PROGRAMS.iterdir())
     if file.is_file()  # not __pycache__
 }
-"""Programs as machine builders write them, by their names in a rack: `scanrack check` finds nothing in them."""
+"""Programs of machine builders, by their names in a rack: `scanrack check` finds nothing in them."""
 
 QUICK = ("blocks.rung", "words.rung", "tasks.rung", "text.rung", "function.py", "sequence.py")
 """The sound programs that the quick tests check."""
