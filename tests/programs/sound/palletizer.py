@@ -16,8 +16,8 @@ HIGH_SPEED = 7000
 RAMPS = dict(acceleration=25, deceleration=25)
 
 
-def steps(millimetres: float) -> int:
-    return math.floor(millimetres * 20 + 0.5)
+def steps(millimeters: float) -> int:
+    return math.floor(millimeters * 20 + 0.5)
 
 
 class Palletizer(Logic):
