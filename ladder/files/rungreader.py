@@ -45,7 +45,6 @@ LIBRARIES = ("axis3601",)
 class Library:
     """Shared types by name, and add-on instructions by name in capitals."""
 
-    name: str
     types: Mapping[str, DataType]
     add_ons: Mapping[str, AddOn]
 
@@ -147,12 +146,12 @@ class Reader(LineReader):
 
     def library(self) -> Library:
         """Read a library."""
-        name = self._next(_LIBRARY, "LIBRARY name").group(1)
+        self._next(_LIBRARY, "LIBRARY name")
         while (line := self._peek()) is not None:
             if not self._definition(line):
                 self._fail("TYPE or INSTRUCTION")
         own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
-        return Library(name, own, self._add_ons)
+        return Library(own, self._add_ons)
 
     def program(self) -> Program | Controller:
         """Read a program or a controller."""

@@ -206,7 +206,7 @@ class Importer:
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
         """Replace add-on instructions without a definition with stubs; see `_refuse_absent`."""
-        for name in instruction_names(self._document):
+        for name in instruction_names(each for _, each in self._document.routines()):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
                 self._absent[name.upper()] = name
