@@ -201,7 +201,8 @@ class L5xDocument:
 
     def routines(self) -> Iterator[tuple[str, RoutineRecord]]:
         """Yield the routines of programs and add-on instructions, each with the name of its owner."""
-        for owner in (*self.programs, *self.add_ons):
+        owners: tuple[ProgramRecord | AddOnRecord, ...] = (*self.programs, *self.add_ons)
+        for owner in owners:
             yield from ((owner.name, each) for each in owner.routines)
 
     def release(self) -> None:
