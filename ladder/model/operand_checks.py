@@ -52,6 +52,11 @@ class OperandError(ValueError):
         super().__init__(text)
 
 
+def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
+    """Return the error for an operand that is not what is required, such as `a tag`."""
+    return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
+
+
 def described(resolved: Resolved) -> str:
     """Describe an operand with its article."""
     if isinstance(resolved, Constant):
