@@ -36,6 +36,11 @@ def kinds_of(word: int) -> list[str]:
     return [] if word & MODE_CONFIG else [kind for bit, kind in KINDS.items() if word & bit]
 
 
+def bits_of(kind: str) -> int:
+    """Return the bits of output word 0 that give a command, in either direction; 0 for other commands."""
+    return sum(bit for bit, each in KINDS.items() if each == kind)
+
+
 def first_kind(bits: int) -> str:
     """Return the first command in bits of output word 0; "" if there is none."""
     return next((kind for bit, kind in KINDS.items() if bits & bit), "")

@@ -25,6 +25,7 @@ from .reals import note_reals
 from .scans import Scans
 from .steps import PythonSteps
 from .times import waits_below_one_scan
+from .walk import Walk
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
@@ -51,10 +52,11 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     images = Images(reader, spec, facts)
     images.note()
     steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-    steps = PythonSteps(reader, images, steppers)
-    writes = HandWrites(reader, steps, steppers)
+    walk = Walk(reader)
+    steps = PythonSteps(walk, images, steppers)
+    writes = HandWrites(walk, steps, steppers)
     facts.writes = list(writes.writes())
-    facts.actions = [*steps.actions(), *writes.actions]
+    facts.actions = [*steps.changes, *writes.actions]
     facts.step_use, facts.first_steps = steps.use, steps.first
     facts.outputs = writes.outputs
     facts.remarks["lossy-conversion"] += writes.remarks

@@ -60,6 +60,7 @@ from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
 from .steps import PythonSteps
 from .times import waits_below_one_scan
+from .walk import Walk
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -160,8 +161,12 @@ class _SequenceReader:
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
         note_counting(reader, self._facts, recorded)
         never_called(reader, self._blocks, self._facts)
-        steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
-        self._facts.actions += steps.actions()
+        walk = Walk(reader)
+        steps = PythonSteps(walk, Images(reader, self._spec, Facts()), ())
+        for statement, place in walk.statements():
+            if isinstance(statement, ast.Assign):
+                steps.note(statement, place)
+        self._facts.actions += steps.changes
         self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
     def _summaries(self) -> Mapping[str, set[str]]:

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
-from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
+from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
@@ -168,7 +168,7 @@ def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[st
 def _speed(words: Sequence[int | None]) -> int | None:
     """Return the speed in words; None if the program writes it elsewhere, or if it is not a valid number."""
     high, low = words[4:6]
-    return None if high is None or low is None or abs(low) > 999 else join_thousands(high, low)
+    return None if high is None or low is None or not is_legal_pair(high, low) else join_thousands(high, low)
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
