@@ -137,7 +137,8 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
             text = f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
             yield Violation(first.place, text)
         ordered = [each for each in configuring if each.order]
-        for motion, other in _first_before(ordered, commands, MOTIONS):
+        motions = [each for each in commands if each.kind in MOTIONS]
+        for motion, other in first_before(ordered, motions):
             text = f"{motion.text} comes before the configuration in line {other.place.line}"
             yield Violation(motion.place, text)
 
@@ -148,18 +149,16 @@ def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collecti
     return None if first is None or is_open(subject, first) else first
 
 
-def _first_before(
-    needed: Sequence[Command], commands: Sequence[Command], kinds: Collection[str]
-) -> Iterator[tuple[Command, Command]]:
-    """Yield the first command of given kinds that precedes what it needs in its sequence, and that."""
+def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iterator[tuple[Command, Command]]:
+    """Yield the first command that precedes the first one that it needs in their sequence, with that one."""
     if len({each.owner for each in needed}) != 1 or not all(each.order for each in needed):
         return
     first = min(needed, key=lambda each: each.order)
-    for each in sorted(commands, key=lambda each: each.order):
-        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
-        if each.kind in kinds and is_before:
-            yield each, first
-            return
+    before = [
+        each for each in commands if each.sure and each.owner == first.owner and 0 < each.order < first.order
+    ]
+    if before:
+        yield min(before, key=lambda each: each.order), first
 
 
 def _is_sent(subject: Subject, command: Command) -> bool:
@@ -183,7 +182,8 @@ def without_position(subject: Subject) -> Iterator[Violation]:
         if first is not None and not knowing:
             text = "needs a valid position, and nothing searches for home or sets the position"
             yield Violation(first.place, f"{first.text} {text}")
-        for move, other in _first_before(knowing, commands, ("move_to",)) if first is not None else ():
+        moves = [each for each in commands if each.kind == "move_to"]
+        for move, other in first_before(knowing, moves) if first is not None else ():
             what = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
             text = f"{move.text} needs a valid position, and {what}: {_section('CMD-06')}"
             yield Violation(move.place, text)
