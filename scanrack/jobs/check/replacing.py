@@ -121,7 +121,7 @@ def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
     """Yield bits that a Python program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
     file = str(subject.job.program)
     tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
-    images = Images(Reader(file, tree, {}), subject.job.spec, Facts())
+    images = Images(Reader(file, tree, {}, Facts()), subject.job.spec)
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value).rpartition(".")[2]

@@ -35,21 +35,21 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
         names: global names of its module, with their values.
     """
     tree = ast.parse(read_input_text(path, TextKind.PYTHON))
-    reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
-    _note_commands(reader, facts)
+    reader = Reader(str(path), tree, names, facts)
+    _note_commands(reader)
     facts.remarks["command-held"] += reader.held()
     for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        facts.remark("preset-unit", reader.place(node), text)
+        reader.remark("preset-unit", node, text)
     for line, text in fixed_loops(tree):
         facts.remark("never-waits", FileLine(str(path), line), text)
     facts.uses_bit = reader.uses_bit(terminals)
-    Flow(reader, facts).note()
-    Scans(reader, spec, facts).note()
-    note_reals(reader, facts)
-    note_counting(reader, facts)
-    note_names(reader, facts)
-    images = Images(reader, spec, facts)
+    Flow(reader).note()
+    Scans(reader, spec).note()
+    note_reals(reader)
+    note_counting(reader)
+    note_names(reader)
+    images = Images(reader, spec)
     images.note()
     steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
     walk = Walk(reader)
@@ -65,8 +65,9 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     return facts
 
 
-def _note_commands(reader: Reader, facts: Facts) -> None:
+def _note_commands(reader: Reader) -> None:
     """Note the commands that a text constructs, and those whose arguments are refused."""
+    facts = reader.facts
     moves: list[tuple[FileLine, str, int]] = []
     least: list[int] = []
     for kind, call in reader.calls():

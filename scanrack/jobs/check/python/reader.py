@@ -21,7 +21,7 @@ from typing import Any
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
-from ..facts import FileLine, UsesBit, Violation
+from ..facts import Facts, FileLine, UsesBit, Violation
 from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
@@ -63,13 +63,19 @@ class Reader:
 
     Args:
         names: global names of its module, with their values.
+        facts: the facts of the program.
         fields: values of `self` that the program never changes, by name.
     """
 
     def __init__(
-        self, file: str, tree: ast.Module, names: Mapping[str, Any], fields: Mapping[str, object] = NO_FIELDS
+        self,
+        file: str,
+        tree: ast.Module,
+        names: Mapping[str, Any],
+        facts: Facts,
+        fields: Mapping[str, object] = NO_FIELDS,
     ) -> None:
-        self.file, self.tree, self.names, self.fields = file, tree, names, fields
+        self.file, self.tree, self.names, self.facts, self.fields = file, tree, names, facts, fields
         functions = list(nodes_in(tree, *FUNCTIONS, ast.Lambda))
         self.local = {name for function in functions for name in _bound(function)}
         self.loops = dict(_loops(functions))
@@ -77,6 +83,10 @@ class Reader:
     def place(self, node: ast.expr | ast.stmt | ast.arg) -> FileLine:
         """Return the line of a node."""
         return FileLine(self.file, node.lineno)
+
+    def remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
+        """Add a mistake that shows in one place."""
+        self.facts.remark(rule, self.place(node), text)
 
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
         """Yield the calls of command classes, each with the name of the class."""

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.runtime.config.rackspec import RackSpec
 
-from ..facts import Command, Facts, Violation
+from ..facts import Command, Violation
 from ..ranges import ANY, Range, exactly
 from .nodes import is_loaded, is_stored, last_name, names_in, nodes_in, stored_attributes
 from .reader import Reader
@@ -34,8 +34,8 @@ _WRITING = ("load", "set_bit", "clear")
 class Scans:
     """Notes how a text uses `scan.slot[...]`."""
 
-    def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
-        self._reader, self._spec, self._facts = reader, spec, facts
+    def __init__(self, reader: Reader, spec: RackSpec) -> None:
+        self._reader, self._spec, self._facts = reader, spec, reader.facts
         self._aliases = dict(_aliases(reader.tree))
         steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
         used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
@@ -49,15 +49,14 @@ class Scans:
                     self._subscript(node)
                 case ast.Call(func=ast.Attribute(value=image, attr=method)) if method in _WRITING:
                     if self._is_image(image, ".inputs"):
-                        self._remark("input-written", node, f"`{ast.unparse(node)}` writes an input image")
+                        self._reader.remark(
+                            "input-written", node, f"`{ast.unparse(node)}` writes an input image"
+                        )
                 case ast.Assign(targets=targets, value=value):
                     for target in targets:
                         self._assigned(target, value)
         self._attributes()
         self._commands()
-
-    def _remark(self, rule: str, node: ast.expr, text: str) -> None:
-        self._facts.remark(rule, self._reader.place(node), text)
 
     def _subscript(self, node: ast.Subscript) -> None:
         """Note a slot that the rack does not have, and a write to an input."""
@@ -67,9 +66,11 @@ class Scans:
             if isinstance(index.value, int) and index.value not in there:
                 listed = ", ".join(map(str, there))
                 text = f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
-                self._remark("no-place", node, text)
+                self._reader.remark("no-place", node, text)
         if is_stored(node) and self._is_image(owner, ".inputs"):
-            self._remark("input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it")
+            self._reader.remark(
+                "input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it"
+            )
 
     def _is_image(self, node: ast.expr, end: str) -> bool:
         text = ast.unparse(node)
@@ -84,7 +85,7 @@ class Scans:
             return
         text = word_lost(value, _range(value))
         if text:
-            self._remark("lossy-conversion", value, text)
+            self._reader.remark("lossy-conversion", value, text)
 
     # --- state
 
@@ -107,7 +108,9 @@ class Scans:
         """Note attributes that an object does not have, in a text where it has this name."""
         for node in nodes_in(tree, ast.Attribute):
             if node.attr not in known and ast.unparse(node.value) == name:
-                self._remark("unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known))
+                self._reader.remark(
+                    "unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known)
+                )
 
     def _views(self) -> dict[str, object]:
         """Return the classes of status views by variable name, such as `status`."""
