@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import ast
 import builtins
-import difflib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import EnumMeta
@@ -21,7 +20,7 @@ from types import FunctionType, ModuleType
 from .chance import resolved
 from .nodes import Function, field_of, is_loaded, is_stored, names_in, nodes_in, unpacks
 from .reader import Reader, functions_in
-from .scans import missing
+from .scans import missing, nearest
 
 
 def note_names(reader: Reader) -> None:
@@ -50,9 +49,7 @@ def note_names(reader: Reader) -> None:
 
 
 def _unknown_name(node: ast.Name, known: Collection[str], reader: Reader) -> None:
-    near = difflib.get_close_matches(node.id, known, n=1)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    reader.remark("unknown-attribute", node, f"no name `{node.id}`{hint}")
+    reader.remark("unknown-attribute", node, f"no name `{node.id}`{nearest(node.id, known)}")
 
 
 def _bound(function: Function) -> Iterator[str]:

@@ -24,7 +24,7 @@ from .reader import Reader
 from .reals import note_reals
 from .scans import Scans
 from .steps import PythonSteps
-from .times import waits_below_one_scan
+from .times import note_short_times
 from .walk import Walk
 
 
@@ -39,8 +39,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     reader = Reader(str(path), tree, names, facts)
     _note_commands(reader)
     facts.remarks["command-held"] += reader.held()
-    for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        reader.remark("preset-unit", node, text)
+    note_short_times(reader, spec.scan_ns)
     for line, text in fixed_loops(tree):
         facts.remark("never-waits", FileLine(str(path), line), text)
     facts.uses_bit = reader.uses_bit(terminals)

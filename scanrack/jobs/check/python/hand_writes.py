@@ -18,11 +18,10 @@ from ..facts import OutputWrite, StepAction, Violation
 from ..logic import FALSE, TRUE, UNKNOWN, Bit, leaves
 from ..module_kinds import bits_of
 from ..written import WordWrite
+from .images import BITS
 from .reader import UnknownError
 from .steps import PythonSteps
 from .walk import Walk, WalkPlace, callee_of
-
-_WORD = 0xFFFF
 
 
 class HandWrites:
@@ -73,8 +72,8 @@ class HandWrites:
         if slot is None or word is None:
             return
         mask = self._number(node.value)
-        sets = mask & _WORD if mask is not None and isinstance(node.op, ast.BitOr) else 0
-        clears = ~mask & _WORD if mask is not None and isinstance(node.op, ast.BitAnd) else 0
+        sets = mask & UNSIGNED_MAX if mask is not None and isinstance(node.op, ast.BitOr) else 0
+        clears = ~mask & UNSIGNED_MAX if mask is not None and isinstance(node.op, ast.BitAnd) else 0
         if sets or clears:
             yield self._bits(target, slot, word, sets, clears, place)
         else:
@@ -92,7 +91,7 @@ class HandWrites:
                 yield from self._loaded(call, image, slot, place)
             case "set_bit", [at, bit, on]:
                 word, number = self._number(at), self._number(bit)
-                if word in range(WORDS) and number in range(16):
+                if word is not None and number is not None and 0 <= word < WORDS and 0 <= number < BITS:
                     yield self._bit(call, slot, word, 1 << number, on, place)
 
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: WalkPlace) -> Iterator[WordWrite]:
@@ -109,7 +108,7 @@ class HandWrites:
             yield self._word(call, slot, word, value, place)
             if word == 0 and len(value.options) != 1:
                 bits = bits_of(self._steps.kind(image))
-                self._act(call, slot, bits, ~bits & _WORD, place)
+                self._act(call, slot, bits, ~bits & UNSIGNED_MAX, place)
                 yield self._bits(call, slot, 0, bits if bits & (bits - 1) == 0 else 0, 0, place)
 
     def _bit(
@@ -128,11 +127,11 @@ class HandWrites:
         return self._bits(call, slot, word, mask, mask, place.inside(own, free))
 
     def _word(self, node: ast.expr, slot: int, word: int, value: Choices, place: WalkPlace) -> WordWrite:
-        known = len(value.options) == 1 and word == 0
-        if known:
-            self._act(node, slot, value.options[0] & _WORD, ~value.options[0] & _WORD, place)
-        bits = value.options[0] & _WORD if known else 0
-        return self._write(node, slot, word, value, bits, ~bits & _WORD, place)
+        if word or len(value.options) != 1:
+            return self._write(node, slot, word, value, 0, UNSIGNED_MAX, place)
+        bits = value.options[0] & UNSIGNED_MAX
+        self._act(node, slot, bits, ~bits & UNSIGNED_MAX, place)
+        return self._write(node, slot, word, value, bits, ~bits & UNSIGNED_MAX, place)
 
     def _bits(
         self, node: ast.expr, slot: int, word: int, sets: int, clears: int, place: WalkPlace

@@ -28,14 +28,11 @@ NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
     "direction": Direction.CW,
     "shape": Acceleration.CONSTANT,
-    "target": 0,
-    "value": 0,
-    "speed": 1,
-    "acceleration": 1,
-    "deceleration": 1,
-    "starting_speed": 1,
+    **dict.fromkeys(("target", "value", "position"), 0),
+    **dict.fromkeys(("speed", "acceleration", "deceleration", "starting_speed"), 1),
+    **dict.fromkeys(("distance", "register", "numerator", "denominator"), 1),
 }
-"""A legal value for each required argument, to use if it is unknown."""
+"""A legal value for each required argument of a command's class or of an axis's method, if it is unknown."""
 
 GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
 """Command classes that set a bit in word 0."""

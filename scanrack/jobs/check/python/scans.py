@@ -7,6 +7,7 @@ import difflib
 from collections.abc import Collection, Iterator
 
 from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
 from scanrack.runtime.config.rackspec import RackSpec
 
 from ..facts import Command, Violation
@@ -23,9 +24,6 @@ KINDS = {
     "Configuration": "configure",
 }
 """Commands by class; for a `Move`, its first argument tells whether it is absolute or relative."""
-
-WORD = (-32_768, 65_535)
-"""Values that fit into a word, signed or unsigned."""
 
 _WRITING = ("load", "set_bit", "clear")
 """Methods that write an image."""
@@ -202,8 +200,13 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 def missing(text: str, name: str, names: Collection[str]) -> str:
     """Return a message that an attribute does not exist, with the closest existing name."""
-    near = difflib.get_close_matches(name, [each for each in names if not each.startswith("_")], n=1)
-    return f"no {text}" + (f"; did you mean {near[0]}?" if near else "")
+    return f"no {text}{nearest(name, [each for each in names if not each.startswith('_')])}"
+
+
+def nearest(name: str, names: Collection[str]) -> str:
+    """Return the end of a message about a name that does not exist: the closest existing name."""
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
@@ -212,7 +215,9 @@ def word_lost(value: ast.expr, found: Range) -> str:
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:
         return f"{found} loses its fraction"
-    return f"it is {found}, and a word holds {WORD[0]} to {WORD[1]}" if found.outside(*WORD) else ""
+    if not found.outside(WORD_MIN, UNSIGNED_MAX):
+        return ""
+    return f"it is {found}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
 
 
 def _range(node: ast.expr) -> Range:

@@ -59,7 +59,7 @@ from .reals import note_reals
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
 from .steps import PythonSteps
-from .times import waits_below_one_scan
+from .times import note_short_times
 from .walk import Walk
 
 
@@ -104,10 +104,9 @@ def _note_calls(calls: Calls, reader: Reader, spec: RackSpec) -> None:
     facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
     facts.remarks["out-of-range"] += calls.refused()
     facts.remarks["bad-call"] += calls.failing()
-    facts.remarks["preset-zero"] += calls.without_time()
-    facts.remarks["preset-unit"] += calls.waits_below_one_scan(spec.scan_ns)
-    for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        reader.remark("preset-unit", node, text)
+    for rule, call, text in calls.short_waits(spec.scan_ns):
+        reader.remark(rule, call, text)
+    note_short_times(reader, spec.scan_ns)
 
 
 def _note_loops(reader: Reader, parts: Mapping[str, object]) -> None:

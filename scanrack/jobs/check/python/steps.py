@@ -17,7 +17,7 @@ from scanrack.io_images.amci3601 import StatusMsw
 
 from ..facts import Step, StepAction, StepUse
 from ..logic import Bit, Compare, Condition, FixedTruth, base_of, is_only_of, leaves, steps_in
-from ..module_kinds import MOVING, OFF_AT_END, command_bits, first_kind
+from ..module_kinds import MOVING, given_by, shows_end
 from .conditions import constant_of
 from .images import Images
 from .nodes import assignments_in, is_stored, last_name, nodes_in
@@ -61,12 +61,8 @@ class PythonSteps:
         self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
     ) -> Iterator[StepAction]:
         """Yield an action for a write of the command word, for each machine."""
-        bits, cleared = command_bits(sets, clears)
-        kind = first_kind(bits)
-        text = f"the command {kind}"
         for machine in self._machines:
-            action = self._action(node, machine, reached)
-            yield replace(action, axis=axis, kind=kind, text=text, sets=bits, clears=cleared)
+            yield replace(self._action(node, machine, reached), axis=axis, **given_by(sets, clears))
 
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
@@ -173,7 +169,7 @@ class PythonSteps:
             return not (isinstance(part, Compare) and base_of(part.name) in self._machines)
         name = _last(part.name)
         if name in StatusMsw.__members__:
-            return name not in MOVING if part.on else name in OFF_AT_END
+            return shows_end(name, on=part.on)
         return part.on and any(map(self._tells, self._walk.values.get(base_of(part.name), ())))
 
     def _tells(self, value: ast.expr) -> bool:

@@ -8,10 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from operator import attrgetter
 
-from scanrack.io_images.amci3601 import Configuration, InputBit, Limits
+from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.io_images.amci3601.rules import RULES
-from scanrack.io_images.image import WORD_MAX
-from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, stopping_distance
@@ -20,11 +18,9 @@ from scanrack.runtime.machine.spec import input_name
 
 from ..facts import Access, Command, Role, Touch, Violation
 from ..logic import base_of
+from ..module_kinds import FROM_STARTING_SPEED, allowed
 from ..ranges import Range
 from ..subject import Subject
-
-FROM_STARTING_SPEED = ("home", "move_to", "move_by")
-"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
 
 MOTIONS = ("home", "move_to", "move_by", "run", "register", "run_blend", "gear")
 """Commands that move an axis."""
@@ -34,25 +30,6 @@ ENDING = ("home", "move_to", "move_by", "register", "run_blend")
 
 AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
 """Commands that a program may give only once."""
-
-RUNNING = ("run", "register", "gear")
-"""Commands whose direction is the sign of the speed: manual moves, registration moves, and the follower."""
-
-
-def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
-    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
-    least = 0 if kind in RUNNING else 1
-    return {
-        "position": (PARAMETER_MIN, PARAMETER_MAX),
-        "distance": (0 if kind == "store_minimum" else PARAMETER_MIN, PARAMETER_MAX),
-        "register": (1, PARAMETER_MAX),
-        "speed": (-limits.speed if kind in RUNNING else 1, limits.speed),
-        "acceleration": (least, limits.rate),
-        "deceleration": (least, limits.rate),
-        "final_deceleration": (1, limits.rate),
-        "numerator": (-WORD_MAX, WORD_MAX),
-        "denominator": (1, WORD_MAX),
-    }
 
 
 def out_of_range(subject: Subject) -> Iterator[Violation]:
