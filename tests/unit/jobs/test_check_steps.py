@@ -97,3 +97,8 @@ END
 def test_a_check_survives_unusual_words(name, text, rule, tmp_path):
     found = {each.rule for each in check(tmp_path, name, text).findings}
     assert (rule in found) is bool(rule)
+
+
+def test_two_words_that_are_no_number_are_shown(tmp_path):
+    texts = [each.text for each in check(tmp_path, "opposite.rung", OPPOSITE).findings]
+    assert "the move's speed is (5, -3): must be 1 to 1000000" in texts
