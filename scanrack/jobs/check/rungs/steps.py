@@ -126,7 +126,7 @@ class Steps:
         return self._found[key]
 
     def word_writes(self, writes: Iterable[Write]) -> Iterator[WordWrite]:
-        """Yield the writes of the user's routines with their conditions and the steps in which they may act."""
+        """Yield the writes of the user's routines, each with its condition and steps."""
         points = {point.step.site: point for point in self._points if not point.argument}
         for write in writes:
             point = points.get(write.site)
