@@ -26,7 +26,7 @@ from typing import Any
 from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.scan import ScanLogic
 
-from ..record.logic_wrapper import LogicWrapper, unwrapped
+from ..record.logic_wrapper import LogicWrapper
 from .run import TrialBench
 
 CHANCE, CLOCK, THREADS, PROCESS = "chance", "the clock", "threads", "state of the process"
@@ -100,7 +100,7 @@ class NondeterminismSources:
             with self.noticing():
                 return _CallRecorder(bench.fresh_logic(), self)
 
-        return replace(bench, fresh_logic=fresh_logic, tags_of=lambda logic: bench.tags_of(unwrapped(logic)))
+        return replace(bench, fresh_logic=fresh_logic)
 
     def _notice(self, frame: FrameType, event: str, arg: Any) -> None:
         if event == "c_call" and is_the_users(frame.f_code.co_filename):
