@@ -81,6 +81,20 @@ class MonitoredProgram:
     assumptions: tuple[Claim, ...]
 
 
+class ClaimWatch:
+    """Watches a run for the scan that breaks a claim, until an assumption fails."""
+
+    def __init__(self, program: MonitoredProgram, watched: WatchedClaim) -> None:
+        self._assumed = [name for name, _ in (*program.assume, *watched.assume)]
+        self._bit = watched.bit[0]
+        self._is_kept = True  # whether all assumptions have held so far
+
+    def is_broken(self, tags: Any) -> bool:
+        """Whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
+        self._is_kept = self._is_kept and all(tags[name] for name in self._assumed)
+        return self._is_kept and bool(tags[self._bit])
+
+
 def monitored(
     program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
 ) -> MonitoredProgram:
