@@ -14,6 +14,7 @@ code, and not the order of a set. It can explain a difference between two runs, 
 from __future__ import annotations
 
 import os
+import random
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -165,12 +166,5 @@ def _of_module(module: str, name: str) -> str | None:
     return None if name in DETERMINISTIC.get(module, ()) or name.startswith("<") else MODULES.get(module)
 
 
-def _module_generator() -> Random:
-    """Return the generator of `random.random`."""
-    import random
-
-    return random.random.__self__  # type: ignore[attr-defined, no-any-return]
-
-
-MODULE_GENERATOR = _module_generator()
+MODULE_GENERATOR: Random = random.random.__self__  # type: ignore[attr-defined]
 """The generator that all users of module `random` share."""
