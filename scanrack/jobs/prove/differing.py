@@ -15,9 +15,8 @@ from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import ScenarioStep, steps_of, tag_text
 from scanrack.ladder.prove.difference import ChangedValue, Difference, compare
 from scanrack.ladder.prove.differing_runs import FAULT
-from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
-from scanrack.ladder.prove.system import ScanBounds
+from scanrack.ladder.prove.system import Key, ScanBounds
 from scanrack.ladder.prove.system.happenings import LEFT_OUT
 
 from ..check.alone import load_any

@@ -18,8 +18,9 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import tag_text
-from scanrack.ladder.prove.monitors import ClaimWatch, Key, WatchedClaim
+from scanrack.ladder.prove.monitors import ClaimWatch, WatchedClaim
 from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.prove.system import Key
 from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.faults import CpuFault
