@@ -1,7 +1,6 @@
 """What an invariant sees of a scan beside images: the program's state, tags of programs, the shaft, rules."""
 
 from pathlib import Path
-
 from typing import Any
 
 import pytest
