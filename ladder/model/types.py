@@ -146,6 +146,12 @@ class Structure:
         """The members with their own memory."""
         return tuple(each for each in self.members if not each.at)
 
+    @cached_property
+    def packed(self) -> Mapping[str, tuple[str, int]]:
+        """Host and bit of each member that is a bit of another member, such as `EN` at `FLAGS.7`."""
+        found = ((each.name, _PACKED.fullmatch(each.at)) for each in self.members if each.at)
+        return {name: (place["host"], int(place["bit"])) for name, place in found if place}
+
     def member(self, name: str) -> Member | None:
         """Return a member by name, in any case; None without one."""
         return self._by_name.get(name.upper())
@@ -156,6 +162,8 @@ class Structure:
 
 
 DataType = Elementary | Structure
+
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
 
 def members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:

@@ -78,10 +78,10 @@ Answer = Callable[..., None]
 
 
 def _servo_on(axis: Axis, motion: MotionControl) -> None:
-    if axis.bit("ShutdownStatus"):
+    if axis.tag["ShutdownStatus"]:
         motion.refuse(SHUT_DOWN)
     elif axis.status != 0:
-        axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+        axis.tag.set(ServoActionStatus=True, DriveEnableStatus=True)
         motion.set(DN=True)
     elif axis.settings.configuration:
         axis.request(motion, CONFIGURE, *axis.settings.configuration)
@@ -90,9 +90,9 @@ def _servo_on(axis: Axis, motion: MotionControl) -> None:
 
 
 def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) -> None:
-    axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
+    axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
     if shut_down:
-        axis.set_bits(ShutdownStatus=True)
+        axis.tag.set(ShutdownStatus=True)
     if axis.state["Running"]:
         axis.request(motion, HALT)
         motion.ticket = 0
@@ -101,7 +101,7 @@ def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) ->
 
 def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
     if restart:
-        axis.set_bits(ShutdownStatus=False)
+        axis.tag.set(ShutdownStatus=False)
     if axis.status == 0:
         motion.refuse(AXIS_NOT_CONFIGURED)
     else:
@@ -209,7 +209,7 @@ def _change(
 ) -> None:
     """Change the speed of a manual move; a move can't be changed."""
     words = axis.words
-    moving = axis.bit("JogStatus") and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
+    moving = axis.tag["JogStatus"] and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
         motion.refuse(ILLEGAL_CHANGE)
         return
@@ -274,7 +274,7 @@ def follow(axis: Axis, motion: MotionControl, name: str) -> None:
     elif axis.state["Finished"] == ticket:
         motion.set(IP=False, AC=False, DN=True, PC=name in ("MAM", "MAS", "MAH"))
         if name == "MSO":
-            axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+            axis.tag.set(ServoActionStatus=True, DriveEnableStatus=True)
     elif axis.state["Ticket"] != ticket:
         motion.set(IP=False, AC=False)
     else:
