@@ -72,6 +72,7 @@ def _member(group: Group, name: str) -> Place | None:
     member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or member.dims or isinstance(member.type, Structure):
         return None
+    assert isinstance(group.type, Structure)
     packed = member.name in group.type.packed
     return group.member(member.name if packed or not member.at else member.at.partition(".")[0])
 

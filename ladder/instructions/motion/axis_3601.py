@@ -13,7 +13,7 @@ from ...interpreter.files import Members
 from ...model.arithmetic import wrap
 from ...model.operands import Group, constant
 from .axes import AxisSettings
-from .motion_control import AXIS_FAULT, SERVO_OFF, SHUT_DOWN, MotionControl
+from .motion_control import AXIS_FAULT, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, MotionControl, MotionError
 
 ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
 """Kinds of requests, see `axis3601.rung`."""
@@ -75,30 +75,32 @@ class Axis:
             return int(self.state["Kind"])
         return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
 
-    def refusal(self) -> int:
-        """Return the error code if the axis accepts no motion at present, else 0."""
+    def check_ready(self) -> None:
+        """Raise a MotionError if the axis accepts no motion at present."""
         if self.tag["ShutdownStatus"]:
-            return SHUT_DOWN
+            raise MotionError(SHUT_DOWN)
         if not self.tag["ServoActionStatus"]:
-            return SERVO_OFF
-        return AXIS_FAULT if self.status in (0, ERROR_STOP) else 0
+            raise MotionError(SERVO_OFF)
+        if self.status in (0, ERROR_STOP):
+            raise MotionError(AXIS_FAULT)
 
-    # --- numbers
+    # --- numbers, which raise a MotionError if they do not fit in the module's words
 
-    def steps(self, units: float) -> int | None:
-        """Return a position or distance in steps; None if it does not fit in the module's words."""
+    def steps(self, units: float) -> int:
+        """Return a position or distance in steps."""
         value = units * self.settings.counts_per_unit
-        fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
-        return round(value) if fits else None
+        if not abs(value) <= PARAMETER_MAX:
+            raise MotionError(OUT_OF_RANGE)
+        return round(value)
 
-    def speed(self, value: float, unit: str) -> int | None:
+    def speed(self, value: float, unit: str) -> int:
         """Return a speed in steps/s."""
         if unit == "%OFMAXIMUM":
             value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
         return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
 
-    def rate(self, value: float, unit: str) -> int | None:
-        """Return an acceleration in steps/ms/s; None if the module has no such rate."""
+    def rate(self, value: float, unit: str) -> int:
+        """Return an acceleration in steps/ms/s."""
         if unit == "%OFMAXIMUM":
             value *= self.maximum() / 100
         return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
@@ -108,8 +110,10 @@ class Axis:
         return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
 
 
-def _within(value: float, most: int) -> int | None:
-    return round(value) if math.isfinite(value) and 1 <= round(value) <= most else None
+def _within(value: float, most: int) -> int:
+    if not (math.isfinite(value) and 1 <= round(value) <= most):
+        raise MotionError(OUT_OF_RANGE)
+    return round(value)
 
 
 def show(axis: Axis) -> None:

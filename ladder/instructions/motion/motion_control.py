@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Resolved
@@ -25,6 +28,14 @@ ERRORS = {
     QUEUE_FULL: "a path waits already",
 }
 """Meanings of the ERR codes."""
+
+
+class MotionError(Exception):
+    """A refused instruction: `code` is for ERR."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+
 
 Given = Resolved | str
 """An operand: a number, a tag, or a keyword."""
@@ -68,3 +79,22 @@ def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str
 def number_of(machine: Interpreter, operand: Given) -> float:
     """Return a numeric operand; 0 for a keyword, which has no number."""
     return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))
+
+
+Answers = Mapping[str, tuple[Callable[..., None], bool]]
+"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
+
+
+def begin_by(answers: Answers, name: str, check_ready: Callable[[], None], *given: Any) -> None:
+    """Begin an instruction by its function, or raise a MotionError.
+
+    Args:
+        check_ready: raises a MotionError if the axis accepts no motion at present.
+        given: arguments of the function.
+    """
+    if name not in answers:
+        raise MotionError(ILLEGAL)
+    answer, moves = answers[name]
+    if moves:
+        check_ready()
+    answer(*given)
