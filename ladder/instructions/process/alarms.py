@@ -19,11 +19,10 @@ from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
 from ...model.spec import IN_RUNGS, Use, always
-from ...model.types import ALARM_LEVELS
+from ...model.types import ALARM_LEVELS, ANALOG_ALARMS
 from ..prescans import prescan_sets
 
 _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
-_ALARMS = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
 
 
 def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: Iterable[Resolved]) -> None:
@@ -111,8 +110,8 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
     acknowledged = _requested(alarm, "AckAll")
     _levels(machine, alarm, disabled=disabled, acknowledged=acknowledged)
     _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
-    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in _ALARMS))
-    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in _ALARMS))
+    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in ANALOG_ALARMS))
+    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in ANALOG_ALARMS))
 
 
 def _levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
@@ -162,9 +161,9 @@ def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged
 
 
 _NOT_IN_ALARM = {
-    **{f"{name}InAlarm": False for name in ("", *_ALARMS)},
-    **{f"{name}InAlarmUnack": False for name in ("Any", *_ALARMS)},
-    **{f"{name}Acked": True for name in _ALARMS},
+    **{f"{name}InAlarm": False for name in ("", *ANALOG_ALARMS)},
+    **{f"{name}InAlarmUnack": False for name in ("Any", *ANALOG_ALARMS)},
+    **{f"{name}Acked": True for name in ANALOG_ALARMS},
     "OperAckAll": False,
 }
 

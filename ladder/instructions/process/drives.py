@@ -23,8 +23,7 @@ from __future__ import annotations
 
 import math
 
-from ...model.predefined.process_types import MIN_REAL
-from ...model.types import DINT
+from ...model.types import DINT, MIN_REAL
 from .filters import frequency
 from .function_block import FunctionBlock, block_row
 
