@@ -15,8 +15,18 @@ from ..instructions.addons import ADD_ON_CALL, ADD_ON_OFF_CALL, OFF
 from ..instructions.statements import CONDITION
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError, Problem
-from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
-from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
+from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described
+from ..model.operands import (
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    as_number,
+    constant,
+    first_leaf,
+    is_string,
+    leaves_in,
+)
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.routine import Routine

@@ -10,8 +10,18 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
-from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
-from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
+from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical
+from ..model.operands import (
+    Calculation,
+    Constant,
+    Group,
+    Place,
+    Resolved,
+    as_number,
+    constant,
+    is_string,
+    width_of,
+)
 from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.spec import Spec
 from ..model.statements import (

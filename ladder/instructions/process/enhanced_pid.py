@@ -23,14 +23,15 @@ import math
 
 from scanrack.io_images.dataclass import dataclass
 
+from ...model.types import ALARM_LEVELS, ANALOG_ALARMS
 from .function_block import FunctionBlock, block_row
 from .measuring import level_alarms, rate_alarms
 
 _REGULATING = ("CasRat", "Auto")
 _MODES = (*_REGULATING, "Manual", "Override", "Hand")
 _ALARMS = (
-    *(f"PV{name}Alarm" for name in ("HH", "H", "L", "LL", "ROCPos", "ROCNeg")),
-    *(f"Dev{name}Alarm" for name in ("HH", "H", "L", "LL")),
+    *(f"PV{name}Alarm" for name in ANALOG_ALARMS),
+    *(f"Dev{name}Alarm" for name in ALARM_LEVELS),
 )
 
 
@@ -277,7 +278,7 @@ def _limit_cv(loop: _PidLoop) -> None:
 
 
 def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
-    limits = {name: block.real(f"Dev{name}Limit") for name in ("HH", "H", "L", "LL")}
+    limits = {name: block.real(f"Dev{name}Limit") for name in ALARM_LEVELS}
     ordered = limits["HH"] >= limits["H"] >= 0 and limits["LL"] >= limits["L"] >= 0
     block.wrong(DevHLLimitsInv=not ordered)
     return limits

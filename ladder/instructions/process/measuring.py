@@ -14,6 +14,7 @@ import math
 import struct
 
 from ...interpreter.files import Elements
+from ...model.types import ALARM_LEVELS
 from .function_block import NS_PER_S, FunctionBlock, block_row
 
 
@@ -57,9 +58,7 @@ def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool)
 def _alarm(block: FunctionBlock) -> float:
     value = block.real("In")
     band = block.limited("Deadband", 0.0, math.inf)
-    level_alarms(
-        block, value, "", {name: block.real(f"{name}Limit") for name in ("HH", "H", "L", "LL")}, band
-    )
+    level_alarms(block, value, "", {name: block.real(f"{name}Limit") for name in ALARM_LEVELS}, band)
     for name, most in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
         block.limited(name, 0.0, most)
     rate = rate_alarms(block, value, "", first=block.first)
