@@ -13,10 +13,6 @@ from .terms import Term
 class _LoopText(MemberText):
     """A PID, whose bits are in CTL."""
 
-    def __init__(self, rungs: RungWriter, group: Group) -> None:
-        super().__init__(rungs, group)
-        self.keep, self.block = rungs.values.keep, rungs.writer.block
-
     def bit(self, name: str) -> str:
         """Return text for a bit."""
         return self[name]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.operand_checks import OperandError, described
-from ..model.operands import Constant, Resolved, can_fault, is_string, width_of
+from ..model.operand_checks import OperandError, described, is_string
+from ..model.operands import Constant, Resolved, can_fault, width_of
 from ..model.spec import Spec, Use, condition
 from ..model.types import LINT
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model import arithmetic
-from ..model.operand_checks import OperandError, described
-from ..model.operands import Constant, Group, Place, Resolved, is_string, width_moved
+from ..model.operand_checks import OperandError, described, is_string
+from ..model.operands import Constant, Group, Place, Resolved, width_moved
 from ..model.spec import Spec, Use, action
 from ..model.types import LINT
 from .compute import ASSIGNED, BINARY, SOURCE_DEST, UNARY

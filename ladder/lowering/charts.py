@@ -42,7 +42,7 @@ from ..model.chart import (
     presets_of,
 )
 from ..model.chart_checks import problems_of
-from ..model.operand_checks import OperandError, described
+from ..model.operand_checks import OperandError, mismatch
 from ..model.operands import Calculation, Group, Place, Resolved, constant
 from ..model.resolver import AddressError, missing_in
 from ..model.routine import Routine
@@ -146,7 +146,7 @@ class ChartLowering:
     def _tag(self, name: str, kind: str) -> Group:
         tag = self._lowering.resolver.operand(Address(name))
         if not isinstance(tag, Group) or tag.dims or tag.type.name != kind:
-            raise OperandError(f"{name} is {described(tag)}, a tag of type {kind} is needed", "declare it so")
+            raise mismatch(name, tag, f"a tag of type {kind}", "declare it so")
         return tag
 
     def _bits(self, tag: Group) -> dict[str, Place]:
@@ -170,7 +170,7 @@ class ChartLowering:
         self._lowering.at(transition.number, transition.origin, transition.head)
         place = self._lowering.target(Address(transition.name))
         if not place.type.is_bool:
-            raise OperandError(f"{transition.name} is {described(place)}, a BOOL is needed", "declare it so")
+            raise mismatch(transition.name, place, "a BOOL", "declare it so")
         sources, targets = (
             tuple(nodes[name.upper()] for name in names) for names in (transition.sources, transition.targets)
         )

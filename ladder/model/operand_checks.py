@@ -17,7 +17,6 @@ from .operands import (
     constant,
     is_integer,
     is_number,
-    is_string,
     is_truth,
 )
 from .operators import BITWISE, RELATIONS
@@ -52,6 +51,11 @@ class OperandError(ValueError):
     def __init__(self, text: str, remedy: str) -> None:
         self.remedy = remedy
         super().__init__(text)
+
+
+def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
+    """Return the error for an operand that is not what is required, such as `a tag`."""
+    return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
 def described(resolved: Resolved) -> str:
@@ -95,6 +99,13 @@ def _is_plain_integer(resolved: Resolved) -> bool:
 
 def _is_numeric_tag(resolved: Resolved) -> bool:
     return isinstance(resolved, Place) and is_number(resolved)
+
+
+def is_string(resolved: Resolved) -> bool:
+    """Whether an operand is a STRING or a string constant."""
+    if not isinstance(resolved, Group):
+        return isinstance(resolved, StringConstant)
+    return not resolved.dims and not isinstance(resolved.type, Elementary) and resolved.type.is_string
 
 
 def _is_structure(types: Container[DataType], resolved: Resolved) -> bool:

@@ -213,13 +213,6 @@ def is_truth(resolved: Resolved) -> bool:
     return resolved.name in RELATIONS or (resolved.name in BITWISE and any(map(is_truth, resolved.operands)))
 
 
-def is_string(resolved: Resolved) -> bool:
-    """Whether an operand is a STRING or a string constant."""
-    if not isinstance(resolved, Group):
-        return isinstance(resolved, StringConstant)
-    return not resolved.dims and not isinstance(resolved.type, Elementary) and resolved.type.is_string
-
-
 def types_in(resolved: Resolved) -> set[Elementary]:
     """Types of all values in an operand, except subscripts."""
     if isinstance(resolved, (Constant, Place)):

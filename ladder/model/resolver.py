@@ -34,6 +34,7 @@ from scanrack.io_images.tag_names import AmbiguousNameError, in_scope, normal
 
 from .errors import LadderError
 from .expressions import parse_address
+from .operand_checks import is_string
 from .operands import (
     Calculation,
     Constant,
@@ -44,7 +45,6 @@ from .operands import (
     as_number,
     constant,
     is_integer,
-    is_string,
 )
 from .tags import HELD, STATUS_FLAGS, TRUTHS, Alias, Layout, SlotAlias, Tag, program_of
 from .tree import (

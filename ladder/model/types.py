@@ -443,6 +443,15 @@ def _alignment(kind: DataType) -> int:
     return max(4, *(_alignment(member.type) for member in kind.members)) if kind.members else 4
 
 
+def dims_text(dims: tuple[int, ...]) -> str:
+    """Return dimensions in brackets; "" if there are none.
+
+    >>> dims_text((4, 2)), dims_text(())
+    ('[4,2]', '')
+    """
+    return f"[{','.join(map(str, dims))}]" if dims else ""
+
+
 def count_of(dims: tuple[int, ...]) -> int:
     """Return the number of elements of an array; 1 for a single value.
 

@@ -78,6 +78,6 @@ def test_rules_are_those_of_the_scan():
 @pytest.mark.slow
 def test_tags_of_a_controllers_programs_have_the_name_of_the_program():
     bench = bench_of(Setup(str(EXAMPLE), (), (), 5, frozenset()))
-    tags = bench.tags_of(bench.fresh_logic())
+    tags = bench.fresh_logic().tags
     scoped = next(name for name in tags if name.startswith("\\"))
     assert tags[scoped] is not None
