@@ -38,7 +38,7 @@ class UnitSpec(Table):
         program: path of its stored program, relative to the rack file.
         start: whether the stored program starts at power-up.
         ascii: whether the line starts in AA ASCII.
-        thumbwheel: seven digits, with switch SW2 at TWS; left out, there is no thumbwheel.
+        thumbwheel: seven digits, with switch SW2 at TWS; no thumbwheel if left out.
         pins: states of its inputs by name, as in `env` of `scanrack drive pcl601`.
     """
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from scanrack.io_images.amci3601.bits import CommandLsw
 from scanrack.io_images.amci3601.configuration import Configuration
-from scanrack.io_images.drives.bits import CommandBit, Modifier
+from scanrack.io_images.drives.bits import Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
 
