@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from .conditions import ExpressionError, ScanContext, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .subject import Images
-from .variables import Modules, value_in
+from .variables import modules_in, value_in
 from .view import Node
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def scopes(adapter: Adapter, arguments: Json) -> Json:
         add(name, node)
     words = dict(adapter.the_subject().words)
     for name, image in (("Inputs", "I"), ("Outputs", "O")):
-        add(name, Modules(words, image, word_reader(adapter)))
+        add(name, partial(modules_in, words, image, word_reader(adapter)))
     return {"scopes": found}
 
 
@@ -123,7 +124,7 @@ def variables(adapter: Adapter, arguments: Json) -> Json:
 
 def set_variable(adapter: Adapter, arguments: Json) -> Json:
     """Set a value of a node."""
-    tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(text(arguments, "name"))
+    tag = adapter.the_tree().tag(whole(arguments, "variablesReference"), text(arguments, "name"))
     return {"value": _set(adapter, tag, text(arguments, "value"))}
 
 
@@ -322,7 +323,7 @@ def completions(adapter: Adapter, arguments: Json) -> Json:
     view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
     opened = view.value(tree, head, head).get("node") if dot and head in view.tags else None
     if opened is not None:
-        names = [f"{head}.{each['name']}" for each in opened.children()]
+        names = [f"{head}.{each['name']}" for each in opened()]
     else:
         names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
     fitting = [each for each in names if each.lower().startswith(word.lower())]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -29,7 +30,7 @@ from .conditions import NamedValues
 from .cursor import END
 from .protocol import DebugError, Json
 from .subject import SLICE, Poll, Subject
-from .variables import ValueNode, python_value
+from .variables import python_value, values_in
 from .view import Node, Stop, Tree, View
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
@@ -102,11 +103,11 @@ class TextScan(View):
     def scopes(self, tree: Tree, run: TextRun | None) -> Iterator[tuple[str, Node]]:
         """See `View`."""
         if run is not None and run.values:
-            yield "Locals", ValueNode(tree, run.values)
+            yield "Locals", partial(values_in, tree, run.values)
         if self.tags:
-            yield "Tags", ValueNode(tree, self.tags, owned=True)
+            yield "Tags", partial(values_in, tree, self.tags, owned=True)
         if self._waits:
-            yield "Waits", ValueNode(tree, self._waits)
+            yield "Waits", partial(values_in, tree, self._waits)
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
         """See `View`."""
