@@ -186,7 +186,6 @@ class Why:
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
         from .chains.program import ProgramChain
-        from .chains.waiting import of_axis
 
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
@@ -198,7 +197,7 @@ class Why:
         elif own in names.sequences:
             found = chains.of_sequence(own, self.row)
         elif own in names.axes:
-            found = of_axis(chains, own, names.axes[own], self.row)
+            found = chains.of_module(names.axes[own], own, self.row)
         else:
             found = chains.of_value(text, self.row)
             if text not in chains.present:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import field, replace
 from itertools import islice
@@ -27,7 +27,7 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
 from ..load.loading import LoadedRack
-from .chains.axis_blocks import AxisBlocks
+from .chains.axis_blocks import slot_of
 from .chains.partners import chain_of_partner
 from .drive_waits import started
 from .outranked import Outranking, forced, of_cpu, of_link, spellings
@@ -46,6 +46,7 @@ _CUT = {"cut short", "found no home", "stopped by the external input"}
 _INCIDENTS = {each.value for each in FaultKind}
 
 _BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+_ERRORS = StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.INPUT_ERROR | StatusMsw.HOME_INVALID
 _RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
 
 
@@ -167,7 +168,7 @@ class RackChain:
                 "at_rest": self._of_input_at_rest,
                 "run_mode": self._before_run_mode,
             }
-            self._chains = self.maker(deep=self.deep, **hooks, blocks=AxisBlocks(self))
+            self._chains = self.maker(deep=self.deep, **hooks, blocks=self)
         return self._chains
 
     def _before_run_mode(self, scan: int) -> str:
@@ -178,14 +179,37 @@ class RackChain:
             return ""
         return f"the key was at program since {seconds(mode.now_ns)} s"
 
-    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
-        """Return the link for a lost connection to a module in a scan; None if the connection is good."""
-        found = of_link(self.recording, self.slot(slot), self.recording.numbers[row])
-        return None if found is None else self._outranked(found, name, None)
+    def of_module(self, number: int, name: str, row: int, head: str = "") -> CauseLink:
+        """Return what a module does or waits for at a scan; a lost link takes precedence."""
+        recording, slot = self.recording, self.slot(number)
+        lost = of_link(recording, slot, recording.numbers[row])
+        if lost is not None:
+            return self._outranked(lost, name, None)
+        past = SlotPast(Past(recording, row), slot)
+        changed = past.past.last_change(number, "in", 0) or 0
+        text = f"{head}slot {number}: {'; '.join(waits(past)[:2])}"
+        return CauseLink("module", name, None, recording.numbers[changed], recording.times[changed], text)
 
-    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
-        """Return the chain of a status bit of a 3601 after a scan."""
-        return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+    # --- the blocks of an axis, see `Blocks`
+
+    def waiting(self, path: str, scan: int) -> CauseLink | None:
+        """Return what a busy block waits for; None for any other structure."""
+        slot, row = slot_of(self.chains.lowered, path), bisect_left(self.recording.numbers, scan)
+        if slot is None or row >= len(self.recording.numbers):
+            return None
+        return self.of_module(slot, path, row, "busy: ")
+
+    def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
+        """Return the module's bit that caused a block's error, with its rule; None if there is none."""
+        slot = slot_of(self.chains.lowered, path)
+        if slot is None:
+            return None
+        row = bisect_right(self.recording.numbers, scan) - 1
+        now = Past(self.recording, row).words(slot, "in", row)[0]
+        for bit in (StatusMsw.CONFIG_ERROR, *_ERRORS):
+            if now & bit:
+                return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+        return None
 
     def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
         """Explain a ladder program's input that has not changed."""

@@ -90,6 +90,9 @@ class PythonChain(Protocol):
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image."""
 
+    def of_module(self, number: int, name: str, row: int) -> CauseLink:
+        """Return what a module does or waits for at a scan."""
+
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
         """Return the chain of a program's value."""
 
