@@ -96,7 +96,7 @@ class Trials:
                 engine.memory.cells[leaf.ident].cell_contents.cast("B")[:] = data
             with suppress(LadderFault):
                 engine.do(self.live.now_ns + scan * self._period_ns, first=False)
-            if _read(engine.memory, cell) == requested:
+            if cell.read(engine.memory) == requested:
                 return scan
         return None
 
@@ -153,7 +153,7 @@ class Trials:
         if not isinstance(where, Place) or where.can_fault:
             return
         cell, kind, place = cell_of(where), where.leaf.type, self._place_of_input(where)
-        now = _read(self.live.memory, cell)
+        now = cell.read(self.live.memory)
         if place is not None and isinstance(now, bool):
             yield bit(cell, where.text, place, now)
         elif place is not None:
@@ -205,8 +205,3 @@ def _merged(word: int, change: InputChange) -> int:
 def terminal(slot: int, word: int, bit: int | None) -> str:
     """Return the place of an input bit or word as text."""
     return f"slot {slot} input word {word}" if bit is None else f"slot {slot} input {16 * word + bit}"
-
-
-def _read(memory: Any, cell: Cell) -> Value:
-    value: Value = memory.read(cell.leaf, cell.index)
-    return value if cell.mask is None else bool(int(value) & cell.mask)
