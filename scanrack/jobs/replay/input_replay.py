@@ -43,6 +43,7 @@ from ..record.link_losses import LinkChange, link_changes
 from ..record.logic_wrapper import unwrapped
 from ..run.playback import RecordedInputs
 from .recorded_scans import RecordedScan, recorded_scans
+from .tag_orders import TagOrders
 
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
 _SET_FROM_OUTSIDE = int(ScanFlag.TAGS_FROM_OUTSIDE)
@@ -93,9 +94,11 @@ class InputReplay:
         faulted: whether the program faulted in the last scan.
         refused: a sentence for each order that could not be carried out.
         lost: the scans before which an edit could not be carried out.
+        orders: the orders of the recording, see `read_events`.
     """
 
     logic: ScanLogic
+    orders: TagOrders
 
     def __init__(
         self,
@@ -113,6 +116,7 @@ class InputReplay:
         self._rpi_ns = spec.rpi_ns if spec.controller == "compactlogix" else None
         self._watchdog = Watchdog(exact_ns(spec.watchdog_ms, "ms"))
         self._by_watchdog = False
+        self._events = -1  # number of events in the recording when they were read
         self._inputs = [places.inputs for places in self._rack.layout.places.values()]
         self._held: list[tuple[slice, bytes]] = []
         self._orders: deque[AppliedAction] = deque()  # still to come
@@ -130,15 +134,12 @@ class InputReplay:
         if (needs := attached(logic)) is not None:
             needs.__attach_logic__(self.view.slot)
 
-    def play(self, recording: PackedTrace, last: int, orders: Iterable[AppliedAction] = ()) -> Iterator[int]:
+    def play(self, recording: PackedTrace, last: int) -> Iterator[int]:
         """Run the scans of a recording up to a row, and yield each row after its scan.
 
         A fault of the program ends the run, as in the recording.
-
-        Args:
-            orders: recorded orders on the program's tags, to be repeated.
         """
-        self.read_events(recording, orders)
+        self.read_events(recording)
         try:
             for scan in recorded_scans(recording, 0, last):
                 self.run(scan)
@@ -149,10 +150,12 @@ class InputReplay:
             if (needs := attached(self.logic)) is not None:
                 needs.__close_logic__()
 
-    def read_events(self, recording: PackedTrace, orders: Iterable[AppliedAction]) -> None:
-        """Take the orders and the lost links of a recording that are still to come."""
+    def read_events(self, recording: PackedTrace) -> None:
+        """Take the orders and the changes of links of a recording that are still to come."""
         events = recording.events
-        self.expect(orders, {slot: link_changes(events, slot) for slot in self._modules})
+        if self._events != len(events):  # a recording may grow
+            self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
+        self.expect(self.orders.given, {slot: link_changes(events, slot) for slot in self._modules})
         self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
 
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:

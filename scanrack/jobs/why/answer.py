@@ -27,7 +27,7 @@ from .waits import waits
 
 if TYPE_CHECKING:  # a ladder program needs no lines of Python
     from .source.lines import Line
-    from .traced_run import Load, TracedChange, TracedRun, Watched
+    from .traced_run import Load, TracedChange, TracedRun
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
 
@@ -230,12 +230,12 @@ class Why:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
                 yield f"  {event_text(each)}"
 
-    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
+    def _again(self, rows: frozenset[int], last: int) -> TracedRun | None:
         if self.load is None or self.spec is None:
             return None
         from .traced_run import run_again
 
-        return run_again(self.recording, self.spec, self.load, rows, last, watched)
+        return run_again(self.recording, self.spec, self.load, rows, last)
 
     def _by_line(self, head: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
         """Yield the line that changed an output word."""

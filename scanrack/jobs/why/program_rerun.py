@@ -17,7 +17,6 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
@@ -26,7 +25,6 @@ from ..load.program import lines_marked
 from ..record.logic_wrapper import unwrapped
 from ..replay.input_replay import InputReplay
 from ..replay.recorded_scans import RecordedScan, recorded_scans
-from ..replay.tag_orders import TagOrders
 from .traced_run import Load, fresh
 
 
@@ -56,7 +54,6 @@ class ProgramRerun:
     def __init__(self, load: Load, spec: RackSpec, recording: Callable[[], PackedTrace]) -> None:
         self._load, self._spec, self._recording = load, spec, recording
         self._begun = False
-        self._orders: tuple[int, list[AppliedAction]] = -1, []  # of a recording with this many events
 
     @property
     def at(self) -> int:
@@ -104,7 +101,7 @@ class ProgramRerun:
         """
         self.rewind(first)
         recording, replay = self._recording(), self.replay
-        replay.read_events(recording, self._orders_in(recording))
+        replay.read_events(recording)
         self._watch.only()
         _run_silently(replay, recorded_scans(recording, self.at + 1, first - 1))
         for scan in recorded_scans(recording, self.at + 1, last):
@@ -124,12 +121,6 @@ class ProgramRerun:
         begins = steps is not None and (steps.line != before or scan.flags & ScanFlag.FIRST_SCAN)
         if steps is not None and begins and observer is not None:
             observer.begins(self._load.program.name, steps.line, None)
-
-    def _orders_in(self, recording: PackedTrace) -> list[AppliedAction]:
-        if self._orders[0] != len(recording.events):
-            orders = TagOrders(recording, edits=self._load.edited is not None)
-            self._orders = len(recording.events), orders.given
-        return self._orders[1]
 
     def _edited(self, number: int) -> ScanLogic:
         assert self._load.edited is not None

@@ -30,7 +30,6 @@ from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
-from ..replay.tag_orders import TagOrders
 from .chain import Bits, read_bits
 from .past import ALL_BITS, Past
 from .source.input_reads import Reads
@@ -108,8 +107,7 @@ class ProgramTrials:
         self._replay = replay = InputReplay(self._spec, recording.slots, call=call, edited=self._load.edited)
         reads.watch(replay.view.slot)
         replay.attach(logic)
-        orders = TagOrders(recording, edits=self._load.edited is not None)
-        return replay.play(recording, 1 << 62, orders.given)
+        return replay.play(recording, 1 << 62)
 
     def block(self) -> bytes:
         """Return the rack's present memory block in this run."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from ..past import ALL_BITS, Past
 from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
-from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
+from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, last_changes, run_again, unwatched
 from .at_rest import Looker, never, plain
 from .waiting import open_wait
 
@@ -102,7 +103,7 @@ class ProgramChain(RackChain):
     def _traced(self, row: int, text: str) -> TracedRun:
         known = self._runs.get((row, text))
         if known is None:
-            watched = self.watched(text) if text else None
+            watched = self.watched(text) if text else unwatched
             known = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
             self._runs[row, text] = known
         return known
@@ -123,7 +124,7 @@ class ProgramChain(RackChain):
         common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
         if not again.explains(row):
             return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
-        if not line.number and name in Past(self.recording, row).forced_tags:
+        if not line.number and forced(self.recording.events, common["scan"], {name}):
             return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
         if not line.number:
             text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
@@ -203,36 +204,17 @@ class ProgramChain(RackChain):
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
         """Return the row in which each value of the program last changed, up to a given row."""
-        found: dict[str, int] = {}
 
-        def watched(logic: ScanLogic) -> Callable[[], Any]:
-            try:
-                namespace = namespace_of(logic)
-            except ValueError:
-                return lambda: None
+        def watched(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
             codes = {}
-            for text in texts:
-                try:
-                    codes[text] = compile(_source(namespace, text), "<watched>", "eval")
-                except ValueError:
-                    continue  # a local name, or a value that is not plain
-            seen = self.present = {text: eval(code, namespace) for text, code in codes.items()}
-            rows = iter(range(row + 1))
-            begun: list[bool] = []
+            with suppress(ValueError):
+                namespace = namespace_of(logic)
+                for text in texts:
+                    with suppress(ValueError):  # a local name, or a value that is not plain
+                        codes[text] = compile(_source(namespace, text), "<watched>", "eval")
+            return lambda: {text: eval(code, namespace) for text, code in codes.items()}
 
-            def look() -> None:
-                if not begun:
-                    begun.append(True)  # at the first call no scan has run yet
-                    return
-                at = next(rows)
-                for text, code in codes.items():
-                    value = eval(code, namespace)
-                    if not same(value, seen[text]):
-                        seen[text], found[text] = value, at
-
-            return look
-
-        run_again(self.recording, self.spec, self.load, frozenset(), row, watched)
+        found, self.present = last_changes(self.recording, self.spec, self.load, row, watched)
         return found
 
     # --- sequences
