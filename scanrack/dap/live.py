@@ -43,7 +43,7 @@ from .capture import ProgramValues
 from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Images, RungSubject, Subject
+from .subject import RungSubject, Subject
 from .text_subject import TextSubject, files_of, is_steps
 from .together import foreign, of_page
 
@@ -138,14 +138,8 @@ class LiveSubject(Subject):
 
     def now(self) -> ScanContext:
         """Return the context of expressions about the latest scan."""
-        images, memory, cpu = Images(self.words), self.run.rack.memory, self.run.cpu
-        return ScanContext(
-            self.words,
-            lambda slot, image, number: images.word(memory, slot, image, number),
-            lambda: self.last * cpu.period_ns,
-            lambda: self.last,
-            self.units,
-        )
+        memory = self.run.rack.memory
+        return self.around(lambda: self.last, self.words_in(lambda: memory))
 
     @override
     def memory(self, scan: int) -> bytes:

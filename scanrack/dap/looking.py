@@ -12,10 +12,9 @@ from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
 
 from .causes import last_change, why
-from .conditions import ExpressionError, ScanContext, compiled
+from .conditions import ExpressionError, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
-from .subject import Images
 from .variables import modules_in, value_in
 from .view import Node
 
@@ -102,11 +101,11 @@ def scopes(adapter: Adapter, arguments: Json) -> Json:
 def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
     """Return a reader of image words: a program's own images at the place, other images after the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
-    images = Images(subject.words)
+    after_scan = subject.words_in(lambda: subject.memory(cursor.scan))
 
     def read(slot: int, image: str, number: int) -> int:
         own = cursor.view.own_word(slot, image, number)
-        return images.word(subject.memory(cursor.scan), slot, image, number) if own is None else own
+        return after_scan(slot, image, number) if own is None else own
 
     return read
 
@@ -143,13 +142,8 @@ def _set(adapter: Adapter, tag: str, written: str) -> str:
     image = ":" in tag
     adapter.the_driver().give(actions.Force(tag, value) if image else actions.Write(tag, value))
     if not image:
-        _show_set(adapter, tag, value)
+        adapter.place().view.set(tag, value)
     return shown(value)
-
-
-def _show_set(adapter: Adapter, tag: str, value: object) -> None:
-    """Show a value that was set between two scans, at any position in the latest scan."""
-    adapter.place().view.set(tag, value)
 
 
 def _refuse_past(adapter: Adapter) -> None:
@@ -191,14 +185,8 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
 
 
 def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
-    cursor, subject = adapter.place(), adapter.the_subject()
-    around = ScanContext(
-        subject.words,
-        word_reader(adapter),
-        lambda: subject.now_ns(cursor.scan),
-        lambda: cursor.scan,
-        subject.units,
-    )
+    cursor = adapter.place()
+    around = adapter.the_subject().around(lambda: cursor.scan, word_reader(adapter))
     try:
         return compiled(expression, cursor.view.values, around)
     except ExpressionError as error:
@@ -234,7 +222,7 @@ def _force_command(adapter: Adapter, rest: str) -> str:
     value = value_in(written, _present(tags, tag))
     adapter.the_driver().give(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
-        _show_set(adapter, tag, value)
+        adapter.place().view.set(tag, value)
     adapter.tree = None
     return f"{tag} is forced to {shown(value)}"
 
@@ -246,10 +234,6 @@ def _release_command(adapter: Adapter, rest: str) -> str:
     adapter.the_driver().give(actions.Unforce(rest))
     adapter.tree = None
     return "all forces are released" if rest == actions.ALL else f"{rest} is released"
-
-
-def _why_command(adapter: Adapter, rest: str) -> str:
-    return why(adapter, rest)
 
 
 def _branch_command(adapter: Adapter, _rest: str) -> str:
@@ -288,7 +272,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
     "release": _release_command,
-    "why": _why_command,
+    "why": why,
     "branch": _branch_command,
     "return": _return_command,
     "test": _edit_command("try"),

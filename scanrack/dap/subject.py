@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.memory_layout import memory_layout
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.cells import cells_of
@@ -23,6 +22,7 @@ from .breakpoints import Breakpoint, Event, Looker, RungValues
 from .conditions import ScanContext
 from .executed_scan import ExecutedScan
 from .places import Places
+from .variables import ReadWord
 from .view import View
 
 SLICE = 512
@@ -107,16 +107,25 @@ class Subject(Protocol):
         """Do a part of the preparation for later steps back; return whether more remains."""
         return False
 
-    def around(self, at: Callable[[], int]) -> ScanContext:
-        """Return the context of expressions about a scan."""
-        images = Images(self.words)
-        return ScanContext(
-            self.words,
-            lambda slot, image, number: images.word(self.memory(at()), slot, image, number),
-            lambda: self.now_ns(at()),
-            at,
-            self.units,
-        )
+    def around(self, at: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
+        """Return the context of expressions about a scan.
+
+        Args:
+            word: reads the words of images; by default as they were after the scan.
+        """
+        word = word or self.words_in(lambda: self.memory(at()))
+        return ScanContext(self.words, word, lambda: self.now_ns(at()), at, self.units)
+
+    def words_in(self, memory: Callable[[], bytes | bytearray]) -> ReadWord:
+        """Return a reader of words in the rack's memory block; they are 0 if the block is empty."""
+        places = memory_layout(self.words.items()).places
+
+        def read(slot: int, image: str, number: int) -> int:
+            block = memory()
+            at = places[slot].image(image).start + 2 * number
+            return int.from_bytes(block[at : at + 2], "little", signed=True)
+
+        return read
 
 
 class RungSubject(Subject):
@@ -197,18 +206,3 @@ class RungSubject(Subject):
 
 def _origin(site: Any) -> Origin:
     return Origin(site.file, site.line) if site is not None and site.line else Origin()
-
-
-class Images:
-    """Words in the memory block of a rack."""
-
-    def __init__(self, words: Mapping[int, ModuleWords]) -> None:
-        self.layout: MemoryLayout = memory_layout(words.items())
-
-    def word(self, memory: bytes | bytearray, slot: int, image: str, number: int) -> int:
-        """Return a word of an image, "I" or "O", signed; 0 if the block is empty."""
-        if not memory:
-            return 0
-        at = self.layout.places[slot].image(image).start + 2 * number
-        found: int = struct.unpack_from("<h", memory, at)[0]
-        return found
