@@ -441,7 +441,7 @@ class Live(ScanDriver):
 
     def _tell_stop(self) -> None:
         adapter, scan = self._adapter, self.subject.extent[1]
-        hits, self._hits = [(each.breakpoint, each.text) for each in self._hits], []
+        hits, self._hits = self._hits, []
         stepping, self._stepping = self._stepping, False
         if isinstance(self.subject, LiveText):
             self.subject.step(on=False)

@@ -24,12 +24,12 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
-from .breakpoints import Breakpoint, LinePoints, Looker
+from .breakpoints import Breakpoint, Hit, LinePoints, Looker
 from .capture import Capture, ProgramValues, TextRun, TextState
 from .conditions import NamedValues
 from .cursor import END
 from .protocol import DebugError, Json
-from .subject import SLICE, Poll, Subject
+from .subject import Poll, Subject
 from .variables import python_value, values_in
 from .view import Node, Stop, Tree, View
 
@@ -132,7 +132,7 @@ class TextSubject(Subject):
         self._kept: dict[int, TextScan] = {}
         self._at = 0  # the scan that was looked at last
         self._filling: Iterator[None] | None = None
-        self._hits: tuple[object, list[tuple[Breakpoint, str]]] = None, []
+        self._hits: tuple[object, list[Hit]] = None, []
 
     def recording(self) -> PackedTrace:
         """Return the scans so far."""
@@ -199,10 +199,10 @@ class TextSubject(Subject):
             self._keep(rerun, number, min(number + WINDOW, low) - 1)
             yield
 
-    def _search(
+    @override
+    def hits_between(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
-    ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
-        """Yield the scans from `first` to `last` that meet a breakpoint, in order."""
+    ) -> Iterator[tuple[int, list[Hit]]]:
         rerun, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
         continues = 0 <= rerun.at == begin
         rerun.rewind(first if continues else begin)
@@ -211,9 +211,9 @@ class TextSubject(Subject):
             begin = first
             looker.prime(rerun.at)
         for number, _own in rerun.walk(begin, last, lambda _logic: points):
-            met = looker.look(number)
-            if met and number >= first:
-                yield number, [(check.breakpoint, text) for check, text in met]
+            hits = looker.hits(number)
+            if hits and number >= first:
+                yield number, hits
             if number % POLLED == 0:
                 poll(number)
 
@@ -231,26 +231,17 @@ class TextSubject(Subject):
         self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
 
     @override
-    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
         key = scan, [(each.number, each.name, each.condition) for each in requested]
         if self._hits[0] != key:
-            found = dict(self._search(requested, scan, scan))
-            self._hits = key, found.get(scan, [])
+            self._hits = key, super().hits(requested, scan)
         return self._hits[1]
 
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         first, found = self.extent[0], deque[int](maxlen=1)
-        found.extend(number for number, _hits in self._search(requested, first, scan - 1, poll))
+        found.extend(number for number, _hits in self.hits_between(requested, first, scan - 1, poll))
         return found[0] if found else None
-
-    @override
-    def first_after(
-        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
-    ) -> tuple[int | None, int]:
-        last = min(self.extent[1], scan + slice_scans)
-        found = next((number for number, _hits in self._search(requested, scan + 1, last)), None)
-        return (None, last) if found is None else (found, found)
 
     @override
     def last_change(self, tag: str, scan: int) -> int | None:
