@@ -13,14 +13,12 @@ from types import FrameType
 from typing import Protocol
 
 from scanrack.jobs.load.loading import LoadedRack
-from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.run.running import JobRun
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger, journal
 from scanrack.ladder.debug.replay import Replayer
-from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.runtime.config.rackspec import RackSpec
@@ -30,7 +28,7 @@ from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
-from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
+from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
 from scanrack.watch.panels.kept_panel import KeptPanel
@@ -44,7 +42,7 @@ from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, Subject
-from .text_subject import TextSubject, files_of, is_steps
+from .text_subject import TextSubject, files_of, lines_of
 from .together import foreign, of_page
 
 REMEMBERED = 8_000
@@ -204,10 +202,9 @@ class LiveText(TextSubject, LiveSubject):
 
     def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
         LiveSubject.__init__(self, run)
-        TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
+        TextSubject.__init__(self, load, spec, run.program.logic)
         self._program = load.program
         self._watch, self._points = WATCH.get(), LinePoints({}, in_frames=False)
-        self._line = 0  # of a list of steps
         self._stepping: _AnyLine | None = None
         self._texts: tuple[int, Places] | None = None
 
@@ -218,20 +215,13 @@ class LiveText(TextSubject, LiveSubject):
     @override
     def places(self, scan: int) -> Places:
         if self._texts is None or self._texts[0] != self.edits:
-            lines = [each.line for each in self._list.steps] if self._steps else []
-            self._texts = self.edits, TextPlaces(files_of(self._program), lines)
+            self._texts = self.edits, TextPlaces(files_of(self._program), lines_of(self.run.program.logic))
         return self._texts[1]
-
-    @property
-    def _list(self) -> Steps:
-        logic: object = unwrapped(self.run.program.logic)
-        assert isinstance(logic, Steps)
-        return logic
 
     @override
     def looker(self, requested: list[Breakpoint]) -> Looker:
         program = self.run.program
-        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=not self._steps)
+        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=self._in_python)
         looker = Looker(requested, points, self.now(), self.events)
         self._watch.remove(self._points)
         self._points = points
@@ -249,15 +239,6 @@ class LiveText(TextSubject, LiveSubject):
     @override
     def spelled(self, routine: str) -> str:
         return routine
-
-    @override
-    def note_scan(self, scan: int, now_ns: int, flags: int) -> None:
-        if self._steps and (self._list.line != self._line or flags & ScanFlag.FIRST_SCAN):
-            self._line = self._list.line
-            for each in (self._points, self._stepping):
-                if each is not None:
-                    each.begins(self._program.name, self._line, None)
-        super().note_scan(scan, now_ns, flags)
 
     @property
     def arrived(self) -> bool:

@@ -124,8 +124,8 @@ class TextSubject(Subject):
     Three runs: one at the scan that was looked at last, one before it, one for searches.
     """
 
-    def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
-        self._load, self._spec, self._steps = load, spec, steps
+    def __init__(self, load: Load, spec: RackSpec, logic: ScanLogic) -> None:
+        self._load, self._spec, self._in_python = load, spec, not lines_of(logic)
         self._shown, self._before, self._searched = (
             ProgramRerun(load, spec, self.recording) for _ in range(3)
         )
@@ -221,7 +221,7 @@ class TextSubject(Subject):
         self, requested: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
     ) -> tuple[Looker, LinePoints]:
         """Return the looker for breakpoints after each scan of a program, and the tracer of its lines."""
-        points = LinePoints(ProgramValues(logic), in_frames=not self._steps)
+        points = LinePoints(ProgramValues(logic), in_frames=self._in_python)
         return Looker(requested, points, self.around(at), self.events), points
 
     @override
@@ -266,7 +266,7 @@ def files_of(program: Path) -> list[Path]:
     return list(dict.fromkeys([program.resolve(), *WATCH.get().files(program.parent)]))
 
 
-def is_steps(logic: ScanLogic) -> bool:
-    """Whether a program is a list of steps."""
+def lines_of(logic: ScanLogic) -> list[int]:
+    """Return the lines of a list of steps; none of any other program."""
     inside: object = unwrapped(logic)
-    return isinstance(inside, Steps)
+    return [each.line for each in inside.steps] if isinstance(inside, Steps) else []
