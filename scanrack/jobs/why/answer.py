@@ -20,7 +20,8 @@ from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
-from .chain import Bits, RackChain, shows_input
+from .bits import Bits, shows_input
+from .chain import RackChain
 from .past import ALL_BITS, Past, SlotPast, event_text
 from .sentences import change_lines, sender_lines
 from .waits import waits

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from itertools import islice
 from typing import Any
 
-from scanrack.io_images.addresses import Address
 from scanrack.io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from scanrack.io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from scanrack.io_images.amci3601.words import is_stepper
@@ -27,6 +26,7 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
 from ..load.loading import LoadedRack
+from .bits import Bits, is_input_name, shows_input
 from .chains.axis_blocks import slot_of
 from .chains.partners import chain_of_partner
 from .drive_waits import started
@@ -48,35 +48,6 @@ _INCIDENTS = {each.value for each in FaultKind}
 _BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 _ERRORS = StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.INPUT_ERROR | StatusMsw.HOME_INVALID
 _RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
-
-
-@dataclass(frozen=True, slots=True)
-class Bits:
-    """Bits of a word of an image."""
-
-    slot: int
-    image: str  # "in" or "out"
-    word: int
-    mask: int
-
-    @classmethod
-    def at(cls, place: Address) -> Bits:
-        """Return the bits at an address."""
-        mask = ALL_BITS if place.bit is None else 1 << place.bit
-        return cls(place.slot, "in" if place.image == "I" else "out", place.word, mask)
-
-    @property
-    def address(self) -> Address:
-        """The address of the bit, or of the word if there are several bits."""
-        bit = self.mask.bit_length() - 1 if self.mask & self.mask - 1 == 0 else None
-        return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
-
-
-def read_bits(masks: Iterable[tuple[tuple[int, int], int]]) -> Iterator[Bits]:
-    """Yield the inputs in masks of reads, see `Reads.masks`: each bit, or the word if all its bits count."""
-    for (slot, word), mask in masks:
-        parts = [mask] if mask == ALL_BITS else [1 << bit for bit in range(16) if mask >> bit & 1]
-        yield from (Bits(slot, "in", word, part) for part in parts)
 
 
 @dataclass(slots=True)
@@ -572,22 +543,10 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus is on the given bits of an input image."""
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
-    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(is_input_name, names)))
 
 
 def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
     """Whether an order on a slot affects given bits of its input image; a press affects only its input."""
     state = json_value(str(order.fields.get("order", "{}")))
     return "name" not in state or _is_of(str(state["name"]), slot, bits)
-
-
-def _shows(name: str) -> bool:
-    return name.lower().startswith(_INPUTS)
-
-
-def shows_input(slot: SlotInfo, name: str) -> bool:
-    """Whether a status bit of a stepper shows an input."""
-    return _shows(name) and name not in slot.words.errors
-
-
-_INPUTS = ("in_", "input_")

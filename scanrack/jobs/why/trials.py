@@ -30,7 +30,7 @@ from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
-from .chain import Bits, read_bits
+from .bits import Bits, read_bits
 from .past import ALL_BITS, Past
 from .source.input_reads import Reads
 from .traced_run import Load, Watched, fresh

@@ -21,7 +21,7 @@ from scanrack.ladder.state.memory import Value
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.replay import PackedTrace
 
-from ..chain import Bits, read_bits
+from ..bits import Bits, read_bits
 from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.input_reads import Reads

@@ -20,7 +20,8 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.read.sequence_steps import Step, steps_of
 
 from ...record.tag_names import named_values, namespace_of
-from ..chain import Bits, RackChain, read_bits
+from ..bits import Bits, read_bits
+from ..chain import RackChain
 from ..outranked import forced, of_cpu
 from ..past import ALL_BITS, Past
 from ..source.class_names import Names

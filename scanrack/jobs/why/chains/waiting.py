@@ -10,7 +10,7 @@ from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.traces.read.sequence_steps import Step
 
-from ..chain import Bits
+from ..bits import Bits
 from ..past import Past
 from .at_rest import PythonChain
 
