@@ -42,7 +42,7 @@ from ..load.building import round_trip_ms
 from ..record.link_losses import LinkChange, link_changes
 from ..record.logic_wrapper import unwrapped
 from ..run.playback import RecordedInputs
-from .recorded_scans import RecordedScan, recorded_scans
+from .recorded_scans import RecordedScan, recorded_scans, recorded_words
 from .tag_orders import TagOrders
 
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
@@ -55,11 +55,9 @@ Call = Callable[[ScanLogic, LogicScan], object]
 
 
 def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[int, RecordedInputs]) -> Rack:
-    """Return a rack with the modules of a recording.
-
-    A trace has the names of words and bits; the rack file also has the addresses of a card's data.
-    """
-    known = {slot.number: slot.words for slot in spec.slot}
+    """Return a rack with the modules of a recording."""
+    slots = tuple(slots)
+    words = recorded_words(slots, spec)
     trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
     return Rack(
         Card(
@@ -67,7 +65,7 @@ def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[in
             modules[slot.number],
             slot.module,
             slot.firmware,
-            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            words[slot.number],
             trips.get(slot.number, 0),
         )
         for slot in slots

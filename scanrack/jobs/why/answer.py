@@ -20,6 +20,7 @@ from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
+from ..replay.recorded_scans import recorded_words
 from .bits import Bits, shows_input
 from .chain import RackChain
 from .past import ALL_BITS, Past, SlotPast, event_text
@@ -62,13 +63,8 @@ class Why:
 
     @cached_property
     def words(self) -> Mapping[int, ModuleWords]:
-        """The words of the slots with their names. The rack names more of a card's data than a trace."""
-        given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
-        recorded = {slot.number: slot.words for slot in self.recording.slots}
-        return {
-            number: given[number] if given.get(number) == words else words
-            for number, words in recorded.items()
-        }
+        """The words of the slots with their names."""
+        return recorded_words(self.recording.slots, self.spec)
 
     def means_image(self, text: str) -> bool:
         """Return whether a text is the address of a bit or word of an image."""

@@ -23,7 +23,7 @@ from scanrack.traces.replay import PackedTrace
 
 from ..bits import Bits, read_bits
 from ..source.class_names import Names
-from ..source.conditions import source_line
+from ..source.conditions import names_read, source_line
 from ..source.input_reads import Reads
 from ..source.lines import Line
 from ..traced_run import Load
@@ -222,7 +222,7 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
         value, masks = _evaluated(_meant(test, frame), frame, reads)
         if value is not None and value is not expected:
             text = ast.unparse(test)
-            yield FalsePart(text if expected else f"not {text}", masks, tuple(_names(test)))
+            yield FalsePart(text if expected else f"not {text}", masks, tuple(names_read(test)))
 
 
 def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
@@ -258,14 +258,6 @@ def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bo
         reads.counts = counts
         reads.masks.clear()
         reads.masks.update(before)
-
-
-def _names(test: ast.expr) -> Iterator[str]:
-    for part in ast.walk(test):
-        if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
-            text = ast.unparse(part)
-            if all(each.isidentifier() for each in text.split(".")):
-                yield text
 
 
 def plain(value: Any) -> Any:
