@@ -42,7 +42,7 @@ def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[Reco
 
 
 def recorded_words(slots: Iterable[SlotInfo], spec: RackSpec | None) -> dict[int, ModuleWords]:
-    """Return the words of the slots of a recording; the rack has names of a card's data that a trace lacks."""
+    """Return the words of recorded slots; the rack has names of a card's data that a trace lacks."""
     known = {slot.number: slot.words for slot in (spec.slot if spec else ())}
     return {
         slot.number: known[slot.number] if known.get(slot.number) == slot.words else slot.words
