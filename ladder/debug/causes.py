@@ -1,8 +1,8 @@
 """The causes of a change: values that the instruction read and that differ from the previous scan.
 
-Both scans are run again. If all contacts in series conduct, all of them were needed, and those that changed
-are the causes. If some do not conduct, each of them alone is enough. Branches work the other way round. If
-nothing differs, as when a timer ends, the latest change is the cause.
+Both scans are run again. If all contacts in series conduct, all of them were needed, and the contacts that
+changed are the causes. If some do not conduct, each of them alone is enough. In branches it is the other way
+round. If nothing differs, as when a timer ends, the latest change is the cause.
 """
 
 from __future__ import annotations

@@ -312,7 +312,7 @@ class Debugger:
     # --- breakpoints
 
     def note_lines(self, lines: Iterable[LineKey]) -> None:
-        """Until an edit, note the power of these lines in every scan, besides those with breakpoints."""
+        """Until an edit, also note the power of these lines in every scan, as of lines with breakpoints."""
         self._lines = tuple(lines)
         self._settle()
 

@@ -1,8 +1,8 @@
 """Why a value never changed: what the instructions that could write it lack, back to inputs at rest.
 
 The instruction that lacks the fewest contacts came closest, see `lacking`. A lacking contact that changed at
-some time has its own chain of causes. For any other contact, the same question is asked, until the answer is
-an input, a running timer, or a tag that was never set.
+some time has its own chain of causes. Any other contact is explained in the same way, down to an input, a
+running timer, or a tag that was never set.
 """
 
 from __future__ import annotations
@@ -215,8 +215,8 @@ class Never:
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
         """Return the scan in which an instruction came closest to acting, and what it lacked then.
 
-        A pulse may have occurred while something else was lacking. So for each false contact that was last
-        true for only one or two scans, the last such scan is tried, too.
+        A pulse may have occurred while something else was lacking. So the last scan in which a false contact
+        was true is also tried, if the contact was true for only one or two scans.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():

@@ -155,7 +155,7 @@ class Replayer:
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan up to `end` that changed one of the cells; None if there is none.
 
-        Results are cached, because `why` and a chain ask for the same cells.
+        Results are cached, because `why` and a chain search for the same cells.
         """
         until, found = self._found.get(tuple(cells), (-1, None))
         none_left = found is None and self._stretches is not None and end < until
@@ -230,7 +230,7 @@ class Replayer:
 
     @cached_property
     def _lanes(self) -> Any:
-        from .lanes import Lanes  # most runs ask nothing
+        from .lanes import Lanes  # most runs search nothing
 
         return Lanes(self.engine.lowered, self.engine.memory, self.images)
 
@@ -308,7 +308,7 @@ class Replayer:
             return False
         for cell, image in zip(self._images, inputs.images, strict=True):
             cell[:] = image
-        with suppress(LadderFault):  # the fault stopped the original scan, too
+        with suppress(LadderFault):  # the fault also stopped the original scan
             engine.do(inputs.now_ns, first=inputs.first)
         return True
 
@@ -320,7 +320,7 @@ def input_leaves(memory: Memory) -> list[Leaf]:
 
 def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
     """Return the inputs of scans as arrays; None if they are not plain."""
-    import numpy as np  # most runs ask nothing
+    import numpy as np  # most runs search nothing
 
     images = [each.images for each in inputs if each.images is not None and each.is_plain]
     if not images or len(images) < len(inputs):

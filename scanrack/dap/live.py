@@ -49,7 +49,7 @@ REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause, since pages give orders, too."""
+"""Longest single wait for requests during a pause: pages also give orders."""
 
 
 EDITS = {
@@ -327,7 +327,7 @@ class Live(ScanDriver):
         self._hits: list[Hit] = []
         self._requested: list[Breakpoint] = []
         self._stepping = False
-        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
+        self._seen: list[str] = []  # breakpoints of the session that the editor has
         self._attend, session.attend = session.attend, self._rest
         session.inbox = _PatientInbox(session.inbox)
         run.cpu.add_listener(self)
@@ -375,7 +375,7 @@ class Live(ScanDriver):
     # --- breakpoints of pages
 
     def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Set the editor's breakpoints on the pages, too, if pages support their kind."""
+        """Also set the editor's breakpoints on the pages, if pages support their kind."""
         there = self._session.state.breakpoints
         spelled = self.subject.spelled
         _others, before = foreign(there, self._requested, spelled)

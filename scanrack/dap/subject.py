@@ -96,7 +96,7 @@ class Subject(Protocol):
         """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
-        """Return why a tag has its value after a scan, then the causes in turn, each with its line."""
+        """Return why a tag has its value after a scan: the answer, then each cause with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""

@@ -7,7 +7,7 @@
     Inputs       modules, their words, the bits of a word by name
     Outputs
 
-Values are those in the memory at the place of the frame.
+The values are in the memory at the place of the frame.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def parts_of(tree: Tree, address: str, where: Group, *, files: bool) -> Iterator
 
 
 def tags_in(tree: Tree, names: Iterable[tuple[str, str]]) -> Iterator[Json]:
-    """Yield those tags that exist in the memory; `names` has their short and full names."""
+    """Yield the tags that exist in the memory; `names` has short and full names."""
     tags = tree.view.tags
     return (tree.value(name, address) for name, address in names if address in tags)
 

@@ -120,8 +120,8 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
     """Return what a user could do to change a value; None on a system that can't fork a process.
 
     Args:
-        bench: the bench at the scan of the question; it does not change. It must not be recording, because a
-            copy would write, too.
+        bench: the bench at the scan of the question; it does not change. It must not be recording: a copy
+            would also write.
         link: the chain of the present value; acts on its ends are tried first.
     """
     if not hasattr(os, "fork"):
@@ -130,7 +130,7 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
 
 
 def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
-    """Yield the results, none of which contains another one. If there is none, yield one that says so."""
+    """Yield the smallest results. If nothing was found, yield one result without acts."""
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
         texts = {act.text for act in chosen}
@@ -193,7 +193,7 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tupl
 
 
 def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
-    """Yield each act once, those on the ends of the chain first."""
+    """Yield each act once, beginning with acts on the ends of the chain."""
     seen: set[str] = set()
     for act in (*_of_links(bench, link), *_of_panels(bench)):
         if act.text not in seen:
@@ -238,7 +238,7 @@ def _of_tag(name: str, value: bool) -> Act:
 def _of_panels(bench: Rack) -> Iterator[Act]:
     """Yield acts on the named inputs of cards, buttons and switches, and on the inputs of axes.
 
-    A 3601 names its inputs, so that the chain has those that are off; a drive has a function for each.
+    A 3601 names its inputs, so the chain has the inputs that are off; a drive has a function for each.
     """
     for slot in bench.spec.slot:
         for name in (slot.options or {}).get("inputs") or ():

@@ -287,7 +287,7 @@ class Why:
         yield from (f"  {each}" for each in head[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
-        """Yield the scans that last changed an output word, each with those words, latest first."""
+        """Yield the scans that last changed an output word, each with its words, latest first."""
         by_row: dict[int, list[int]] = {}
         for word in range(len(slot.words.outputs)):
             row = self.past.last_change(slot.number, "out", word)

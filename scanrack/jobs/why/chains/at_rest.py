@@ -164,7 +164,7 @@ def _site(chain: PythonChain, line: int) -> Site:
 
 
 def writers_of(program: Path, text: str) -> list[Writer]:
-    """Return the statements in a program's file that assign to a value, except those in class bodies."""
+    """Return the statements in functions of a program's file that assign to a value."""
     try:
         tree = ast.parse(program.read_bytes())
     except (OSError, SyntaxError, ValueError):

@@ -118,7 +118,7 @@ class ProgramChain(RackChain):
         again: TracedRun,
         made: Sequence[TracedChange],
     ) -> CauseLink:
-        """Return the link of a change by a line; `values` are those after and before the scan."""
+        """Return the link of a change by a line; `values` are the values after and before the scan."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
         common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
