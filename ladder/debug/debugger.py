@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import Any, Literal
 
 from scanrack.io_images.dataclass import dataclass
@@ -11,7 +10,7 @@ from scanrack.io_images.times import seconds
 
 from ..compiler.observed import LineKey
 from ..lowering.runnable import LadderLogic
-from ..model.errors import LadderError, LadderFault
+from ..model.errors import LadderError
 from ..model.operands import FAULT, Constant, Group, Place
 from ..model.resolver import Resolver, address_in
 from ..model.routine import Routine
@@ -33,7 +32,7 @@ from .inquiry import Inquiry
 from .journal import MOST, Journal, RecordedPast
 from .links import CauseLink
 from .remedies import Remedies, of_input
-from .replay import Replayer, Truths, input_leaves
+from .replay import Replayer, Truths, image_bytes, input_leaves, repeat
 from .rung_values import with_values
 from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
@@ -218,19 +217,12 @@ class Debugger:
         A fault ends a scan, as in the recording.
         """
         engine, journal = self._engine, self._journal
-        cells = [cell.cell_contents.cast("B") for cell in self._images]
+        images = image_bytes(engine.memory)
         engine.memory.outside = None
         engine.note(())
         for each in scans:
             journal.note(each)
-            if each.images is None:
-                engine.scans += 1
-            else:
-                for cell, image in zip(cells, each.images, strict=True):
-                    cell[:] = image
-                engine.outside = each.writes
-                with suppress(LadderFault):
-                    engine.do(each.now_ns, first=each.first)
+            repeat(engine, images, each)
             journal.begin(engine.memory, engine.scans)
             yield
         engine.memory.outside = self._outside

@@ -84,7 +84,7 @@ class Replayer:
         self.truths: Truths = {}  # the power in the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # the leaves of `ScanInputs.images`
-        self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
+        self._images = image_bytes(engine.memory)
 
     def show(self, scan: int) -> bool:
         """Run to a scan and note its power; return whether the scan could be repeated."""
@@ -298,19 +298,31 @@ class Replayer:
         self.engine.note(())
 
     def _do(self, inputs: ScanInputs) -> bool:
-        """Repeat one scan; return whether the logic ran in it."""
-        engine = self.engine
-        if inputs.forces is not None:
-            engine.hold(inputs.forces)
-            engine.outside = inputs.writes
-        if inputs.images is None:
-            engine.scans += 1
-            return False
-        for cell, image in zip(self._images, inputs.images, strict=True):
-            cell[:] = image
-        with suppress(LadderFault):  # the fault also stopped the original scan
-            engine.do(inputs.now_ns, first=inputs.first)
-        return True
+        return repeat(self.engine, self._images, inputs)
+
+
+def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInputs) -> bool:
+    """Repeat a scan on its inputs; return whether the logic ran in it. A fault ends the scan, as it did.
+
+    Args:
+        images: the program's input images as bytes, see `image_bytes`.
+    """
+    if inputs.forces is not None:
+        engine.hold(inputs.forces)
+        engine.outside = inputs.writes
+    if inputs.images is None:
+        engine.scans += 1
+        return False
+    for own, image in zip(images, inputs.images, strict=True):
+        own[:] = image
+    with suppress(LadderFault):
+        engine.do(inputs.now_ns, first=inputs.first)
+    return True
+
+
+def image_bytes(memory: Memory) -> list[memoryview]:
+    """Return the input images that a program uses, as bytes to be written."""
+    return [memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(memory)]
 
 
 def input_leaves(memory: Memory) -> list[Leaf]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import field
 from itertools import islice
 from typing import Any
@@ -16,14 +15,14 @@ from typing import Any
 from scanrack.io_images.dataclass import dataclass
 
 from ..model.arithmetic import wrap
-from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place
 from ..state.memory import Value
 from ..state.snapshots import restore, snapshot
 from .cells import Cell, cell_of
 from .crossref import CrossReference, Mention, overlap
 from .remedies import MOST_CANDIDATES, Candidate, InputChange, Remedies, Search, bit, number
-from .replay import Replayer
+from .replay import Replayer, image_bytes, repeat
+from .stretch import ScanInputs
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]
@@ -91,11 +90,10 @@ class Trials:
                 data[at : at + 2] = _merged(word, each).to_bytes(2, "little")
             else:
                 self._set(each)
+        own, given = image_bytes(engine.memory), list(map(bytes, contents))
         for scan in range(1, self.scans + 1):
-            for leaf, data in zip(images, contents, strict=True):
-                engine.memory.cells[leaf.ident].cell_contents.cast("B")[:] = data
-            with suppress(LadderFault):
-                engine.do(self.live.now_ns + scan * self._period_ns, first=False)
+            now_ns = self.live.now_ns + scan * self._period_ns
+            repeat(engine, own, ScanInputs(now_ns, first=False, images=given))
             if cell.read(engine.memory) == requested:
                 return scan
         return None
