@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import tee
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -146,13 +145,16 @@ def _run(
         if leaf.output
     ]
     departs, row = None, -1
-    scans, following = tee(recorded_scans(recording, first, last))
-    for row, (scan, _) in enumerate(
-        zip(scans, debugger.follow(map(inputs.of, following)), strict=True), first
-    ):
-        is_same = departs is not None or all(cell == scan.memory[span] for cell, span in outputs)
-        if not is_same and runs_logic(scan.flags):
-            departs = row
+    scan: RecordedScan
+
+    def following() -> Iterator[ScanInputs]:
+        nonlocal scan
+        for scan in recorded_scans(recording, first, last):
+            yield inputs.of(scan)
+
+    for row, _ in enumerate(debugger.follow(following()), first):
+        if departs is None and any(cell != scan.memory[span] for cell, span in outputs):
+            departs = row if runs_logic(scan.flags) else None
         if until is not None and debugger.tags[until]:
             return RungsRun(row, True, departs)
     return RungsRun(row, False, departs)
@@ -174,11 +176,11 @@ class _RecordedInputs:
 
     def of(self, scan: RecordedScan) -> ScanInputs:
         """Return the inputs of a scan."""
-        images = [scan.memory[span] for span in self._own] if runs_logic(scan.flags) else None
-        writes = self._faults.get(scan.number, ())
-        return ScanInputs(
-            scan.now_ns, bool(scan.flags & _FIRST), images, writes, NO_FORCES if writes else None
-        )
+        number, now_ns, flags, memory = scan
+        images = [memory[span] for span in self._own] if runs_logic(flags) else None
+        if number in self._faults:
+            return ScanInputs(now_ns, flags & _FIRST != 0, images, self._faults[number], NO_FORCES)
+        return ScanInputs(now_ns, flags & _FIRST != 0, images)
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Return the inputs of some rows."""
