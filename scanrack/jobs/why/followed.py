@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -20,14 +21,12 @@ from scanrack.ladder.state.snapshots import SavedValues, snapshot
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.phases import runs_logic
 from scanrack.runtime.loop.scan import ScanFlag
-from scanrack.traces.read.packed import CHUNK_SCANS
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
 from scanrack.traces.replay import PackedTrace
 
 from ..record.edits_and_forces import is_edit
 from ..record.link_losses import link_changes
-from ..replay.recorded_scans import RecordedScan, recorded_scans
-
-_FIRST = int(ScanFlag.FIRST_SCAN)
 
 Span = tuple[memoryview, slice]
 
@@ -145,46 +144,50 @@ def _run(
         if leaf.output
     ]
     departs, row = None, -1
-    scan: RecordedScan
-
-    def following() -> Iterator[ScanInputs]:
-        nonlocal scan
-        for scan in recorded_scans(recording, first, last):
-            yield inputs.of(scan)
-
-    for row, _ in enumerate(debugger.follow(following()), first):
-        if departs is None and any(cell != scan.memory[span] for cell, span in outputs):
-            departs = row if runs_logic(scan.flags) else None
+    for row, _ in enumerate(debugger.follow(inputs.from_to(first, last)), first):
+        if departs is None and inputs.runs and any(cell != inputs.block[span] for cell, span in outputs):
+            departs = row
         if until is not None and debugger.tags[until]:
             return RungsRun(row, True, departs)
     return RungsRun(row, False, departs)
 
 
 class _RecordedInputs:
-    """The inputs of the scans: images, and changes of connection faults."""
+    """The inputs of the scans: images, and changes of connection faults.
+
+    Attributes:
+        block: the memory of the scan that `from_to` yielded last.
+        runs: whether the program ran in that scan.
+    """
 
     def __init__(self, recording: PackedTrace, debugger: Debugger) -> None:
         own = input_leaves(debugger.engine.memory)
         self.recording = recording
         self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
         self._faults = _link_faults(recording, _faults(debugger))
+        self.block, self.runs = b"", False
 
     def are_of_every_scan(self) -> bool:
         """Return whether the recording has every scan and the program ran in all of them."""
         numbers = self.recording.numbers
         return numbers[-1] == len(numbers) - 1 and all(map(runs_logic, self.recording.distinct_flags))
 
-    def of(self, scan: RecordedScan) -> ScanInputs:
-        """Return the inputs of a scan."""
-        number, now_ns, flags, memory = scan
-        images = [memory[span] for span in self._own] if runs_logic(flags) else None
-        if number in self._faults:
-            return ScanInputs(now_ns, flags & _FIRST != 0, images, self._faults[number], NO_FORCES)
-        return ScanInputs(now_ns, flags & _FIRST != 0, images)
+    def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
+        """Yield the inputs of some rows."""
+        for columns in self._parts(first, last):
+            for block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
+                self.block, self.runs = block, inputs.images is not None
+                yield inputs
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Return the inputs of some rows."""
-        return map(self.of, recorded_scans(self.recording, first, last))
+        return chain.from_iterable(map(self._made, self._parts(first, last)))
+
+    def _parts(self, first: int, last: int) -> Iterator[Columns]:
+        """Yield the columns of some rows, chunk by chunk."""
+        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
+            start = CHUNK_SCANS * number
+            yield self.recording.scans.chunk(number).rows(max(0, first - start), last + 1 - start)
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
         """Return the inputs of some rows as arrays; None if the first scan or other inputs are among them.
@@ -198,6 +201,20 @@ class _RecordedInputs:
             return None
         spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
+
+    def _made(self, columns: Columns) -> list[ScanInputs]:
+        own, faults, flags = self._own, self._faults, columns.flags.tolist()
+        meant = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
+        made = []
+        scans = zip(
+            memory_blocks(columns), flags, columns.scan.tolist(), columns.time_ns.tolist(), strict=True
+        )
+        for block, flag, number, now_ns in scans:
+            runs, first = meant[flag]
+            images = [block[span] for span in own] if runs else None
+            writes = faults.get(number, ())
+            made.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
+        return made
 
 
 def _faults(debugger: Debugger) -> list[Leaf]:
