@@ -10,7 +10,6 @@ pairs, so that every result is minimal. Every reported result has been tried.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
@@ -25,6 +24,8 @@ from scanrack.runtime.live import actions
 from scanrack.runtime.live.operator_actions import OperatorActions
 from scanrack.runtime.machine.spec import INPUT_NAMES
 from scanrack.runtime.modules.record import Trait
+
+from .copies import can_copy, in_copy
 
 PRESS = "60 ms"
 BETWEEN = "100 ms"
@@ -124,7 +125,7 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
             would also write.
         link: the chain of the present value; acts on its ends are tried first.
     """
-    if not hasattr(os, "fork"):
+    if not can_copy():
         return None
     return next(every_act(bench, link, tag, requested))
 
@@ -156,26 +157,13 @@ def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
 
 def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
     """Try acts on a copy; return the time until the tag has the value, ns, and the first stimulus."""
-    system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
-    read, write = os.pipe()
-    child: int = system.fork()
-    if not child:
-        os.close(read)
-        try:
-            found = _done(bench, acts, tag, requested)
-            os.write(write, b"" if found is None else f"{found[0]} {found[1]}".encode())
-        finally:
-            os._exit(0)  # a refused act or a fault of the program is not an answer
-    os.close(write)
-    with os.fdopen(read, "rb") as answer:
-        reply = answer.read().decode()
-    os.waitpid(child, 0)
+    reply = in_copy(lambda: _done(bench, acts, tag, requested))
     after, _, stimulus = reply.partition(" ")
     return (int(after), stimulus) if reply else None
 
 
-def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
-    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus, or None."""
+def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
+    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus; "" if never."""
     begun, noted = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
@@ -183,10 +171,10 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tupl
     limit = bench.now_ns + WITHIN_NS
     while bench[tag] != requested:
         if bench.now_ns >= limit:
-            return None
+            return ""
         bench.run_for(LOOKS)
     stimuli = [each.text for each in bench.events[noted:] if each.kind == "stimulus"]
-    return bench.now_ns - begun, stimuli[0] if stimuli else ""
+    return f"{bench.now_ns - begun} {stimuli[0] if stimuli else ''}"
 
 
 # --- what can be done
