@@ -11,22 +11,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any
 
-from scanrack.io_images.addresses import Address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
-from scanrack.ladder.state.memory import Value
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.replay import PackedTrace
 
-from ..bits import Bits, read_bits
-from ..source.class_names import Names
+from ..bits import read_bits
 from ..source.conditions import names_read, source_line
 from ..source.input_reads import Reads
 from ..source.lines import Line
-from ..traced_run import Load
+from .python_chain import PythonChain
 
 DEEPEST = 6
 """Maximum number of program values in a chain."""
@@ -78,44 +73,6 @@ class Looker:
             else:
                 if each.line == line.number:
                     self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
-
-
-class PythonChain(Protocol):
-    """The part of a program's chain that explains waits and unchanged values."""
-
-    recording: PackedTrace
-    load: Load
-    names: Names
-
-    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of bits of an image."""
-
-    def of_module(self, number: int, name: str, row: int) -> CauseLink:
-        """Return what a module does or waits for at a scan."""
-
-    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a program's value."""
-
-    def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for."""
-
-    def look(self, looker: Looker, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
-
-    def name(self, bits: Bits) -> str:
-        """Return the name of an input."""
-
-    def full(self, name: str) -> str:
-        """Return the program-wide name for a name in a method."""
-
-    def place(self, name: str) -> Address:
-        """Return the address of an input or output of the program."""
-
-    def value(self, bits: Bits, row: int) -> Value:
-        """Return the value of bits in a scan."""
-
-    def slot(self, number: int) -> SlotInfo:
-        """Return a slot of the recording."""
 
 
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:

@@ -9,47 +9,37 @@ from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
-from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, Operand, linked
 from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.state.memory import same
-from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.read.sequence_steps import Step, steps_of
 
 from ...record.tag_names import named_values, namespace_of
 from ..bits import Bits, read_bits
-from ..chain import RackChain
 from ..outranked import forced, of_cpu
 from ..past import ALL_BITS, Past
-from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
-from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, last_changes, run_again, unwatched
-from .at_rest import Looker, never, plain
+from ..traced_run import TracedChange, TracedRun, Watched, fresh, last_changes, run_again, unwatched
+from .at_rest import never, plain
+from .python_chain import PythonChain
 from .waiting import open_wait
 
 
 @dataclass(slots=True)
-class ProgramChain(RackChain):
+class ProgramChain(PythonChain):
     """Makes chains through a recording and its Python program."""
 
-    spec: RackSpec = field(kw_only=True)
-    load: Load = field(kw_only=True)
-    names: Names = field(kw_only=True)
     present: dict[str, Any] = field(default_factory=dict)  # the values after the run for the latest question
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a value of the program after a scan; None if nothing is known of it.
-
-        Args:
-            depth: number of values already followed to reach it.
-        """
+        """See `PythonChain`."""
         scan, found = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
             return None
@@ -63,7 +53,7 @@ class ProgramChain(RackChain):
         return never(self, text, row, self.present.get(text), depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for; None if it has not begun."""
+        """See `PythonChain`."""
         steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
         if not steps:
             return None
@@ -73,15 +63,11 @@ class ProgramChain(RackChain):
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Explain unchanged bits of an image; an output by the lines that could write it."""
-        found = RackChain._of_rest(self, bits, name, row)
+        found = PythonChain._of_rest(self, bits, name, row)
         if found is not None or bits.image == "in":
             return found
         own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
         return never(self, own[0], row, self.value(bits, row)) if own else None
-
-    def look(self, looker: Looker, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
-        run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
 
     def _steps(self, sequence: str) -> list[Step]:
         return steps_of(self.recording.events).get(sequence, [])
@@ -158,15 +144,6 @@ class ProgramChain(RackChain):
             before = past.words(bits.slot, "in", row - 1)[bits.word] if row else 0
             yield bits, bool((before ^ past.words(bits.slot, "in", row)[bits.word]) & bits.mask)
 
-    def name(self, bits: Bits) -> str:
-        """Return the name of an input in the program; if it has none there, its name in the module."""
-        for name, address in self.names.addresses.items():
-            if address == str(bits.address):
-                return name
-        if bits.address.bit is None:
-            return f"slot{bits.slot} {self.slot(bits.slot).words.inputs[bits.word]}"
-        return self.module_name(bits) or str(bits.address)
-
     def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the inputs that were new; if none was, the value in the conditions that changed last."""
         new = [bits for bits, changed in self._read(change, row) if changed]
@@ -188,10 +165,6 @@ class ProgramChain(RackChain):
         yield from (each for each in found if each.scan == last)
 
     # --- values
-
-    def full(self, name: str) -> str:
-        """Return the program-wide name for a name in a method."""
-        return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
 
     def watched(self, text: str) -> Watched:
         """Return a function that makes a reader of a program's value."""
@@ -271,12 +244,6 @@ class ProgramChain(RackChain):
                 yield from self._new(Bits.at(self.place(name)), name, row)
             else:
                 yield from self._of_axis(slot, row)
-
-    def place(self, name: str) -> Address:
-        """Return the address of an input or output of the program."""
-        return parse_address(
-            self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
-        )
 
     def _new(self, bits: Bits, name: str, row: int) -> Iterator[CauseLink]:
         if (

@@ -12,7 +12,7 @@ from scanrack.traces.read.sequence_steps import Step
 
 from ..bits import Bits
 from ..past import Past
-from .at_rest import PythonChain
+from .python_chain import PythonChain
 
 _DWELL = re.compile(r"dwell ([\d.]+ \w+)")
 _EDGE = re.compile(r"(\w+) (rises|falls)")
