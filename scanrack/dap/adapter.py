@@ -367,7 +367,7 @@ class Driver:
         raise NotImplementedError
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Replace the active breakpoints; a DebugError if a condition can't be evaluated."""
+        """Replace the active breakpoints; an ExpressionError if a condition can't be evaluated."""
         raise NotImplementedError
 
     def give(self, order: Any) -> None:

@@ -90,8 +90,7 @@ class InTest(ScanDriver):
     def _stand(self, scan: int, hits: list[Hit], *, stepped: bool) -> None:
         """Stop in a scan until the client continues."""
         adapter = self._adapter
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=False)
+        self.subject.step(on=False)
         self._stepping = self._pausing = False
         if hits and not stepped:
             adapter.stop_at_hit(scan, hits)
@@ -118,8 +117,7 @@ class InTest(ScanDriver):
     @override
     def step(self) -> None:
         self._stepping = True
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=True)
+        self.subject.step(on=True)
         self.go()
 
     @override

@@ -38,7 +38,7 @@ from typing_extensions import override
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event, Hit, LinePoints, Looker, RungValues, described
 from .capture import ProgramValues
-from .conditions import ExpressionError, ScanContext
+from .conditions import ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, Subject
@@ -124,6 +124,9 @@ class LiveSubject(Subject):
     def spelled(self, routine: str) -> str:
         """Return the name of a routine on pages, "" if they have no name for it."""
         raise NotImplementedError
+
+    def step(self, *, on: bool) -> None:
+        """Start or stop waiting for the next line that runs; for rungs, a step is the next scan."""
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -228,8 +231,8 @@ class LiveText(TextSubject, LiveSubject):
         self._watch.add(points)
         return looker
 
+    @override
     def step(self, *, on: bool) -> None:
-        """Start or stop waiting for the next line that runs."""
         if self._stepping is not None:
             self._watch.remove(self._stepping)
         self._stepping = _AnyLine() if on else None
@@ -306,10 +309,7 @@ class ScanDriver(QuietListener, Driver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        try:
-            looker = self.subject.looker(requested)
-        except ExpressionError as error:
-            raise DebugError(str(error)) from error
+        looker = self.subject.looker(requested)
         if self.subject.last >= 0:
             looker.prime(self.subject.last)
         self._looker = looker if requested else None
@@ -424,8 +424,7 @@ class Live(ScanDriver):
         adapter, scan = self._adapter, self.subject.extent[1]
         hits, self._hits = self._hits, []
         stepping, self._stepping = self._stepping, False
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=False)
+        self.subject.step(on=False)
         fault = self._session.state.fault
         if scan < 0:
             adapter.stopped("entry")

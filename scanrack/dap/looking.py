@@ -12,7 +12,7 @@ from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
 
 from .causes import last_change, why
-from .conditions import ExpressionError, compiled
+from .conditions import compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .variables import modules_in, value_in
@@ -187,10 +187,7 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
 def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
     cursor = adapter.place()
     around = adapter.the_subject().around(lambda: cursor.scan, word_reader(adapter))
-    try:
-        return compiled(expression, cursor.view.values, around)
-    except ExpressionError as error:
-        raise DebugError(str(error)) from error
+    return compiled(expression, cursor.view.values, around)
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
