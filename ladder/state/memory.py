@@ -19,9 +19,10 @@ from scanrack.io_images.site import Site
 
 from ..model.arithmetic import real
 from ..model.errors import LadderError
+from ..model.operands import subscripts_of
 from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets, Tag, tag_in
-from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
+from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of, dims_text
 from .initials import load_bytes
 from .named_parts import meant_by
 from .tag_bytes import TagBytes, chars, set_chars
@@ -514,11 +515,7 @@ def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
     >>> element_text("Grid", (2, 3), 4)
     'Grid[1,1]'
     """
-    subscripts: list[str] = []
-    for length in reversed(dims):
-        index, at = divmod(index, length)
-        subscripts.insert(0, str(at))
-    return f"{path}[{','.join(subscripts)}]" if subscripts else path
+    return f"{path}{dims_text(tuple(int(each.value) for each in subscripts_of(dims, index)))}"
 
 
 def mask_of(kind: Elementary, bit: int) -> int:
