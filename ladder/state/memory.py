@@ -98,10 +98,8 @@ class Memory:
     def put_outputs(self, first: Mapping[int, bytes]) -> None:
         """Set the memory's own output images to initial values, by slot."""
         for leaf, image in self._own.items():
-            data = first.get(leaf.slot) if leaf.output and leaf.slot is not None else None
-            if data:
-                count = min(len(image.raw), len(data))
-                image.raw[:count] = data[:count]
+            if leaf.output and leaf.slot is not None and leaf.slot in first:
+                begin_with(image, first[leaf.slot])
 
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag in bytes at once; return False if that is impossible."""
@@ -376,6 +374,12 @@ class Memory:
     def set_text(self, path: str, at: int, value: bytes) -> None:
         """Set a STRING to characters, truncated to its size and padded with 0."""
         set_text_in(self, self.layout, path, at, value)
+
+
+def begin_with(image: Image, data: bytes) -> None:
+    """Set an image to initial bytes, as far as both reach."""
+    count = min(len(image.raw), len(data))
+    image.raw[:count] = data[:count]
 
 
 Column = tuple[list[Any], slice]
