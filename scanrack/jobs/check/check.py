@@ -78,10 +78,6 @@ Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 """Yields the verdicts of proofs about a rack's program and its facts."""
 
 
-def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
-    return ()
-
-
 def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
     """List what a 3601 program must change to run on a networked drive; LadderError as in `check_rack`."""
     facts = facts_of(job)
@@ -92,7 +88,7 @@ def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> 
     return CheckReport(tuple(found), tuple(facts.not_seen))
 
 
-def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
+def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = None) -> CheckReport:
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
@@ -104,7 +100,7 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_pro
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    found = list(_judged(list(_findings(subject)), list(prover(job, facts)), facts))
+    found = list(_judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts))
     suppressions = Suppressions(job)
     kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
     stubs = (f"behind {each}" for each in job.stubs)

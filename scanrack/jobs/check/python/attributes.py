@@ -18,9 +18,8 @@ from inspect import isfunction, signature
 from types import FunctionType, ModuleType
 
 from .chance import resolved
-from .nodes import Function, field_of, is_loaded, is_stored, names_in, nodes_in, unpacks
+from .nodes import Function, field_of, is_loaded, is_stored, missing, names_in, nearest, nodes_in, unpacks
 from .reader import Reader, functions_in
-from .scans import missing, nearest
 
 
 def note_names(reader: Reader) -> None:
@@ -88,16 +87,10 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> No
     name = node.value.id if isinstance(node.value, ast.Name) else ""
     annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
     kind = None if annotation is None else resolved(annotation, reader.names)
-    if not is_dataclass(kind) or _assigns(function, name):
+    names = nodes_in(function, ast.Name)
+    if not is_dataclass(kind) or any(each.id == name and is_stored(each) for each in names):
         return
-    names = {*dir(kind), *(each.name for each in fields(kind))}
-    if node.attr not in names:
-        text = missing(ast.unparse(node), node.attr, names)
-        reader.remark("unknown-attribute", node, text)
-
-
-def _assigns(function: Function, name: str) -> bool:
-    return any(node.id == name and is_stored(node) for node in nodes_in(function, ast.Name))
+    reader.remark_unless_in({*dir(kind), *(each.name for each in fields(kind))}, node)
 
 
 def _element(node: ast.Subscript, reader: Reader) -> None:

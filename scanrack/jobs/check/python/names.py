@@ -5,15 +5,19 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from scanrack.ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
 from scanrack.ladder.python.sequences.blocks import Block
 from scanrack.ladder.python.sequences.logic import fields_of
 
-from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
+from ..facts import Access, FileLine, OutputWrite, Role, Touch, Variable
 from ..logic import INPUT, TRUE, AllOf, Bit, Condition, all_of, base_of, needed, negated, with_leaves
+from ..rungs.accesses import declaration_lines
+from ..written import place_at
 from .conditions import ConditionNames, condition
 from .nodes import Function, bodies_of, field_of, is_loaded, nodes_in, targets_of
+from .reader import Reader
 
 DEPTH = 4
 """Maximum depth of helpers that are followed."""
@@ -21,40 +25,38 @@ DEPTH = 4
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
 
 
-def variables_of(
-    logic: Logic, place: FileLine, is_recorded: Callable[[str], bool], lines: Callable[[str], int]
-) -> Iterator[Variable]:
+def variables_of(logic: Logic, path: Path, is_recorded: Callable[[str], bool]) -> Iterator[Variable]:
     """Yield the fields and terminals of an instance."""
+    lines = declaration_lines(path)
     for each in parts_of(logic):
         role = next((role for kind, role in ROLES if isinstance(each, kind)), None)
         if role is not None:
-            at = FileLine(each.declared.file or place.file, each.declared.line or place.line)
-            yield Variable(each.name, at, role, "bool", set=True)
+            yield Variable(each.name, place_at(each.declared, path), role, "bool", set=True)
     for name, value in fields_of(logic).items():
         is_set = not isinstance(value, bool) or value
         is_number = not isinstance(value, bool)
-        where = FileLine(place.file, lines(name))
+        where = FileLine(str(path), lines(name))
         yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
 
 
 class Accesses:
-    """Collects the accesses of a class.
+    """The accesses of a method to fields and terminals.
 
     Args:
         owners: the sequences that reach each method; "" stands for `every_scan`.
     """
 
-    def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
-        self._facts, self._owners, self._sequences = facts, owners, sequences
+    def __init__(
+        self, reader: Reader, function: Function, owners: Mapping[str, set[str]], sequences: Sequence[str]
+    ) -> None:
+        self._reader, self._facts, self._function = reader, reader.facts, function
+        self._owners = sorted(owners.get(function.name, {""}))
+        self._starts_once = function.name == "__init__" or function.name in sequences
         self._names = ConditionNames()
-        self._file, self._function = "", ""
 
-    def note(self, file: str, function: Function) -> None:
-        """Note the accesses of a method to fields and terminals."""
-        self._file, self._function = file, function.name
-        self._names.forget()
-        once = function.name == "__init__"
-        self._body(function.body, TRUE, once=once or function.name in self._sequences, top=True)
+    def note(self) -> None:
+        """Note the accesses."""
+        self._body(self._function.body, TRUE, once=self._starts_once, top=True)
 
     def _body(self, body: Sequence[ast.stmt], reached: Condition, *, once: bool, top: bool) -> None:
         for each in body:
@@ -108,7 +110,7 @@ class Accesses:
         for each in nodes_in(node, ast.Attribute):
             name = field_of(each)
             if name in self._facts.variables and is_loaded(each):
-                self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
+                self._add(Access(name, "", Touch.READ, self._reader.place(each)))
 
     def _write(
         self,
@@ -124,11 +126,12 @@ class Accesses:
         if name not in self._facts.variables:
             return
         needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
-        is_default = top and self._function == "every_scan" and use is not Touch.BOTH
+        is_every_scan = self._function.name == "every_scan"
+        is_default = top and is_every_scan and use is not Touch.BOTH
         use = Touch.COIL if is_default else use
-        place = FileLine(self._file, target.lineno)
+        place = self._reader.place(target)
         self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
-        if is_default or self._function == "every_scan":
+        if is_every_scan:
             self._switched(name, place, reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
@@ -153,8 +156,8 @@ class Accesses:
         return with_leaves(found, of)
 
     def _add(self, access: Access) -> None:
-        for owner in sorted(self._owners.get(self._function, {""})):
-            self._facts.accesses.append(replace(access, unit=self._function, owner=owner))
+        for owner in self._owners:
+            self._facts.accesses.append(replace(access, unit=self._function.name, owner=owner))
 
 
 def _use(value: ast.expr | None) -> Touch:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from inspect import signature
 from types import MappingProxyType
@@ -22,7 +22,7 @@ from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
 from ..facts import Facts, FileLine, UsesBit, Violation
-from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
+from .nodes import FUNCTIONS, Function, given_to, is_stored, missing, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -84,6 +84,11 @@ class Reader:
     def remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
         """Add a mistake that shows in one place."""
         self.facts.remark(rule, self.place(node), text)
+
+    def remark_unless_in(self, names: Collection[str], node: ast.Attribute) -> None:
+        """Note an attribute that is not among the names of its owner."""
+        if node.attr not in names:
+            self.remark("unknown-attribute", node, missing(ast.unparse(node), node.attr, names))
 
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
         """Yield the calls of command classes, each with the name of the class."""

@@ -19,6 +19,7 @@ from ..ranges import ANY, Range, exactly, joined
 from .locks import Locks
 from .nodes import Function, bodies_of, field_of, given_to, last_name, nodes_in, parents_in
 from .numbers import Numbers
+from .reader import Reader
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
 """Commands that end by themselves; the next command must wait for the end."""
@@ -32,8 +33,8 @@ RELEASING = ("halt", "stop", "reset")
 DEPTH = 8
 """Maximum depth of helpers that are followed."""
 
-Method = tuple[str, Function]
-"""A method with its file."""
+Method = tuple[Reader, Function]
+"""A method with the reader of its file."""
 
 
 @dataclass(slots=True)
@@ -83,9 +84,9 @@ class SequenceSummaries:
         """Follow a method into its body."""
         if name not in self._methods or place.depth == 0:
             return
-        file, function = self._methods[name]
+        reader, function = self._methods[name]
         self.reached.setdefault(name, set()).add(self._owner)
-        inner = replace(place, file=file, unit=name, depth=place.depth - 1, axes={}, numbers={})
+        inner = replace(place, file=reader.file, unit=name, depth=place.depth - 1, axes={}, numbers={})
         if call is not None:
             inner.axes, inner.numbers = self._arguments(function, call, place)
         self._body(function.body, inner)

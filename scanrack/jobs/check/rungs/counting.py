@@ -24,7 +24,7 @@ from ..logic import TRUE, Bit, Compare, Condition, base_of, compares, leaves
 from .accesses import in_first_scan
 from .conditions import EDGE
 from .number_ranges import BY_PEOPLE, Values, written_value
-from .operands import is_zero, key_of, parts_of, uses_of
+from .operands import is_input, is_zero, key_of, parts_of, uses_of
 from .walk import Point
 
 RUN = {
@@ -219,5 +219,4 @@ def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
 
 def _is_button(bit: Bit, places: Mapping[str, Place]) -> bool:
     place = places.get(base_of(bit.name))
-    is_input = place is not None and place.leaf.slot is not None and not place.leaf.output
-    return is_input and place is not None and BUTTONS.search(place.text) is not None
+    return is_input(place) and BUTTONS.search(place.text) is not None

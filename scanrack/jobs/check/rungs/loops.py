@@ -99,16 +99,9 @@ def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, fr
         for loop in loops_in(routine.body or ()):
             sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
             yield from ((path, range_, sites) for path, range_ in _counted_by(loop))
-        yield from (_counted_by_step(step) for step in steps_in(routine) if _is_bounded(step))
-
-
-def _is_bounded(step: LoweredStep) -> bool:
-    """Whether an instruction is a FOR with constant bounds."""
-    return step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4])
-
-
-def _counted_by_step(step: LoweredStep) -> tuple[str, Range, frozenset[int]]:
-    return path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
+        for step in steps_in(routine):
+            if step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4]):
+                yield path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
 
 
 def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Range]]:

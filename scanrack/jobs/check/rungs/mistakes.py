@@ -38,7 +38,7 @@ from ..logic import (
 from ..ranges import Range
 from .conditions import Conditions
 from .number_ranges import COPIES, Values, is_whole, type_range, written_value
-from .operands import calculations_of, first_of, group_of, is_fixed, key_of, path_of
+from .operands import calculations_of, first_of, group_of, is_fixed, is_input, key_of, path_of
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO")
@@ -243,13 +243,9 @@ def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) ->
     whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
     bits = [each for each in leaves(whole) if isinstance(each, Bit) and each.on]
     starts = (places.get(each.name) for each in bits if each != own)
-    if own not in bits or not any(map(_is_input, starts)):
+    if own not in bits or not any(map(is_input, starts)):
         return False
     return never(AllOf((own, negated(whole)))) and not always(whole)
-
-
-def _is_input(place: Place | None) -> bool:
-    return place is not None and place.leaf.slot is not None and not place.leaf.output
 
 
 def _others(own: Access, writes: Sequence[Access]) -> bool:

@@ -6,7 +6,6 @@ unknown or depends on the tag itself, the range is that of the tag's type.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -137,7 +136,7 @@ class Values:
                 return self._of_place(operand, depth)
             case Calculation(name, operands) if name in OPERATIONS:
                 found = OPERATIONS[name](*(self.of(each, depth) for each in operands))
-                return _cut(found) if name == "/" and all(map(is_whole, operands)) else found
+                return OPERATIONS["TRN"](found) if name == "/" and all(map(is_whole, operands)) else found
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
@@ -282,10 +281,6 @@ def is_whole(operand: Resolved) -> bool:
     if isinstance(operand, Constant | Place):
         return operand.type.is_integer
     return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))
-
-
-def _cut(found: Range) -> Range:
-    return Range(math.trunc(found.least), math.trunc(found.most)) if found.is_known else found
 
 
 def _rounded(found: Range) -> Range:

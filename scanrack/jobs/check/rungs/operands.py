@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from typing import Any
+from typing import Any, TypeGuard
 
 from scanrack.ladder.debug.crossref import TARGETS
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
@@ -62,6 +62,11 @@ def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calcu
 def is_zero(operand: object) -> bool:
     """Whether an operand is the constant 0."""
     return isinstance(operand, Constant) and not operand.value
+
+
+def is_input(operand: Place | None) -> TypeGuard[Place]:
+    """Whether an operand is in the input image of a slot."""
+    return operand is not None and operand.leaf.slot is not None and not operand.leaf.output
 
 
 def is_fixed(operand: Place | Group) -> bool:

@@ -41,7 +41,7 @@ from .accesses import FIRST_SCAN, in_first_scan
 from .calls import RoutineCalls
 from .conditions import EDGE
 from .number_ranges import Values, written_value
-from .operands import first_of, group_of, key_of
+from .operands import first_of, group_of, is_input, key_of
 from .output_writes import Write
 from .walk import Point
 
@@ -311,7 +311,7 @@ class Steps:
 
     def _is_input(self, place: Place | None) -> TypeGuard[Place]:
         """Whether an operand is an input of a 3601."""
-        return place is not None and place.leaf.slot in self._steppers and not place.leaf.output
+        return is_input(place) and place.leaf.slot in self._steppers
 
 
 def _status(place: Place) -> str | None:

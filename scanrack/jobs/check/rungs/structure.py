@@ -16,15 +16,12 @@ from scanrack.ladder.model.tree import Address, Operand, addresses_in, instructi
 from scanrack.ladder.prove.claims import NEVER
 from scanrack.ladder.state.lowered import (
     Act,
-    Arms,
     Body,
     Call,
-    Loop,
     LoweredLine,
     LoweredProgram,
     LoweredRoutine,
     LoweredStep,
-    Selection,
     steps_of,
 )
 
@@ -100,7 +97,7 @@ class Structure:
             steps = steps_of(each.line.nodes) if isinstance(each, Act) else ()
             if steps and steps[-1].name in ("RETURN", "EXIT", *LEAVES):
                 text = f"{steps[-1].name} leaves before it: this statement is never reached"
-                self._facts.remark("unreachable", self._place(_first_line(following)), text)
+                self._facts.remark("unreachable", self._place(next(lines_in((following,)))), text)
                 return
         for each in body:
             for inner in bodies_of(each):
@@ -168,12 +165,6 @@ class Structure:
             if program and short in declared:
                 text = f"tag {short} of program {program} hides the controller's tag {declared[short].name}"
                 self._facts.remark("shadowed-name", self._declared(each.name), text)
-
-
-def _first_line(statement: Act | Arms | Selection | Loop) -> LoweredLine:
-    if isinstance(statement, Loop):
-        return statement.start or statement.condition
-    return next(lines_in((statement,)))
 
 
 def _called_by(line: LoweredLine) -> Iterator[str]:
