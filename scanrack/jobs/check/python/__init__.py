@@ -8,7 +8,6 @@ calls.py        calls of axis methods in that class
 loops.py        loops that never wait
 sequence_summaries.py   the commands of each sequence in order, and its locks
 numbers.py, conditions.py   ranges and conditions in a program text
-locks.py        the orders in which locks are taken
 scans.py        how a function of the scan uses slots and words
 images.py       which of its expressions are slots and images
 steps.py        steps, and what the program does in them

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scanrack.ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
@@ -39,6 +39,20 @@ def variables_of(logic: Logic, path: Path, is_recorded: Callable[[str], bool]) -
         yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """The conditions of a statement.
+
+    Attributes:
+        once: whether it runs only once.
+        top: whether every run of the method reaches it.
+    """
+
+    reached: Condition = TRUE
+    once: bool = False
+    top: bool = False
+
+
 class Accesses:
     """The accesses of a method to fields and terminals.
 
@@ -56,54 +70,53 @@ class Accesses:
 
     def note(self) -> None:
         """Note the accesses."""
-        self._body(self._function.body, TRUE, once=self._starts_once, top=True)
+        self._body(self._function.body, _Place(once=self._starts_once, top=True))
 
-    def _body(self, body: Sequence[ast.stmt], reached: Condition, *, once: bool, top: bool) -> None:
-        for each in body:
-            self._statement(each, reached, once=once, top=top)
-            if isinstance(each, ast.If) and not each.orelse and isinstance(each.body[-1], ast.Return):
-                top = False
+    def _body(self, body: Sequence[ast.stmt], place: _Place) -> None:
+        for node in body:
+            self._statement(node, place)
+            if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
+                place = replace(place, top=False)
 
-    def _statement(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+    def _statement(self, node: ast.stmt, place: _Place) -> None:
+        inner = replace(place, top=False)
         match node:
             case ast.If(test=test):
                 self._reads(test)
                 own = condition(test, self._names)
-                self._inner(all_of(reached, own), node.body, once=once)
-                self._inner(all_of(reached, negated(own)), node.orelse, once=once)
+                self._body(node.body, replace(inner, reached=all_of(place.reached, own)))
+                self._body(node.orelse, replace(inner, reached=all_of(place.reached, negated(own))))
             case ast.While(test=test):
                 self._reads(test)
-                self._inner(TRUE, *bodies_of(node), once=False)
+                self._bodies(node, _Place())
             case ast.For(iter=iterable) | ast.AsyncFor(iter=iterable):
                 self._reads(iterable)
-                self._inner(reached, *bodies_of(node), once=False)
+                self._bodies(node, replace(inner, once=False))
             case ast.With(items=items) | ast.AsyncWith(items=items):
                 for item in items:
                     self._reads(item.context_expr)
-                self._inner(reached, node.body, once=once)
+                self._bodies(node, inner)
             case ast.Try():
-                self._inner(reached, *bodies_of(node), once=once)
+                self._bodies(node, inner)
             case ast.Match(subject=subject):
                 self._reads(subject)
-                self._inner(reached, *bodies_of(node), once=once)
+                self._bodies(node, inner)
             case _:
-                self._simple(node, reached, once=once, top=top)
+                self._simple(node, place)
 
-    def _inner(self, reached: Condition, *bodies: Sequence[ast.stmt], once: bool) -> None:
-        """Note the accesses in the bodies of a statement, under its condition."""
-        for body in bodies:
-            self._body(body, reached, once=once, top=False)
+    def _bodies(self, node: ast.stmt, inner: _Place) -> None:
+        for body in bodies_of(node):
+            self._body(body, inner)
 
-    def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+    def _simple(self, node: ast.stmt, place: _Place) -> None:
         self._reads(node)
         if isinstance(node, ast.AugAssign):
-            self._write(node.target, Touch.BOTH, reached, once=once, top=False)
+            self._write(node.target, Touch.BOTH, replace(place, top=False))
         declared = [node.target] if isinstance(node, ast.AnnAssign) else []
         value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
         for target in targets_of(node) or declared:
             for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
-                use = Touch.WRITE if each is not target else _use(value)
-                self._write(each, use, reached, once=once, top=top, value=value)
+                self._write(each, Touch.WRITE if each is not target else _use(value), place, value)
         self._names.forget()
 
     def _reads(self, node: ast.AST) -> None:
@@ -112,27 +125,17 @@ class Accesses:
             if name in self._facts.variables and is_loaded(each):
                 self._add(Access(name, "", Touch.READ, self._reader.place(each)))
 
-    def _write(
-        self,
-        target: ast.expr,
-        use: Touch,
-        reached: Condition,
-        *,
-        once: bool,
-        top: bool,
-        value: ast.expr | None = None,
-    ) -> None:
+    def _write(self, target: ast.expr, use: Touch, place: _Place, value: ast.expr | None = None) -> None:
         name = field_of(target)
         if name not in self._facts.variables:
             return
-        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
+        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(place.reached))
         is_every_scan = self._function.name == "every_scan"
-        is_default = top and is_every_scan and use is not Touch.BOTH
-        use = Touch.COIL if is_default else use
-        place = self._reader.place(target)
-        self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
+        is_default = place.top and is_every_scan and use is not Touch.BOTH
+        use, at = Touch.COIL if is_default else use, self._reader.place(target)
+        self._add(Access(name, "", use, at, needs=needs, once=place.once, default=is_default))
         if is_every_scan:
-            self._switched(name, place, reached, value)
+            self._switched(name, at, place.reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
         """Note the condition under which an output is switched on."""

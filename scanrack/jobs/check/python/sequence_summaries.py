@@ -16,7 +16,6 @@ from scanrack.ladder.python.axis3601 import Axis3601
 
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
-from .locks import Locks
 from .nodes import Function, bodies_of, field_of, given_to, last_name, nodes_in, parents_in
 from .numbers import Numbers
 from .reader import Reader
@@ -67,8 +66,9 @@ class SequenceSummaries:
         numbers: Mapping[str, Numbers],
         facts: Facts,
     ) -> None:
-        self._methods, self._axes, self._locks = methods, axes, Locks(locks, facts)
+        self._methods, self._axes, self._locks = methods, axes, locks
         self._numbers, self._facts = numbers, facts
+        self._taken: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, and where
         self._owner = ""
         self._order = 0
         self._pending: dict[str, tuple[str, int]] = {}
@@ -186,10 +186,36 @@ class SequenceSummaries:
         for item in statement.items:
             self._expression(item.context_expr, place)
             name = field_of(item.context_expr)
-            if name in self._locks.names:
-                self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
+            if name in self._locks:
+                self._take(name, place.locks, FileLine(place.file, statement.lineno))
                 place = replace(place, locks=(*place.locks, name))
         return place
+
+    def _take(self, name: str, held: Sequence[str], at: FileLine) -> None:
+        """Note that a sequence takes a lock; remark if its order can block sequences forever."""
+        if name in held:
+            text = f"{self._owner} takes {name}, which it holds: it waits for itself"
+            self._facts.remark("lock-order", at, text)
+            return
+        for each in held:
+            back = self._way(name, each)
+            if back is not None:
+                where = f"line {back.line} leads the other way"
+                text = f"{self._owner} takes {name} while it holds {each}: {where}"
+                self._facts.remark("lock-order", at, text)
+            self._taken.setdefault(each, {}).setdefault(name, at)
+
+    def _way(self, first: str, last: str) -> FileLine | None:
+        """Return where a chain of lock orders from one lock to another begins; None if there is none."""
+        seen, todo = {first}, list(self._taken.get(first, {}).items())
+        while todo:
+            name, at = todo.pop(0)
+            if name == last:
+                return at
+            if name not in seen:
+                seen.add(name)
+                todo += [(each, at) for each in self._taken.get(name, {})]
+        return None
 
     # --- expressions
 
