@@ -18,7 +18,7 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder import LadderLogic
 
-from .facts import Access, Facts, FileLine, Touch, Violation
+from .facts import Facts, FileLine, Touch, Violation
 from .module_kinds import MODE_CONFIG
 from .python.images import Images
 from .python.reader import Reader
@@ -92,13 +92,9 @@ def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
         if image is None or place is None:
             continue
         side, number = (image[2], image[1]) if image[1] else (image[3], image[4])
-        if int(number) in slots and place[2] is not None and _acts(each, side):
+        acts = side == "I" or each.use is not Touch.UNLATCH  # clearing a bit means the same on a drive
+        if acts and int(number) in slots and place[2] is not None:
             yield each.place, side, int(place[1]), 1 << int(place[2]), each.text or each.variable
-
-
-def _acts(access: Access, side: str) -> bool:
-    """Whether an access reads a status or sets a command; clearing a bit means the same on a drive."""
-    return side == "I" or access.use is not Touch.UNLATCH
 
 
 def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:

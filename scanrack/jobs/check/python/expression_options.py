@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, cast
@@ -210,7 +210,7 @@ class Options:
         known = self._reader.names.get(name, _BUILT_IN.get(name))
         kind = getattr(amci3601, name.rpartition(".")[2], None)
         is_made = isinstance(kind, type) and (known is kind or name not in self._reader.names)
-        function = kind if is_made else PURE.get(known) if _is_hashable(known) else None
+        function = kind if is_made else PURE.get(known) if isinstance(known, Hashable) else None
         if function is None:
             raise UnknownError
         return cast("Callable[..., Any]", function)
@@ -293,10 +293,6 @@ def _is_plain(value: Any) -> bool:
 
 def _is_frozen(value: Any) -> bool:
     return bool(type(value).__dataclass_params__.frozen)
-
-
-def _is_hashable(value: object) -> bool:
-    return value is not None and type(value).__hash__ is not None
 
 
 def _changed(tree: ast.Module) -> Sequence[str]:

@@ -231,12 +231,10 @@ def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, 
     stored = Counter(node.id for node in filter(is_stored, nodes_in(functions, ast.Name)))
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
-        is_row = isinstance(loop.target, ast.Tuple)
-        for at, target in enumerate(
-            loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
-        ):
+        targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
+        for at, target in enumerate(targets):
             if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
-                yield target.id, (loop.iter, at if is_row else None)
+                yield target.id, (loop.iter, None if target is loop.target else at)
 
 
 def _item(row: object, at: int) -> object:

@@ -231,7 +231,8 @@ class SequenceSummaries:
                 self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
             elif helper in self._methods:
                 self._call(helper, place, call)
-        if not all(_is_dwell(each.value) or self._commanded(each.value, place) for each in waits):
+        others = (each.value for each in waits if not self._commanded(each.value, place))
+        if not all(isinstance(each, ast.Call) and last_name(each.func) == "dwell" for each in others):
             self._pending = {}
 
     def _commanded(self, node: ast.expr, place: _Place) -> str:
@@ -326,10 +327,6 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
         yield from _calls(child)
     if isinstance(node, ast.Call):
         yield node
-
-
-def _is_dwell(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and last_name(node.func) == "dwell"
 
 
 def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:

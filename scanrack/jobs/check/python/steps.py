@@ -75,7 +75,8 @@ class PythonSteps:
 
     def _there(self, reached: Condition, machine: str) -> frozenset[Step] | None:
         """Return the steps in which a condition can hold; None for all."""
-        numbers = {self._number(step): step for step in sorted(self._machines[machine], key=str)}
+        number = self._walk.names.number
+        numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
         there = steps_in(reached, machine, frozenset(numbers))
         return None if there is None else frozenset(numbers[each] for each in there)
 
@@ -85,9 +86,6 @@ class PythonSteps:
             machine: (self._there(reached, machine), is_only_of(reached, machine))
             for machine in self._machines
         }
-
-    def _number(self, step: Step) -> float:
-        return float(self._walk.names.number(step) or 0)
 
     def use(self, machine: str, step: Step) -> StepUse | None:
         """Return what the text does in a step; None if the step may change in ways that are not analyzed."""

@@ -6,7 +6,7 @@ A bit that the program writes is renamed for the rest of the rung, because its v
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
@@ -71,13 +71,9 @@ class RungConditionNames:
         """Rename every value."""
         self.all = next(self.turns)
 
-    def state(self) -> tuple[dict[str, int], int]:
-        """Return the present names, for `go_back`."""
-        return dict(self.written), self.all
-
-    def go_back(self, state: tuple[dict[str, int], int]) -> None:
-        """Restore the names that `state` returned."""
-        self.written, self.all = dict(state[0]), state[1]
+    def copy(self) -> RungConditionNames:
+        """Return the present names, which later writes do not change."""
+        return replace(self, written=dict(self.written))
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
