@@ -13,8 +13,7 @@ from scanrack.ladder.python.sequences.logic import fields_of
 
 from ..facts import Access, FileLine, OutputWrite, Role, Touch, Variable
 from ..logic import INPUT, TRUE, AllOf, Bit, Condition, all_of, base_of, needed, negated, with_leaves
-from ..rungs.accesses import declaration_lines
-from ..written import place_at
+from ..written import declaration_lines, place_at
 from .conditions import ConditionNames, condition
 from .nodes import Function, bodies_of, field_of, is_loaded, nodes_in, targets_of
 from .reader import Reader

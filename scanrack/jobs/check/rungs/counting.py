@@ -25,6 +25,7 @@ from .accesses import in_first_scan
 from .conditions import EDGE
 from .number_ranges import BY_PEOPLE, Values, written_value
 from .operands import is_input, is_zero, key_of, parts_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 RUN = {
@@ -80,13 +81,13 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 """Finds, in the names of inputs, words for buttons. People press these whenever they want."""
 
 
-def unbounded(points: Sequence[Point], values: Values, places: Mapping[str, Place], facts: Facts) -> None:
+def unbounded(view: LadderView, facts: Facts) -> None:
     """Note subscripts that count up or down and that nothing limits."""
     used: dict[str, Subscript] = {}
-    for each in chain.from_iterable(map(_subscripts, points)):
+    for each in chain.from_iterable(map(_subscripts, view.points)):
         used.setdefault(key_of(each.number), each)
-    counting = {key: each for key, each in used.items() if _only_counts(each.number, values)}
-    limits, resets = _bounds(points if counting else (), used, places)
+    counting = {key: each for key, each in used.items() if _only_counts(each.number, view.values)}
+    limits, resets = _bounds(view.points if counting else (), used, view.places)
     for key, each in counting.items():
         _note_reached(each, limits[key], resets[key], facts)
 

@@ -27,7 +27,7 @@ LEAVES = ("EXIT", "RETURN", "RET", "TND", "JMP")
 def endless(
     routines: Iterable[LoweredRoutine], place_of: Callable[[LoweredLine], FileLine], facts: Facts
 ) -> None:
-    """Note endless loops in the user's routines."""
+    """Note endless loops."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             text = _why_endless(loop)

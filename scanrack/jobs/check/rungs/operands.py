@@ -74,9 +74,9 @@ def is_fixed(operand: Place | Group) -> bool:
     return all(isinstance(each, Constant) for each in operand.indices)
 
 
-def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
-    """Return the path of a tag, in capitals unless `as_written` is true."""
-    return operand.path if as_written else operand.path.upper()
+def path_of(operand: Place | Group) -> str:
+    """Return the path of a tag, in capitals."""
+    return operand.path.upper()
 
 
 def around(path: str) -> Iterator[str]:

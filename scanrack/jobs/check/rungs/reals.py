@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Sequence
 
+from scanrack.io_images.cards import KINDS
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
@@ -21,6 +22,7 @@ from ..facts import Facts
 from .conditions import COMPARISONS
 from .number_ranges import RESULTS, Values, written_value
 from .operands import calculations_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO", "TONR", "TOFR", "RTOR")
@@ -38,15 +40,13 @@ MEASURED = re.compile(r":I\b", re.IGNORECASE)
 DEPTH = 8
 
 
-def note_reals(points: Sequence[Point], values: Values, analog: Collection[int], facts: Facts) -> None:
-    """Note equality comparisons of a calculated REAL, a running time or an analog input.
-
-    Args:
-        analog: slots of cards that have analog inputs.
-    """
-    reals = _Reals(points, values)
-    timers = {path_of(each) for point in points if (each := group_of(point.step, TIMERS)) is not None}
-    for point in points:
+def note_reals(view: LadderView, facts: Facts) -> None:
+    """Note equality comparisons of a calculated REAL, a running time or an analog input."""
+    cards = ((slot.number, KINDS.get(slot.module)) for slot in view.spec.slot)
+    analog = [number for number, kind in cards if kind is not None and kind.channels_in > 0]
+    reals = _Reals(view.points, view.values)
+    timers = {path_of(each) for point in view.points if (each := group_of(point.step, TIMERS)) is not None}
+    for point in view.points:
         for one, relation, other in _comparisons(point.step):
             what = _measured(one, other, timers, analog) if relation == "=" else ""
             if not what and reals.differ(one, relation, other):

@@ -9,13 +9,14 @@ from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
-from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+from scanrack.runtime.config.rackspec import profile_in
 
 from ..facts import Command, FileLine, SentCommand, Violation
 from ..groups import grouped
 from ..module_kinds import MODE_CONFIG, MOVES, NEWEST, SEARCHES, kinds_of
 from ..ranges import Range, exactly
 from .output_writes import COPIES, Write, WriteReader, output_word
+from .view import LadderView
 
 BLEND = 0x0100
 """The bit of output word 1 that programs a blend."""
@@ -27,26 +28,12 @@ _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
 
 
 class SentWords:
-    """The commands in a program's writes and copies.
+    """The commands in a program's writes and copies."""
 
-    Args:
-        slots: slots of 3601s.
-        axes: slots of the axes of motion blocks.
-        drives: slots of networked drives.
-    """
-
-    def __init__(
-        self,
-        reader: WriteReader,
-        lines: Sequence[tuple[LoweredLine, FileLine]],
-        writes: Sequence[Write],
-        slots: Mapping[int, SlotSpec],
-        axes: Mapping[str, int],
-        drives: Collection[int],
-    ) -> None:
-        self._reader, self._lines, self._writes, self._slots = reader, lines, writes, slots
-        self._axes, self._drives = axes, drives
-        self._copies = [each for line, place in lines for each in self._copied(line, place)]
+    def __init__(self, view: LadderView, reader: WriteReader, writes: Sequence[Write]) -> None:
+        self._view, self._slots = view, view.steppers
+        self._reader, self._writes = reader, writes
+        self._copies = [each for line, place in view.lines for each in self._copied(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
         """Yield the configurations that are sent."""
@@ -77,7 +64,7 @@ class SentWords:
 
     def at_once(self) -> Iterator[Violation]:
         """Yield writes of a command with its parameters that an update may interrupt, which excludes CPS."""
-        for line, place in self._lines:
+        for line, place in self._view.lines:
             written = set()
             for step in line.all_steps:
                 operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
@@ -123,8 +110,8 @@ class SentWords:
     def _configured(self, call: AddOnCall, place: FileLine) -> Iterator[SentCommand]:
         """Yield the configuration that a block sends to a 3601."""
         words = self._reader.words_of(call.handed["CONFIGURATION"])
-        slot = self._axes.get(call.handed["AXIS"].text.upper())
-        if words is not None and words[0] is not None and slot not in self._drives:
+        slot = self._view.axes.get(call.handed["AXIS"].text.upper())
+        if words is not None and words[0] is not None and slot not in self._view.drives:
             yield SentCommand(place, slot, _filled(words))
 
 

@@ -7,7 +7,7 @@ EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40, s
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeGuard
@@ -40,9 +40,10 @@ from ..written import WordWrite
 from .accesses import FIRST_SCAN, in_first_scan
 from .calls import RoutineCalls
 from .conditions import EDGE
-from .number_ranges import Values, written_value
+from .number_ranges import written_value
 from .operands import first_of, group_of, is_input, key_of
 from .output_writes import Write
+from .view import LadderView
 from .walk import Point
 
 UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
@@ -53,24 +54,11 @@ DEPTH = 3
 
 
 class Steps:
-    """The steps of a program.
+    """The steps of a program."""
 
-    Args:
-        points: points of the user's routines.
-        places: operands by key.
-        steppers: slots of 3601s.
-    """
-
-    def __init__(
-        self,
-        points: Sequence[Point],
-        calls: RoutineCalls,
-        values: Values,
-        places: Mapping[str, Place],
-        steppers: Collection[int],
-    ) -> None:
-        self._points, self._calls, self._values = points, calls, values
-        self._places, self._steppers = places, steppers
+    def __init__(self, view: LadderView, calls: RoutineCalls) -> None:
+        self._points, self._values, self._places = view.main, view.values, view.places
+        self._steppers, self._calls = view.steppers, calls
         self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
 
     def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:

@@ -18,7 +18,7 @@ from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRo
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
 
-from ...check.rungs.structure import own_routines
+from ...check.rungs.view import own_routines
 from ...load.loading import LoadedRack
 from ..aim.branches import branch_lines
 from ..aim.edges import Edges
