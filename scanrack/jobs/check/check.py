@@ -103,7 +103,7 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = 
     found = list(_judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts))
     suppressions = Suppressions(job)
     kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
-    stubs = (f"behind {each}" for each in job.stubs)
+    stubs = (f"behind {stub}" for stub in job.stubs)
     not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
     return CheckReport(kept, not_seen, len(found) - len(kept))
 
@@ -114,7 +114,7 @@ def refused(error: Exception, file: str) -> CheckReport:
     Args:
         file: the file that was to be checked, used for a mistake without a place.
     """
-    found = [each for each in sites_of(error) if each.file]
+    found = [site for site in sites_of(error) if site.file]
     sites = [each for each in found if each.line] or [Site(file=file, line=1)]
     text = str(error)
     findings = (Finding("refused", FileLine(each.file, each.line or 1), text, each) for each in sites[-1:])

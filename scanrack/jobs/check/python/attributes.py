@@ -86,7 +86,7 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> No
     names = nodes_in(function, ast.Name)
     if not is_dataclass(kind) or any(each.id == name and is_stored(each) for each in names):
         return
-    reader.remark_unless_in({*dir(kind), *(each.name for each in fields(kind))}, node)
+    reader.remark_unless_in({*dir(kind), *(field.name for field in fields(kind))}, node)
 
 
 def _element(node: ast.Subscript, reader: Reader) -> None:
@@ -113,7 +113,7 @@ def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
 
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
     """Return the keys that a table may have; None if other code may add keys."""
-    used = [each for each in nodes_in(tree, ast.Subscript) if ast.unparse(each.value) == name]
+    used = [node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.value) == name]
     changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
     stored = [each.slice for each in filter(is_stored, used) if id(each) not in changed]
     constants = [each.value for each in stored if isinstance(each, ast.Constant)]

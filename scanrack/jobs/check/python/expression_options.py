@@ -133,7 +133,7 @@ class Options:
             tested = self.of(node.test, names, depth)
         except UnknownError:
             parts = [self.of(each, names, depth) for each in (node.body, node.orelse)]
-            options = tuple(option for each in parts for option in each.options)
+            options = tuple(option for part in parts for option in part.options)
             return Choices(options[:MOST], ast.unparse(node))
         ways = {bool(each) for each in tested.options}
         if len(ways) > 1:
@@ -181,7 +181,7 @@ class Options:
             except UnknownError:
                 continue
             options += found.options
-            names += found.names or [f"{text} = {each}" for each in found.options]
+            names += found.names or [f"{text} = {option}" for option in found.options]
         if not options:
             raise UnknownError
         return Choices(tuple(options[:MOST]), text if len(options) > 1 else "", tuple(names[:MOST]))
@@ -193,7 +193,7 @@ class Options:
             raise UnknownError
         keys = [str(each.arg) for each in call.keywords]
         nodes = [*call.args, *(each.value for each in call.keywords)]
-        given = [self.of(each, names, depth) for each in nodes]
+        given = [self.of(node, names, depth) for node in nodes]
         if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not given:
             made = self.of(call.func.value, names, depth)
             return _each([made], lambda each: tuple(each.to_image()))

@@ -27,10 +27,10 @@ ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), 
 def variables_of(logic: Logic, path: Path, is_recorded: Callable[[str], bool]) -> Iterator[Variable]:
     """Yield the fields and terminals of an instance."""
     lines = declaration_lines(path)
-    for each in parts_of(logic):
-        role = next((role for kind, role in ROLES if isinstance(each, kind)), None)
+    for part in parts_of(logic):
+        role = next((role for kind, role in ROLES if isinstance(part, kind)), None)
         if role is not None:
-            yield Variable(each.name, place_at(each.declared, path), role, "bool", set=True)
+            yield Variable(part.name, place_at(part.declared, path), role, "bool", set=True)
     for name, value in fields_of(logic).items():
         is_set = not isinstance(value, bool) or value
         is_number = not isinstance(value, bool)

@@ -137,7 +137,7 @@ class Reader:
         if isinstance(node, ast.Name) and node.id in self.loops:
             iterable, at = self.loops[node.id]
             elements = self._elements(iterable)
-            return elements if at is None else [_item(each, at) for each in elements]
+            return elements if at is None else [_item(element, at) for element in elements]
         return (self.value(node),)
 
     def _elements(self, node: ast.expr) -> Sequence[object]:

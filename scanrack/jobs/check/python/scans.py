@@ -161,7 +161,7 @@ class Scans:
         """Whether a configuration is used, in place or by its global name."""
         assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
         own = [node for node in assignments if made in ast.walk(node.value)]
-        names = {ast.unparse(each) for node in own for each in node.targets}
+        names = {ast.unparse(target) for node in own for target in node.targets}
         loads = filter(is_loaded, nodes_in(self._reader.tree, ast.Name))
         return not own or any(each.id in names for each in loads)
 

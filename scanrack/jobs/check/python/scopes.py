@@ -49,7 +49,7 @@ class Scopes:
 
     def _is_called(self, name: str) -> bool:
         calls = (node.func for node in nodes_in(self._reader.tree, ast.Call))
-        return any(isinstance(each, ast.Name) and each.id == name for each in calls)
+        return any(isinstance(call, ast.Name) and call.id == name for call in calls)
 
     def _shadows(self, function: Function) -> None:
         """Note local names that hide a global name or a built-in function."""

@@ -91,7 +91,7 @@ class _SequenceReader:
         self._readers = [Reader(str(file), tree, names, facts, fields) for file, tree, names in texts]
         self._attributes = {node.attr for node in nodes_in(self._trees, ast.Attribute)}
         self._constants = {node.value for node in nodes_in(self._trees, ast.Constant)}
-        self._parts = {each.name: each for each in parts_of(logic)}
+        self._parts = {part.name: part for part in parts_of(logic)}
         self._axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
         self._blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
         self._methods = dict(self._all_methods())
@@ -167,8 +167,8 @@ class _SequenceReader:
         numbers = {each.file: Numbers(each, _stored(each, self._logic)) for each in self._readers}
         summaries = SequenceSummaries(self._methods, self._axes, locks, numbers, self._facts)
         sequences = [each.name for each in sequences_of(self._logic)]
-        for each in sequences:
-            summaries.follow(each, each)
+        for sequence in sequences:
+            summaries.follow(sequence, sequence)
         summaries.follow("every_scan", "")
         self._facts.escaped = summaries.escaped()
         for reader, function in self._methods.values():
@@ -310,7 +310,7 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
     used = {"I": read, "O": stored_attributes(texts)}
     by_name = _uses_names(texts)
-    signals = ((each.name, each.at) for each in parts_of(logic) if isinstance(each, Signal))
+    signals = ((part.name, part.at) for part in parts_of(logic) if isinstance(part, Signal))
     places = {
         (at.slot, at.image, at.word, at.bit)
         for name, at in signals

@@ -69,7 +69,7 @@ class PythonSteps:
     ) -> StepAction:
         parts = list(leaves(reached))
         ends = any(map(self._says_end, parts))
-        moves = any(isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in parts)
+        moves = any(isinstance(part, Bit) and part.on and _last(part.name) in MOVING for part in parts)
         there, place = self._there(reached, machine), self._reader.place(node)
         return StepAction(machine, there, place, goes, ends, moves, when=reached)
 
@@ -173,7 +173,7 @@ class PythonSteps:
     def _tells(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
         local = self._images.locals_of(self._walk.function)
-        parts = (self._images.what(each, local) for each in ast.walk(value) if isinstance(each, ast.expr))
+        parts = (self._images.what(node, local) for node in ast.walk(value) if isinstance(node, ast.expr))
         reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
         return reads or TELLING.search(ast.unparse(value)) is not None
 

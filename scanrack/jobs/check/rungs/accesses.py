@@ -104,7 +104,7 @@ def _start(key: str, mention: Mention) -> str:
 
 def in_first_scan(bits: Iterable[Bit]) -> bool:
     """Whether the first-scan bit is among bits that are on."""
-    return any(each.on and each.name.startswith(FIRST_SCAN) for each in bits)
+    return any(bit.on and bit.name.startswith(FIRST_SCAN) for bit in bits)
 
 
 def _is_steady(part: Condition) -> bool:

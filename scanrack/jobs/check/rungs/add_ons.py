@@ -43,11 +43,11 @@ def note_add_ons(view: LadderView, facts: Facts) -> None:
 def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Parameter]:
     """Yield the numbers, timers and counters that start at 0 and that only its own routines can write."""
     others = hosts_in(add_on).union(written_outside)
-    for each in add_on.parameters:
-        is_simple = isinstance(each.type, Elementary) and not _is_set(each.initial)
-        is_own = each.way in OWNED and not each.at and each.name.upper() not in others
-        if is_own and (is_simple or each.type.name in RUN):
-            yield each
+    for parameter in add_on.parameters:
+        is_simple = isinstance(parameter.type, Elementary) and not _is_set(parameter.initial)
+        is_own = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in others
+        if is_own and (is_simple or parameter.type.name in RUN):
+            yield parameter
 
 
 def hosts_in(add_on: AddOn) -> set[str]:

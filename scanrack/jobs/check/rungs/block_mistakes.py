@@ -27,13 +27,13 @@ WRITTEN = {"POSITION": "position", "DISTANCE": "distance", **PROFILE}
 def misordered(view: LadderView, facts: Facts) -> None:
     """Note calls of motion blocks after the block that owns their axis, and axes without an owner."""
     owned: dict[str, BlockCall] = {}
-    for each in view.calls:
-        before = owned.get(each.axis)
-        if each.is_owner:
-            owned.setdefault(each.axis, each)
-        elif before is not None and before.point.routine is each.point.routine:
+    for call in view.calls:
+        before = owned.get(call.axis)
+        if call.is_owner:
+            owned.setdefault(call.axis, call)
+        elif before is not None and before.point.routine is call.point.routine:
             text = (
-                f"{each.call.name} asks axis {each.axis} behind Amci3601 of line {before.place.line}: "
+                f"{call.call.name} asks axis {call.axis} behind Amci3601 of line {before.place.line}: "
                 "what it asks is sent in the next scan"
             )
             facts.remark("block-order", before.place, text)
@@ -46,11 +46,11 @@ def misordered(view: LadderView, facts: Facts) -> None:
 def slots_shared(view: LadderView, facts: Facts) -> None:
     """Note slots that two axes own."""
     by_slot: dict[int, str] = {}
-    for each in view.calls:
-        slot = view.axes.get(each.axis) if each.is_owner else None
-        if slot is not None and by_slot.setdefault(slot, each.axis) != each.axis:
-            text = f"axis {each.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
-            facts.remark("no-place", each.place, text)
+    for call in view.calls:
+        slot = view.axes.get(call.axis) if call.is_owner else None
+        if slot is not None and by_slot.setdefault(slot, call.axis) != call.axis:
+            text = f"axis {call.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
+            facts.remark("no-place", call.place, text)
 
 
 def called_twice(points: Iterable[Point], facts: Facts) -> None:

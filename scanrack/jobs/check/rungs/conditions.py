@@ -164,7 +164,7 @@ class Conditions:
     def _is_none_of(self, operand: Resolved, value: float) -> bool:
         """Whether a number gets only constants, all different from a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
-        known = len(choices) > 2 and all(each.is_constant for each in choices)
+        known = len(choices) > 2 and all(choice.is_constant for choice in choices)
         return known and all(each.least != value for each in choices)
 
     def _limits(self, operand: Resolved) -> Range:
@@ -175,5 +175,5 @@ class Conditions:
             return ANY
         is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
         written = self._values.written(operand) if is_tag and operand.bit is None else []
-        is_chosen = len(written) > 1 and all(each.is_constant for each in written)
+        is_chosen = len(written) > 1 and all(write.is_constant for write in written)
         return self._values.of(operand) if is_chosen else type_range(operand.type)

@@ -108,9 +108,9 @@ def _never_reset(view: LadderView, facts: Facts) -> None:
 
 def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
     """Yield the paths that are written by anything other than an RTO or a counter."""
-    for each in mentions:
-        if each.writes and each.site.instruction.partition("(")[0] not in COUNTING:
-            yield path_of(each.where)
+    for mention in mentions:
+        if mention.writes and mention.site.instruction.partition("(")[0] not in COUNTING:
+            yield path_of(mention.where)
 
 
 def _outputs(points: Sequence[Point], facts: Facts) -> None:

@@ -54,7 +54,7 @@ def never_run(facts: Facts) -> None:
 
 def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
     """Note a counter or timer if its result is read but nothing runs it."""
-    running = [each for each in accesses if _runs(each)]
+    running = [access for access in accesses if _runs(access)]
     for each in accesses:
         member, element = _member(each.part)
         is_result = each.reads and member in RESULTS
@@ -129,7 +129,7 @@ class Subscript(NamedTuple):
 def _only_counts(index: Place, values: Values) -> bool:
     """Whether a number counts and gets only known values."""
     sources = values.sources(index)
-    return None not in sources and any(_counts(each, key_of(index)) for each in sources)
+    return None not in sources and any(_counts(source, key_of(index)) for source in sources)
 
 
 def _limited(point: Point, counted: str) -> Iterator[str]:
@@ -155,7 +155,7 @@ def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> floa
     """Return the value that a subscript reaches before its only comparison resets it; None if unknown."""
     if len({id(each.step) for each in limits}) != 1 or not all(_asks(each.condition, key) for each in resets):
         return None
-    match [each for each in leaves(limits[0].own) if isinstance(each, Compare)]:
+    match [leaf for leaf in leaves(limits[0].own) if isinstance(leaf, Compare)]:
         case [Compare(relation=">" | ">=" | "=" as relation) as found] if resets and compares(found, key):
             return found.number - (relation != ">")
     return None
@@ -163,12 +163,12 @@ def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> floa
 
 def _asks(condition: Condition, key: str) -> bool:
     """Whether a condition compares a number."""
-    return any(compares(each, key) for each in leaves(condition))
+    return any(compares(leaf, key) for leaf in leaves(condition))
 
 
 def _subscripts(point: Point) -> Iterator[Subscript]:
     """Yield the single numbers that are used in an instruction's subscripts."""
-    for operand in (each for given in point.step.operands for each in parts_of(given)):
+    for operand in (part for given in point.step.operands for part in parts_of(given)):
         if isinstance(operand, Place | Group):
             for number, last in _numbers(operand):
                 yield Subscript(number, point.place, operand.text, last)
@@ -212,8 +212,8 @@ def _read(operand: object) -> Iterator[str]:
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     """Whether an instruction acts only in the first scan, or when a person presses a button."""
     parts = set(leaves(point.condition)) - {TRUE}
-    bits = [each for each in parts if isinstance(each, Bit)]
-    levels = [each for each in bits if not each.name.startswith(EDGE)]
+    bits = [part for part in parts if isinstance(part, Bit)]
+    levels = [bit for bit in bits if not bit.name.startswith(EDGE)]
     is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
     return in_first_scan(levels) or (is_pressed and len(bits) == len(parts))
 

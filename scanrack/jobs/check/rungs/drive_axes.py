@@ -16,7 +16,7 @@ from .view import LadderView
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
     """Return the largest limits in a rack: the given ones or those of its drives."""
-    own = [each.limits for each in models]
+    own = [model.limits for model in models]
     speeds, rates = (each.speed for each in own), (each.rate for each in own)
     return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
 
@@ -27,10 +27,10 @@ WordsOf = Callable[[object, int], Sequence[int | None] | None]
 
 def note_drives(view: LadderView, words_of: WordsOf) -> Iterator[Violation]:
     """Yield the calls that can't work on their axis's drive."""
-    for each in view.calls:
-        model = view.drives.get(view.axes.get(each.axis, 0))
+    for call in view.calls:
+        model = view.drives.get(view.axes.get(call.axis, 0))
         if model is not None:
-            yield from (Violation(each.place, text) for text in _wrong(each, model, words_of))
+            yield from (Violation(call.place, text) for text in _wrong(call, model, words_of))
 
 
 def _wrong(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:

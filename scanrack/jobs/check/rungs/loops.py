@@ -45,8 +45,8 @@ def _why_endless(loop: Loop) -> str:
     if loop.start is not None:
         return "FOR counts by 0: it never ends" if _counts_by_zero(loop) else ""
     tested = loop.condition.steps[0].operands[0]
-    places = [each for each in parts_of(tested) if isinstance(each, Place)]
-    names = ", ".join(dict.fromkeys(each.text for each in places))
+    places = [part for part in parts_of(tested) if isinstance(part, Place)]
+    names = ", ".join(dict.fromkeys(place.text for place in places))
     if not names or not _are_fixed(places, steps):
         return ""
     return f"nothing in this loop changes {names}: it never ends once it begins"
@@ -100,7 +100,7 @@ def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, fr
             sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
             yield from ((path, range_, sites) for path, range_ in _counted_by(loop))
         for step in steps_in(routine):
-            if step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4]):
+            if step.name == "FOR" and all(isinstance(operand, Constant) for operand in step.operands[2:4]):
                 yield path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
 
 

@@ -138,7 +138,7 @@ class Mistakes:
 
     def _divisions(self, point: Point) -> None:
         step = point.step
-        divisors = [each.operands[1] for each in calculations_of(step, ("/", "MOD"))]
+        divisors = [calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD"))]
         if any(map(self._is_zero, (*divisors, *(step.operands[1:2] if step.name in ("DIV", "MOD") else ())))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
@@ -216,7 +216,7 @@ class Mistakes:
 
 def sealed(view: LadderView, facts: Facts) -> None:
     """Note coils that an input switches on and that then hold themselves on with no way off."""
-    writes = [each for each in facts.accesses if each.writes]
+    writes = [access for access in facts.accesses if access.writes]
     first = {(each.place, each.text): each for each in reversed(writes)}
     for point in view.main:
         name = _sealed_bit(point, view.places)
@@ -236,8 +236,8 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
     """Whether an input switches a bit on that then holds itself on, whatever else is off."""
     whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
-    bits = [each for each in leaves(whole) if isinstance(each, Bit) and each.on]
-    starts = (places.get(each.name) for each in bits if each != own)
+    bits = [leaf for leaf in leaves(whole) if isinstance(leaf, Bit) and leaf.on]
+    starts = (places.get(bit.name) for bit in bits if bit != own)
     if own not in bits or not any(map(is_input, starts)):
         return False
     return never(AllOf((own, negated(whole)))) and not always(whole)
@@ -282,7 +282,7 @@ def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str
 def _is_excluded(before: Condition, own: Condition) -> bool:
     """Whether a condition contradicts an earlier one about the same values."""
     names = set(map(_value_name, leaves(before))) - {""}
-    meet = any(_value_name(each) in names for each in leaves(own))
+    meet = any(_value_name(leaf) in names for leaf in leaves(own))
     return meet and never(AllOf((before, own)))
 
 

@@ -104,9 +104,9 @@ class Values:
                 self._written.setdefault(element, []).append(written_value(step))
                 self._elements.setdefault(path_of(target), set()).add(element)
         known = {element: len(values) for element, values in self._written.items()}
-        for each in mentions:
-            if each.writes:
-                self._note_write(each, known)
+        for mention in mentions:
+            if mention.writes:
+                self._note_write(mention, known)
         self._known: dict[str, Range] = dict(_counted(every, list(counted)))
 
     def _note_write(self, mention: Mention, known: dict[str, int]) -> None:
@@ -144,7 +144,7 @@ class Values:
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
             return (self.of(operand),)
         written = self.written(operand)
-        constants = [each for each in written if each.is_constant]
+        constants = [write for write in written if write.is_constant]
         if not constants or len(constants) < len(written):
             return (self.of(operand), *constants)
         return (*constants, *filter(None, [self.initial(operand)]))
@@ -248,8 +248,8 @@ def _counted(
     """Yield the paths that only FOR writes, with their ranges."""
     by_path = grouped(loops, lambda each: each[0])
     sites = frozenset().union(*(each for _, _, each in loops))
-    others = (each for step in steps if step.site not in sites for each in written_by(step))
-    written = {path_of(each) for each in others if isinstance(each, Place | Group)} if by_path else set()
+    others = (operand for step in steps if step.site not in sites for operand in written_by(step))
+    written = {path_of(other) for other in others if isinstance(other, Place | Group)} if by_path else set()
     for path in sorted(by_path.keys() - written):
         yield path, joined(*(found for _, found, _ in by_path[path]))
 

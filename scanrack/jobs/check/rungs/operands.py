@@ -54,9 +54,9 @@ def parts_of(operand: object) -> Iterator[object]:
 def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calculation]:
     """Yield the operators and functions with the given names in an instruction's operands."""
     for operand in step.operands:
-        for each in parts_of(operand):
-            if isinstance(each, Calculation) and each.name in names:
-                yield each
+        for part in parts_of(operand):
+            if isinstance(part, Calculation) and part.name in names:
+                yield part
 
 
 def is_zero(operand: object) -> bool:
@@ -71,7 +71,7 @@ def is_input(operand: Place | None) -> TypeGuard[Place]:
 
 def is_fixed(operand: Place | Group) -> bool:
     """Whether all subscripts of an operand are constants."""
-    return all(isinstance(each, Constant) for each in operand.indices)
+    return all(isinstance(index, Constant) for index in operand.indices)
 
 
 def path_of(operand: Place | Group) -> str:
@@ -102,7 +102,7 @@ def part_of(operand: Place | Group, tag: str) -> str:
 
 def _subscripts(operand: Place | Group) -> str:
     bit = operand.bit if isinstance(operand, Place) else None
-    indices = "".join(f"[{_index(each)}]" for each in operand.indices)
+    indices = "".join(f"[{_index(index)}]" for index in operand.indices)
     return indices if bit is None else f"{indices}.{_index(bit)}"
 
 

@@ -224,9 +224,9 @@ def _constants(view: LadderView) -> Mapping[str, tuple[int | None, ...]]:
         for name, tag in view.tags.items()
         if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
     }
-    for each in view.mentions:
-        words = found.get(path_of(each.where), []) if each.writes else []
-        for at in _written_at(each, len(words)):
+    for mention in view.mentions:
+        words = found.get(path_of(mention.where), []) if mention.writes else []
+        for at in _written_at(mention, len(words)):
             words[at] = None
     return {name: tuple(words) for name, words in found.items()}
 
@@ -241,8 +241,8 @@ def _written_at(mention: Mention, length: int) -> Iterable[int]:
 
 def _handed(step: LoweredStep) -> Iterator[Place | Group]:
     """Yield the operands that an add-on instruction gets by reference."""
-    for each in step.operands:
-        yield from each.handed.values() if isinstance(each, AddOnCall) else ()
+    for operand in step.operands:
+        yield from operand.handed.values() if isinstance(operand, AddOnCall) else ()
 
 
 def _in_series(line: LoweredLine, write: Write) -> Write:

@@ -80,7 +80,7 @@ def _warnings(view: LadderView, calls: RoutineCalls) -> Iterator[tuple[str, Viol
 def _unreached(view: LadderView) -> Iterator[Violation]:
     """Yield the steps of charts that no path leads to."""
     for routine in view.program.routines:
-        origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
+        origins = {step.number: step.origin for step in routine.chart.steps} if routine.chart else {}
         for each in unreached(routine.chart) if routine.chart else ():
             text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
             yield Violation(place_at(origins[each.number], view.path), text)
@@ -99,13 +99,13 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
     reader = WriteReader(view)
     writes = list(reader.writes())
     sent = SentWords(view, reader, writes)
-    homes = [each for each in view.calls if each.call.name == "MC_HOME"]
+    homes = [call for call in view.calls if call.call.name == "MC_HOME"]
     facts.configurations = list(sent.configurations())
     facts.searches = [*sent.searches(), *(SentCommand(e.place, view.axes.get(e.axis)) for e in homes)]
     facts.remarks["command-held"] += held(writes)
     facts.remarks["out-of-range"] += _out_of_range(view, reader, sent, writes)
     facts.not_seen += computed(writes)
-    facts.computed = {each.slot for each in writes if not each.known and each.word < 2}
+    facts.computed = {write.slot for write in writes if not write.known and write.word < 2}
     facts.computed |= reader.staged
     facts.at_once = list(sent.at_once())
     steps = Steps(view, calls)
@@ -144,7 +144,7 @@ def _note_tags(view: LadderView, facts: Facts) -> None:
 
 def _note_unused(view: LadderView, facts: Facts) -> None:
     """Note tags that no instruction names and that are not recorded."""
-    used = {tag_in(path_of(each.where)) for each in view.mentions}
+    used = {tag_in(path_of(mention.where)) for mention in view.mentions}
     for name, tag in view.tags.items():
         recorded = any(fnmatch(name, pattern.upper()) for pattern in view.spec.tags)
         if name not in used and not recorded:

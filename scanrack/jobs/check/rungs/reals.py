@@ -74,7 +74,7 @@ class _Reals:
         """Whether one of two operands is a REAL that is not exact."""
         sides = (one, other)
         has_zero = any(map(is_zero, sides))
-        is_exact_zero = relation == "<>" or any(_key(each) in self._divisors for each in sides)
+        is_exact_zero = relation == "<>" or any(_key(side) in self._divisors for side in sides)
         if not any(map(_is_real, sides)) or (has_zero and is_exact_zero):
             return False
         if all(map(self._is_chosen, sides)) or all(map(self._is_whole, sides)):
@@ -155,14 +155,14 @@ def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
     if step.name in ("EQU", "NEQ"):
         one, other = step.operands[:2]
         yield one, COMPARISONS[step.name], other
-    for each in calculations_of(step, EQUALITIES):
-        if len(each.operands) == 2:
-            yield each.operands[0], each.name, each.operands[1]
+    for calculation in calculations_of(step, EQUALITIES):
+        if len(calculation.operands) == 2:
+            yield calculation.operands[0], calculation.name, calculation.operands[1]
 
 
 def _is_real(operand: Resolved) -> bool:
-    places = (each for each in parts_of(operand) if isinstance(each, Place))
-    return any(not each.type.is_integer and not each.type.is_bool for each in places)
+    places = (part for part in parts_of(operand) if isinstance(part, Place))
+    return any(not place.type.is_integer and not place.type.is_bool for place in places)
 
 
 def _key(operand: Resolved) -> str:
@@ -172,7 +172,7 @@ def _key(operand: Resolved) -> str:
 def _divisors(step: LoweredStep) -> Iterator[str]:
     """Yield the numbers that an instruction divides by."""
     own = step.operands[1:2] if step.name in ("DIV", "MOD") else ()
-    inner = (each.operands[1] for each in calculations_of(step, ("/", "MOD")))
+    inner = (calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD")))
     yield from (key_of(each) for each in (*own, *inner) if isinstance(each, Place))
 
 

@@ -37,16 +37,16 @@ class SentWords:
 
     def configurations(self) -> Iterator[SentCommand]:
         """Yield the configurations that are sent."""
-        yield from (each for each in self._copies if each.words[0] & MODE_CONFIG)
-        for each in self._writes:
-            if each.word == 0 and each.known and each.sets & MODE_CONFIG:
-                yield SentCommand(each.place, each.slot, (each.sets,))
+        yield from (copy for copy in self._copies if copy.words[0] & MODE_CONFIG)
+        for write in self._writes:
+            if write.word == 0 and write.known and write.sets & MODE_CONFIG:
+                yield SentCommand(write.place, write.slot, (write.sets,))
 
     def searches(self) -> Iterator[SentCommand]:
         """Yield the commands that start a home search."""
-        for each in self._writes:
-            if each.commands & SEARCHES:
-                yield SentCommand(each.place, each.slot)
+        for write in self._writes:
+            if write.commands & SEARCHES:
+                yield SentCommand(write.place, write.slot)
 
     def commands(self) -> Iterator[Command]:
         """Yield the commands that are sent."""
@@ -82,15 +82,15 @@ class SentWords:
 
     def out_of_range(self) -> Iterator[Violation]:
         """Yield constants that are copied to a 3601 and that it refuses."""
-        for each in self._copies:
-            profile = profile_in(self._slots.values(), each.slot)
+        for copy in self._copies:
+            profile = profile_in(self._slots.values(), copy.slot)
             wrong: Iterable[str] = ()
-            if each.words[0] & MODE_CONFIG:
-                broken = check(each.words, Firmware.parse(self._firmware(each.slot)), profile.limits)
+            if copy.words[0] & MODE_CONFIG:
+                broken = check(copy.words, Firmware.parse(self._firmware(copy.slot)), profile.limits)
                 wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
-            elif each.words[0] & MOVES:
-                wrong = _illegal(each.words, profile.limits)
-            yield from (Violation(each.place, text) for text in wrong)
+            elif copy.words[0] & MOVES:
+                wrong = _illegal(copy.words, profile.limits)
+            yield from (Violation(copy.place, text) for text in wrong)
 
     def _firmware(self, slot: int | None) -> str:
         own = None if slot is None else self._slots.get(slot)
@@ -129,7 +129,7 @@ def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
     """Yield the speeds that the program writes to a slot one word at a time."""
     by_word = grouped(writes, lambda each: each.word)
     commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
-    is_moved = any(each.sets & (MOVES | SEARCHES) for each in commands)
+    is_moved = any(command.sets & (MOVES | SEARCHES) for command in commands)
     high = max((each.sets for each in highs), default=0)
     for each in lows if is_moved and all(each.known for each in (*highs, *lows)) else ():
         if each.sets or high:

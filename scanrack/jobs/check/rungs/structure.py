@@ -40,9 +40,9 @@ class Structure:
 
     def note(self) -> None:
         """Note the mistakes in routines, parameters and names."""
-        for each in self._view.routines:
-            self._leaving(each)
-            self._labels(each)
+        for routine in self._view.routines:
+            self._leaving(routine)
+            self._labels(routine)
         self._unreached()
         self._recursion()
         self._parameters()
@@ -122,11 +122,11 @@ class Structure:
         for add_on in self._view.add_ons:
             used = {each.name.upper() for routine in add_on.routines for each in _addresses(routine)}
             used |= hosts_in(add_on)
-            for each in add_on.parameters:
-                if each.name.upper() not in used and not each.at:
-                    kind = "local tag" if each.way is ParameterMode.LOCAL else "parameter"
-                    text = f"{add_on.name} does not use its {kind} {each.name}"
-                    self._facts.remark("unused-parameter", self._view.declaration(each.name), text)
+            for parameter in add_on.parameters:
+                if parameter.name.upper() not in used and not parameter.at:
+                    kind = "local tag" if parameter.way is ParameterMode.LOCAL else "parameter"
+                    text = f"{add_on.name} does not use its {kind} {parameter.name}"
+                    self._facts.remark("unused-parameter", self._view.declaration(parameter.name), text)
 
     def _shadows(self) -> None:
         declared = self._lowered.layout.declarations
@@ -141,7 +141,7 @@ class Structure:
 def _called_by(line: LoweredLine) -> Iterator[str]:
     """Yield the routines that a line calls, in capitals."""
     for step in line.all_steps:
-        yield from (each.routine for each in step.operands if isinstance(each, Call))
+        yield from (operand.routine for operand in step.operands if isinstance(operand, Call))
 
 
 def _addresses(routine: Routine) -> Iterator[Address]:

@@ -56,21 +56,21 @@ class Terminals:
         """Yield uses of a slot's bit groups, by name, that the slot's module does not have."""
         declared = self._view.lowered.layout.declarations
         aliases = {name: each.slot for name, each in declared.items() if isinstance(each, SlotAlias)}
-        for each in self._view.mentions:
-            name, _, rest = each.text.partition(".")
+        for mention in self._view.mentions:
+            name, _, rest = mention.text.partition(".")
             slot = aliases.get(name.upper())
             group = rest.lower().partition(".")[0]
             is_group = group.upper() in MEANINGS
             if is_group and self._is_other_module(slot) and group not in self._cards[slot].groups:
-                yield each.text, slot, self._view.declaration(name)
+                yield mention.text, slot, self._view.declaration(name)
 
     def _owned_images(self) -> Iterator[tuple[str, int, FileLine]]:
         """Yield the images of other modules, except networked drives, that a call of Amci3601 gets."""
-        for each in self._view.calls:
-            for name, operand in each.call.handed.items() if each.is_owner else ():
+        for call in self._view.calls:
+            for name, operand in call.call.handed.items() if call.is_owner else ():
                 slot = first_leaf(operand).slot
                 if self._is_other_module(slot) and model_of(self._cards[slot]) is None:
-                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, each.place
+                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, call.place
 
     def _wrong_module(self, use: tuple[str, int, FileLine]) -> Violation:
         text, slot, place = use
@@ -104,7 +104,7 @@ class Terminals:
 
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""
-        read = [each for each in self._view.mentions if each.reads]
+        read = [mention for mention in self._view.mentions if mention.reads]
         written = [each for each in self._view.mentions if each.writes]
         used = {"I": _by_image(read), "O": _by_image(written)}
 
@@ -116,7 +116,7 @@ class Terminals:
 
 def _by_image(mentions: Iterable[Mention]) -> Mapping[tuple[int | None, bool], list[Mention]]:
     """Return the mentions of images, by slot and by whether the image is an output image."""
-    of_images = (each for each in mentions if first_leaf(each.where).is_image)
+    of_images = (mention for mention in mentions if first_leaf(mention.where).is_image)
     return grouped(of_images, lambda each: (first_leaf(each.where).slot, first_leaf(each.where).output))
 
 

@@ -29,9 +29,9 @@ ENABLES = {"TONR": ("TIMERENABLE",), "RTOR": ("TIMERENABLE",), "CTUD": ("CUENABL
 def note_timing(view: LadderView, facts: Facts) -> None:
     """Note timers that can't work as intended."""
     targets = {
-        path_of(each.where)
-        for each in view.mentions
-        if each.writes and (each.step is None or each.step.name not in ENABLES)
+        path_of(mention.where)
+        for mention in view.mentions
+        if mention.writes and (mention.step is None or mention.step.name not in ENABLES)
     }
     for point in view.points:
         timer = own_group_of(point.step, RUNG_TIMERS)

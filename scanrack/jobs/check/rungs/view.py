@@ -32,13 +32,13 @@ LIBRARY = "axis3601"
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:
     """Return the add-on instructions of the program itself, not those of the library."""
-    return [each for each in program.add_ons.values() if not is_of_library(each, LIBRARY)]
+    return [add_on for add_on in program.add_ons.values() if not is_of_library(add_on, LIBRARY)]
 
 
 def own_routines(program: LadderLogic, lowered: LoweredProgram) -> list[LoweredRoutine]:
     """Return the routines that the user has written."""
     frames = {"", *(each.name.upper() for each in own_add_ons(program))}
-    return [each for each in lowered.routines.values() if each.frame in frames]
+    return [routine for routine in lowered.routines.values() if routine.frame in frames]
 
 
 class LadderView:
@@ -86,20 +86,20 @@ class LadderView:
         self.calls = list(block_calls(self.main))
         self.axes = slots_of(self.calls)
         self.owners = self._owners()
-        self._stubbed = {str(getattr(each, "to", "")).upper() for each in spec.stubs.values()}
+        self._stubbed = {str(getattr(stub, "to", "")).upper() for stub in spec.stubs.values()}
 
     @cached_property
     def read(self) -> frozenset[str]:
         """Paths that the program reads, in capitals, such as COUNT.DN."""
-        return frozenset(path_of(each.where) for each in self.mentions if each.reads)
+        return frozenset(path_of(mention.where) for mention in self.mentions if mention.reads)
 
     @cached_property
     def written_members(self) -> frozenset[str]:
         """Instance members that the calling program itself writes, in capitals."""
         mentions = (
-            each
+            mention
             for point in self.main
-            for each in mentions_of(self.lowered.sites[point.step.site], point.step)
+            for mention in mentions_of(self.lowered.sites[point.step.site], point.step)
         )
         return frozenset(path_of(each.where).partition(".")[2] for each in mentions if each.writes)
 
@@ -120,7 +120,7 @@ class LadderView:
 
     def _owners(self) -> dict[str, str]:
         schedule = self.lowered.schedule
-        tasks = [each for each in schedule.tasks if each.programs] if schedule is not None else []
+        tasks = [task for task in schedule.tasks if task.programs] if schedule is not None else []
         if len(tasks) < 2:
             return {}
         return {program.name.upper(): each.task.name for each in tasks for program in each.programs}
