@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from .algebra.numbers import same
 from .algebra.terms import FALSE, TRUE, T, and_, mk, not_, reach, replaced, variables
@@ -112,13 +113,15 @@ def compare(
     Raises:
         LadderError: a program has something that proofs don't support; the message names it.
     """
-    given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
-    before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
-    after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
+    system_of = partial(
+        ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happenings=RUN_ONLY
+    )
+    before = system_of(old)
+    after = system_of(new, beside=before)
     kept = _written_by_one(before, after)
     if kept:
-        before = ProgramSystem(old, bounds, **given, kept=kept)  # type: ignore[arg-type]
-        after = ProgramSystem(new, bounds, **given, beside=before, kept=kept)  # type: ignore[arg-type]
+        before = system_of(old, kept=kept)
+        after = system_of(new, beside=before, kept=kept)
     return compared(before, after, is_output=is_output)
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Iterator, Mapping
+from functools import reduce
 from itertools import count
 from typing import Any
 
@@ -117,6 +118,16 @@ def and_(a: T, b: T) -> T:
 def or_(a: T, b: T) -> T:
     """Return the disjunction."""
     return not_(and_(not_(a), not_(b)))
+
+
+def all_of(truths: Iterable[T]) -> T:
+    """Return the conjunction of any number of Booleans."""
+    return reduce(and_, truths, TRUE)
+
+
+def any_of(truths: Iterable[T]) -> T:
+    """Return the disjunction of any number of Booleans."""
+    return reduce(or_, truths, FALSE)
 
 
 def iff(a: T, b: T) -> T:

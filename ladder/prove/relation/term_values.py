@@ -10,38 +10,21 @@ from ...model.errors import STRING_NUMBER_CODE
 from ...model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
 from ...model.operators import RELATIONS
 from ...model.types import ULINT, Elementary, Field
-from ...state.memory import Store
-from ...state.regions import ArrayRegion, End
 from ..algebra.meaning import BOOL, F32, F64, INT
-from ..algebra.numbers import (
-    bitop,
-    clip,
-    eq,
-    fop,
-    least,
-    lt,
-    to_float,
-    to_int,
-    wrap,
-)
-from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
-from .copies import CopyRegions
+from ..algebra.numbers import bitop, clip, eq, fop, least, lt, to_float, to_int, wrap
+from ..algebra.terms import FALSE, TRUE, T, all_of, and_, const, ite, not_, or_
+from .copies import TermCopies
 from .operations import DIVISIONS, FACTORS, REAL, TRUTH, UNKNOWN, WHOLE, is_finite, is_large, is_nan
 from .patterns import Byte, constant_bytes, unpack
 from .places import kind_of
-from .stored import TermPlaces
 from .symbols import FLOATS, TermSymbol, UnmodeledError, alike, term_of, truth_of, whole_of
 from .texts import TermText, digits, number_in
 
 _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
 
 
-class TermValues(TermPlaces):
+class TermValues(TermCopies):
     """Computes with terms as instructions require."""
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self.regions = CopyRegions(self)
 
     # --- conversions of rows
 
@@ -108,22 +91,6 @@ class TermValues(TermPlaces):
             return self.symbol(wrap(whole_of(value.t), kind.wraps))
         return self.symbol(self._rounded_to(value.t, kind)[0])
 
-    def copy(self, source: End, target: End, length: Any) -> None:
-        """Copy bytes for `length` elements of the target, up to the end of either array."""
-        self.regions.copy(source, target, length)
-
-    def fill(self, target: End, length: Any, value: Any) -> None:
-        """Set each member of the elements to the value, up to the end of the array."""
-        self.regions.fill(target, length, value)
-
-    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
-        """Return elements as bytes."""
-        return self.regions.take(store, region, first, count)
-
-    def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
-        """Set elements from bytes."""
-        self.regions.put(store, region, first, count, data)
-
     # --- arithmetic
 
     def rounded(self, value: Any, width: int) -> Any:
@@ -162,9 +129,7 @@ class TermValues(TermPlaces):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
         result = self._real(name, terms, kind)
         if name not in ("NEG", "ABS"):
-            finite = TRUE
-            for each in terms:
-                finite = and_(finite, is_finite(each))
+            finite = all_of(map(is_finite, terms))
             self.overflow_if(and_(finite, not_(is_finite(result))))
         return result
 
