@@ -140,10 +140,7 @@ def answer(
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (
-            *problem.happenings.assumed(),
-            *[each.text for each in (*program.assumptions, *own)],
-        ),
+        (*problem.happenings.assumed(), *[each.text for each in (*program.assumptions, *own)]),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),

@@ -19,14 +19,7 @@ from typing import Any
 
 from ...model.schedule import ScheduledTask, TaskKind
 from ...model.tags import OVERRIDE
-from ...state.lowered import (
-    Arms,
-    Body,
-    Loop,
-    LoweredLine,
-    LoweredProgram,
-    Selection,
-)
+from ...state.lowered import Arms, Body, Loop, LoweredLine, LoweredProgram, Selection
 from ..algebra.meaning import BOOL, F64, INT
 from ..algebra.numbers import add, le, wrap
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_

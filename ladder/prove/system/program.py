@@ -19,15 +19,7 @@ from ..relation.noting import NotingMachine
 from ..relation.places import CLOCK, Key, kind_of, name_of
 from .happenings import Happenings
 from .held import held_bits, held_numbers
-from .outside import (
-    INPUTS,
-    is_length,
-    named_bits,
-    named_paths,
-    refuse,
-    written_beside,
-    written_bits,
-)
+from .outside import INPUTS, is_length, named_bits, named_paths, refuse, written_beside, written_bits
 from .transition import (
     BEGUN,
     FIRST_SCAN,

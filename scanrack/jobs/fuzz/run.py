@@ -282,10 +282,11 @@ class _Watcher(QuietListener):
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
 
-Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
+Listeners = Callable[[RackSpec, Rack, ScanLogic], Iterable[ScanListener]]
+"""Returns further listeners of a run, for its rack and its logic."""
 
 
-def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
+def _no_listeners(_spec: RackSpec, _rack: Rack, _logic: ScanLogic) -> Iterable[ScanListener]:
     return ()
 
 
@@ -348,8 +349,8 @@ class TrialBench:
         """
         start_ns = wall_ns()
         ignored = frozenset(without)
-        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe)
-        run.explored_stop = None if explored is None else explored.begin(scenario, self.spec)
+        stop = None if explored is None else explored.begin(scenario, self.spec)
+        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe, explored_stop=stop)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.is_unplaced:
             verdict = self._placed(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
@@ -390,6 +391,7 @@ class _Run:
         traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
             trace no scan.
         every_scan: whether to run also scans that repeat the previous one, see `repeated_scans`.
+        explored_stop: ends a run with a probe in an explored state; None = run all scans.
     """
 
     def __init__(
@@ -401,16 +403,16 @@ class _Run:
         traced_since: int | None = None,
         every_scan: bool = True,
         probe: Probe | None = None,
+        explored_stop: ExploredStateStop | None = None,
     ) -> None:
-        self.explored_stop: ExploredStateStop | None = None
         self._scans, self._scenario = bench.scans, scenario
-        self._every_scan = every_scan
+        self._every_scan, self._explored_stop = every_scan, explored_stop
         self._without = without
         self._printed = _LineCounter()
         self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
         self._rack = build_rack(self._spec)
         with self._kept_quiet(aloud=False):
-            logic = bench.fresh_logic()
+            logic = self._logic = bench.fresh_logic()
         self._probe = probe
         if probe is not None:
             logic = probe.prepared(logic)
@@ -436,7 +438,7 @@ class _Run:
         """
         watcher = self._watcher
         probes = [] if self._probe is None else [self._probe]
-        listening = [*listeners(self._spec, self._rack), *probes, watcher]
+        listening = [*listeners(self._spec, self._rack, self._logic), *probes, watcher]
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
         if self._torn is not None:
             self._torn.cpu = cpu
@@ -477,8 +479,8 @@ class _Run:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
         until_ns = self._watcher.same_until_ns
-        if self.explored_stop is not None:
-            self.explored_stop.calm = RARELY
+        if self._explored_stop is not None:
+            self._explored_stop.calm = RARELY
         cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
 
     def _instants_ns(self) -> Iterator[int]:
@@ -488,12 +490,12 @@ class _Run:
             yield end_ns(part)
 
     def _run_scans(self, cpu: Cpu) -> None:
-        if self.explored_stop is None or self._probe is None:
+        if self._explored_stop is None or self._probe is None:
             cpu.run(self._scans)
             return
-        self.explored_stop.run(cpu, self._probe, self._scans, self._watcher.waits)
+        self._explored_stop.run(cpu, self._probe, self._scans, self._watcher.waits)
         if self._watcher.broken is None:
-            self.explored_stop.learn()
+            self._explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
         """Return an object that applies the scenario's orders; None if it has none."""
