@@ -178,11 +178,11 @@ class Scenario:
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""
-        slots = tuple(self._slot(slot) for slot in spec.slot)
+        slots = tuple(map(self.laid_over_slot, spec.slot))
         incidents = tuple(_incident_spec(each) for each in self.incidents)
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
 
-    def _slot(self, slot: SlotSpec) -> SlotSpec:
+    def laid_over_slot(self, slot: SlotSpec) -> SlotSpec:
         """Return a slot with the parts of this scenario that concern it; without any, the same slot."""
         changed: dict[str, Any] = {}
         if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
