@@ -153,15 +153,13 @@ class _LineCounter(TextIOBase):
         return len(text)
 
 
+@dataclass(slots=True)
 class _InvariantWatch:
     """The state of an invariant in one run."""
 
-    __slots__ = ("broken", "invariant", "watch")
-
-    def __init__(self, invariant: Invariant) -> None:
-        self.invariant = invariant
-        self.watch: Watch = invariant.start()
-        self.broken = False  # whether it was broken in the previous scan: failures count once
+    invariant: Invariant
+    watch: Watch
+    broken: bool = False  # whether it was broken in the previous scan: failures count once
 
 
 class _Watcher(QuietListener):
@@ -421,7 +419,8 @@ class _Run:
         called: ScanLogic = self._torn or logic
         self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
         self._timed = _TimedLogic(self._output_line or called)
-        watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
+        invariants = [each for each in bench.invariants if each.name not in without]
+        watches = [_InvariantWatch(each, each.start()) for each in invariants]
         self._watcher = _Watcher(watches, without, self._place)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
