@@ -34,8 +34,8 @@ from .induction import Limits, Verdict, VerdictKind, prove
 from .monitors import MonitoredProgram, WatchedClaim, monitored, why_broken
 from .replaying import ScanOf, done_by
 from .smallest import smallest
-from .system import Happenings, Key, ProgramSystem, ScanBounds
-from .system.happenings import PROGRAM_MODE
+from .system import Key, ProgramSystem, ScanBounds
+from .system.events import PROGRAM_MODE, assumed
 
 LIMITS = Limits()
 
@@ -140,7 +140,7 @@ def answer(
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (*problem.happenings.assumed(), *[each.text for each in (*program.assumptions, *own)]),
+        (*assumed(problem.happens), *[each.text for each in (*program.assumptions, *own)]),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
@@ -196,7 +196,7 @@ def ask(
         free=free,
         written_outside=written_outside,
         assume=watched.assume,
-        happenings=Happenings.of(happens),
+        happens=happens,
     )
     own = next(each for each in watched.properties if each.claim is claim)
     return answer(problem, watched, own, limits)

@@ -114,7 +114,7 @@ def compare(
         LadderError: a program has something that proofs don't support; the message names it.
     """
     system_of = partial(
-        ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happenings=RUN_ONLY
+        ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happens=RUN_ONLY
     )
     before = system_of(old)
     after = system_of(new, beside=before)

@@ -17,7 +17,7 @@ from scanrack.ladder.prove.difference import ChangedValue, Difference, compare
 from scanrack.ladder.prove.differing_runs import FAULT
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
 from scanrack.ladder.prove.system import Key, ScanBounds
-from scanrack.ladder.prove.system.happenings import LEFT_OUT
+from scanrack.ladder.prove.system.events import LEFT_OUT
 
 from ..check.alone import load_any
 from ..load.loading import LoadedRack

@@ -8,6 +8,7 @@ from typing import Any
 from scanrack.io_images.times import time_text
 from scanrack.ladder.prove.answers import ScenarioStep
 from scanrack.ladder.prove.induction import VerdictKind
+from scanrack.ladder.prove.system.events import assumed
 
 from .checking import Opinion
 from .proving import FoundAnswer, Questions, Result
@@ -114,7 +115,7 @@ def question_lines(answers: Questions) -> Iterator[str]:
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return the assumptions of the answers, one sentence each."""
     held: dict[str, Any] = {}
-    sentences = dict.fromkeys(subject.problem.happenings.assumed())  # also those of the built-in questions
+    sentences = dict.fromkeys(assumed(subject.problem.happens))  # also those of the built-in questions
     for each in results:
         held |= dict(each.answer.held)
         sentences |= dict.fromkeys(each.answer.assumed)
@@ -142,7 +143,7 @@ def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions
         "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
         "modules": list(subject.assumed),
-        "assumed": list(subject.problem.happenings.assumed()),
+        "assumed": list(assumed(subject.problem.happens)),
     }
 
 

@@ -10,7 +10,7 @@ from scanrack.io_images.amci3601.contracts import contracts_of
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.monitors import MonitoredProgram
-from scanrack.ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBounds
+from scanrack.ladder.prove.system import Contract, ProgramSystem, ScanBounds
 from scanrack.runtime.modules.record import Trait
 
 from ..check.alone import load_any
@@ -68,7 +68,7 @@ def subject_of_job(
         written_outside=given.written_outside,
         assume=program.assume,
         contracts=[contract for contract, _ in rows],
-        happenings=Happenings.of(given.happens),
+        happens=given.happens,
         beside=beside,
     )
     return ProofSubject(job.rack_file.stem, job, program, problem, tuple(sentence for _, sentence in rows))

@@ -58,7 +58,7 @@ def _problem(job: LoadedRack) -> ProgramSystem | None:
     try:
         free = given.free
         return ProgramSystem(
-            job.logic, _bounds(job.spec), free=free, written_outside=outside, happenings=RUN_ONLY
+            job.logic, _bounds(job.spec), free=free, written_outside=outside, happens=RUN_ONLY
         )
     except LadderError:
         return None
