@@ -55,7 +55,7 @@ class KeptBy:
         """Return the condition as a term of one scan."""
         images = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot)
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
-        return images.in_scan(all_of(each.fact.read(images) for each in self.contracts))
+        return images.in_scan(all_of(contract.fact.read(images) for contract in self.contracts))
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
         """Return a function that says whether the images keep the contracts; call it before each scan."""
@@ -78,7 +78,7 @@ class KeptBy:
         return keeps
 
     def _kept(self, now: Words, was: Words, sent: Words) -> bool:
-        return all(each.fact.holds(now, was, sent) for each in self.contracts)
+        return all(contract.fact.holds(now, was, sent) for contract in self.contracts)
 
 
 class _Terms(Reading[T]):

@@ -339,7 +339,7 @@ class _Comparison:
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
             roots = [_after(problem, key) for key in differing_keys]
-            found |= {(each.key, each.bit): each for each in problem.held_numbers(names, roots)}
+            found |= {(number.key, number.bit): number for number in problem.held_numbers(names, roots)}
         return list(found.values())
 
     # --- runs
@@ -422,7 +422,7 @@ class _Base:
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
             if answer == SAT:
-                return scenario(self._system, [each.values() for each in frame])
+                return scenario(self._system, [scan.values() for scan in frame])
             if answer != UNSAT:
                 return ()
         return None

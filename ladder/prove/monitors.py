@@ -195,8 +195,8 @@ def is_monitors_own(path: str) -> bool:
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return an unbuilt copy of a program, with names for the slots."""
     found = program.copied()
-    known = {each.name.upper() for each in program.declarations}
-    named = [SlotAlias(f"slot{each}", each) for each in slots if f"SLOT{each}" not in known]
+    known = {declaration.name.upper() for declaration in program.declarations}
+    named = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in known]
     found.declarations += named
     return found
 
@@ -240,8 +240,8 @@ class _Maker:
                 layout.image(slot, output=output)
         for routine in self.never:
             self._never(routine)
-        for each in self.claims:
-            self._claim(each)
+        for claim in self.claims:
+            self._claim(claim)
         latches: dict[str, list[Assignment]] = {}
         for (scope, text), (name, _) in self._old.items():
             latches.setdefault(scope, []).append(Assignment(Address(name), parse_address(text)))
@@ -254,11 +254,11 @@ class _Maker:
         scope = program_of(routine.name)
         if routine.statements is not None:
             self._add(scope, replace(routine, name=f"{_short(routine.name)}__"))
-            for each in routine.statements:
-                if isinstance(each, Assignment) and _is_bit(self._lowering, each.target):
-                    site = Site(scope, routine.name, each.line, unit="line", file=each.origin.file)
-                    name = f"{_short(routine.name)} line {each.line}"
-                    self._claim(Claim(name, ClaimKind.NEVER, str(each.target), (), scope, site))
+            for statement in routine.statements:
+                if isinstance(statement, Assignment) and _is_bit(self._lowering, statement.target):
+                    site = Site(scope, routine.name, statement.line, unit="line", file=statement.origin.file)
+                    name = f"{_short(routine.name)} line {statement.line}"
+                    self._claim(Claim(name, ClaimKind.NEVER, str(statement.target), (), scope, site))
             return
         bits, rungs = [], []
         for index, rung in enumerate(routine.rungs):
@@ -266,14 +266,14 @@ class _Maker:
             coil = Instruction("OTE", (Address(bits[-1]),))
             rungs.append(replace(rung, series=(*rung.series, coil)))
             self.watched.append(WatchedClaim(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
-        cleared = [Assignment(Address(each), number(0)) for each in bits]
+        cleared = [Assignment(Address(bit), number(0)) for bit in bits]
         self._statements(scope, "Never__0", cleared)  # a jump may skip rungs
         self._add(scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
 
     # --- claims
 
     def _claim(self, claim: Claim) -> None:
-        own = tuple(self._condition(claim, each, broken=False) for each in claim.assume)
+        own = tuple(self._condition(claim, text, broken=False) for text in claim.assume)
         negated, broken = claim.kind is ClaimKind.ALWAYS, claim.kind in (ClaimKind.ALWAYS, ClaimKind.NEVER)
         bit = self._condition(claim, claim.text, broken=broken, negated=negated)
         self.watched.append(WatchedClaim(claim, bit, own))
@@ -360,10 +360,10 @@ class _Maker:
     def refusal(self, error: BuildError) -> LadderError:
         """Return the error for a program that can't be built with its monitors; it names the claims."""
         lines = []
-        for each in error.problems:
-            claim = self._claims.get(each.site.routine.upper())
-            where = _named(claim) + f": {claim.text}" if claim else each.where
-            lines.append(f"{where}: {each.text}; {each.remedy}")
+        for problem in error.problems:
+            claim = self._claims.get(problem.site.routine.upper())
+            where = _named(claim) + f": {claim.text}" if claim else problem.where
+            lines.append(f"{where}: {problem.text}; {problem.remedy}")
         return LadderError("\n".join(lines), *(each.site for each in error.problems))
 
 

@@ -108,7 +108,7 @@ def _wide(t: T) -> Callable[..., Array]:
     kind = dtype_of(t)
 
     def computed(*operands: Array) -> Array:
-        numbers = [each if each.dtype == np.bool_ else each.astype(object) for each in operands]
+        numbers = [operand if operand.dtype == np.bool_ else operand.astype(object) for operand in operands]
         return function(*numbers).astype(kind)
 
     return computed
@@ -119,7 +119,7 @@ def _each(t: T) -> Callable[..., Array]:
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 
     def computed(*operands: Array) -> Array:
-        lists = [each.tolist() for each in operands]
+        lists = [operand.tolist() for operand in operands]
         return np.array([function(*each) for each in zip(*lists, strict=True)], dtype=kind)
 
     return computed

@@ -220,8 +220,8 @@ def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
     roots, found, masks = list(roots), list[T](), dict[int, int]()
     for t in reach(roots):
         mask = 0
-        for each in t.args:
-            mask |= masks[each.id]
+        for operand in t.args:
+            mask |= masks[operand.id]
         if t.op == "var":
             mask = 1 << len(found)
             found.append(t)

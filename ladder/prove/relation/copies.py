@@ -121,7 +121,7 @@ def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
 
 def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
     fields = (part.field for part in region.parts)
-    return [(each.type, each.offset, each.bit) for each in fields]
+    return [(field.type, field.offset, field.bit) for field in fields]
 
 
 def _most(count: Any, region: ArrayRegion) -> int:

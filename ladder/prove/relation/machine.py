@@ -143,7 +143,7 @@ class ScanMachine(TermCalls):
         for ranges, body in selection.choices:
             chosen = self.unknown(BOOL) if value is None else FALSE
             for bounds in ranges if value is not None else ():
-                low, high = (self.number(each, selection.width) for each in bounds)  # constants
+                low, high = (self.number(bound, selection.width) for bound in bounds)  # constants
                 chosen = or_(chosen, and_(term_of(low <= value, BOOL), term_of(value <= high, BOOL)))
             ends = or_(ends, self._body_where(and_(entry, and_(left, chosen)), body, inputs))
             left = and_(left, not_(chosen))

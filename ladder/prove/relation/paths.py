@@ -130,7 +130,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
         all_: whether the values of a path count although it faults; else another path's value may replace
             them.
     """
-    counted = paths if all_ else [each for each in paths if not each.faulted]
+    counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)
 
 

@@ -130,7 +130,7 @@ class TermSteps(TermValues):
 
     def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
         """Undo a transaction; return the places that it wrote, and whether it redirected the scan."""
-        before = [getattr(self, each) for each in _FLOW]
+        before = [getattr(self, attribute) for attribute in _FLOW]
         undone = list(self.log.undo(mark))
         for name, value in zip(_OF_STEP, kept, strict=True):
             setattr(self, name, value)

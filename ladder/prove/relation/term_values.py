@@ -100,7 +100,7 @@ class TermValues(TermCopies):
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
-        if not any(isinstance(each, TermSymbol) for each in values):
+        if not any(isinstance(value, TermSymbol) for value in values):
             return super()._calculate(name, values, width)
         if width <= 0:
             return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
@@ -124,7 +124,7 @@ class TermValues(TermCopies):
         return result
 
     def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
-        terms = [term_of(each, kind) for each in values]
+        terms = [term_of(value, kind) for value in values]
         if name in ("/", "MOD"):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
         result = self._real(name, terms, kind)
@@ -205,7 +205,7 @@ class TermValues(TermCopies):
         room: int = data.dims[-1]
         codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
         length = clip(term_of(store.read(counter, at), INT), 0, room)
-        return TermText(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
+        return TermText(self.symbol, length, [bitop("band", code, const(0xFF)) for code in codes])
 
     def set_text(self, target: Group, value: Any) -> None:
         """Set a string to characters that are truncated to its size and padded with 0."""
@@ -269,5 +269,5 @@ class TermValues(TermCopies):
             return super().condition(condition)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.compare(condition.name, *condition.operands)
-        terms = [term_of(self.condition(each), BOOL) for each in condition.operands]
+        terms = [term_of(self.condition(operand), BOOL) for operand in condition.operands]
         return self.symbol(TRUTH[condition.name](*terms))

@@ -118,7 +118,7 @@ class TurningMachine(ScanMachine):
         if not self._turns:
             return super().merge_paths(run)
         paths = self.paths.walk(run)
-        self._skips += any(each.faulted for each in paths)
+        self._skips += any(path.faulted for path in paths)
         for each in paths:
             each.faulted = False
         self.write_paths(paths)
@@ -154,7 +154,7 @@ class TurningMachine(ScanMachine):
         if prescan is None:
             return
         self.site = step.site
-        call = next((each for each in step.operands if isinstance(each, (Call, AddOnCall))), None)
+        call = next((operand for operand in step.operands if isinstance(operand, (Call, AddOnCall))), None)
         row = partial(prescan, self, *step.operands)
         if isinstance(call, AddOnCall):
             row = partial(self._prescan_add_on, call)

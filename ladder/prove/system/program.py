@@ -154,8 +154,8 @@ class ProgramSystem(System):
             self._prescan_after()
         self.least, self.tick_ns = bounds.ticks[0], bounds.tick_ns
         self._settle()
-        for each in self.assume:
-            self.contract = and_(self.contract, self.after(each))
+        for key in self.assume:
+            self.contract = and_(self.contract, self.after(key))
         self.kept = [self._kept_by(number, make) for number, make in enumerate(self.settings["contracts"])]
         self._settle()
         self._open_bits()
@@ -352,7 +352,7 @@ class ProgramSystem(System):
 
     def is_written_beside(self, path: str) -> bool:
         """Whether something other than rungs writes a value, by its path in capitals."""
-        return any(path == each or path.startswith(each + ".") for each in self._beside)
+        return any(path == prefix or path.startswith(prefix + ".") for prefix in self._beside)
 
     # --- values for contracts and questions
 

@@ -107,7 +107,7 @@ def with_needed_firmware(job: LoadedRack) -> RackSpec:
     Raises:
         ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
-    modules = [each for each in list(sys.modules.values()) if _is_loaded_from(each, job.program)]
+    modules = [module for module in list(sys.modules.values()) if _is_loaded_from(module, job.program)]
     named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
     if named is None:
         return job.spec
@@ -144,13 +144,13 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     chosen = {name: STANDARD[name] for name in setup.checks}
     origin: dict[str, Path] = {}
     for file in dict.fromkeys(setup.invariants):
-        for each in load_invariants(file):
-            if each.name in origin:
+        for invariant in load_invariants(file):
+            if invariant.name in origin:
                 raise InvariantError(
-                    f"{file}: {each.name} is in {origin[each.name]}, too: give it another name"
+                    f"{file}: {invariant.name} is in {origin[invariant.name]}, too: give it another name"
                 )
-            origin[each.name] = file
-            chosen[each.name] = each
+            origin[invariant.name] = file
+            chosen[invariant.name] = invariant
     return list(chosen.values())
 
 

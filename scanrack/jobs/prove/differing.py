@@ -94,16 +94,16 @@ def edited(
     bounds = bounds_of(job)
     layout = logic.build().layout
     allowed = [_named(layout, each, "--may-differ") for each in only]
-    places = [_named(layout, each, "--outputs") for each in outputs]
+    places = [_named(layout, output, "--outputs") for output in outputs]
     found = compare(
         before[1],
         logic,
         bounds,
         free=given.free,
         written_outside=given.written_outside,
-        is_output=lambda key: not places or any(_is_in(key, each) for each in places),
+        is_output=lambda key: not places or any(_is_in(key, place) for place in places),
     )
-    held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
+    held = {number.named(tag_text(layout, number.key)): number.value for number in found.held}
     changed = []
     for each in (*found.changed, *([] if found.fault is None else [found.fault])):
         may_differ = any(_is_in(each.key, one) for one in allowed)
@@ -194,7 +194,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
 def _summary(found: EditedSubject) -> str:
     """Return a sentence with the number of values that can differ."""
     values = [each for each in found.changed if each.name != FAULT_NAME]
-    now = sum(each.now for each in values)
+    now = sum(value.now for value in values)
     others = "the others are not proved equal" if found.open else "all others are equal in every run"
     return f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
 
