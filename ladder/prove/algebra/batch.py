@@ -20,7 +20,7 @@ from .terms import T
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-_wrap: Callable[..., Array] = arithmetic.wrap
+_wrap: Callable[..., Any] = arithmetic.wrap
 """Keeps at most 62 low bits of each element; arrays have the operators that it uses."""
 
 LANES = 256

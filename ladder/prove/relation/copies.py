@@ -42,7 +42,7 @@ class TermCopies(TermPlaces):
                 filling = self.converted(part.leaf.type, value)
                 self._write(store, part.leaf, index, filling, number, count)
 
-    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Pattern:
+    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
         """Return elements as bytes."""
         found: Pattern = [None] * (_known(count, region) * region.size)
         for number in range(_known(count, region)):

@@ -155,7 +155,7 @@ class TurningMachine(ScanMachine):
             return
         self.site = step.site
         call = next((operand for operand in step.operands if isinstance(operand, (Call, AddOnCall))), None)
-        row = partial(prescan, self, *step.operands)
+        row: Callable[[], Any] = partial(prescan, self, *step.operands)
         if isinstance(call, AddOnCall):
             row = partial(self._prescan_add_on, call)
         elif call is None:

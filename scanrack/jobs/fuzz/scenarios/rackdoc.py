@@ -60,7 +60,8 @@ def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
     if changed.machine.turns != own.turns:
         machine["turns"] = [_turn(turn) for turn in changed.machine.turns]
     if changed.options != slot.options:
-        table.setdefault("options", {})["timeline"] = [_plain_row(row) for row in changed.options["timeline"]]
+        rows: Any = changed.options["timeline"]
+        table.setdefault("options", {})["timeline"] = [_plain_row(row) for row in rows]
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
