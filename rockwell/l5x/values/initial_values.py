@@ -135,7 +135,7 @@ class _Forms:
         kind = self._kind
         if not isinstance(kind, Structure) or not kind.is_string:
             return None
-        return _cut(_quoted(self._data["String"].element.text or ""), kind) or None
+        return _cut(unquoted_or_raise((self._data["String"].element.text or "").strip()), kind) or None
 
     def _other(self) -> Any:
         kind, dims = self._kind, self._dims
@@ -226,7 +226,7 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
 
 def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> str | None:
     text = next((each.text for each in values.inner if each.name == "DATA"), None)
-    characters = None if text is None else _cut(_quoted(text), kind)
+    characters = None if text is None else _cut(unquoted_or_raise(text.strip()), kind)
     return characters if characters or how.keep else None
 
 
@@ -260,13 +260,6 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     if is_bit and there.type.is_integer:  # type: ignore[union-attr]
         return ""
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
-
-
-def _quoted(text: str) -> str:
-    text = text.strip()
-    if text[:1] == "'" == text[-1:] and len(text) > 1:
-        text = text[1:-1]
-    return unquoted_or_raise(text)
 
 
 def _cut(text: str, kind: Structure) -> str:

@@ -85,7 +85,7 @@ def _integer_of(text: str) -> int:
         except ValueError:
             raise ValueTextError(f"{text!r} has digits that are not of radix {radix[1]}") from None
     if text[:1] == "'" == text[-1:] and len(text) > 1:
-        return int.from_bytes(unquoted_or_raise(text[1:-1]).encode("latin-1", "replace"), "big")
+        return int.from_bytes(unquoted_or_raise(text).encode("latin-1", "replace"), "big")
     date = _DATE.fullmatch(text)
     if date:
         return _date_of(date)
@@ -101,7 +101,13 @@ def _integer_of(text: str) -> int:
 
 
 def unquoted_or_raise(text: str) -> str:
-    """Return the characters of a literal; raise a ValueTextError for an invalid escape."""
+    """Return the characters of a literal with or without quotes.
+
+    Raises:
+        ValueTextError: an escape is invalid.
+    """
+    if text[:1] == "'" == text[-1:] and len(text) > 1:
+        text = text[1:-1]
     try:
         return unquoted(text)
     except ValueError as error:
