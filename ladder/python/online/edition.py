@@ -9,8 +9,9 @@ from functools import cached_property
 from types import FunctionType, ModuleType
 from typing import Any
 
-from ..sequences.declaring import SequenceMethod
+from ..sequences.declaring import functions_in
 from ..sequences.logic import Logic
+from ..sequences.mistakes import first_line
 from ..sequences.parts import Part
 from .points import Function
 
@@ -43,10 +44,11 @@ class Edition:
         """Return the syntax tree of a function, None if its source is missing."""
         code = function.__code__
         for node in ast.walk(self._tree(code.co_filename)):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                first = min((each.lineno for each in node.decorator_list), default=node.lineno)
-                if (node.name, first) == (code.co_name, code.co_firstlineno):
-                    return node  # type: ignore[return-value]  # a function that is not async has no awaits
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and (node.name, first_line(node)) == (
+                code.co_name,
+                code.co_firstlineno,
+            ):
+                return node  # type: ignore[return-value]  # a function that is not async has no awaits
         return None
 
     @cached_property
@@ -122,10 +124,7 @@ class Edition:
         for kind in self.kind.__mro__:
             if kind is Logic:
                 return
-            for each in vars(kind).values():
-                function = each.function if isinstance(each, SequenceMethod) else each
-                if isinstance(function, FunctionType):
-                    yield function
+            yield from functions_in(kind)
 
 
 def _is_constant(name: str, value: Any) -> bool:

@@ -138,13 +138,13 @@ class Logic:
             refused.errors = tuple(errors)
             raise refused
         self._logic_slots = slots
+        self._logic_take_parts(slots)
+
+    def _logic_take_parts(self, slots: Slots) -> None:
+        """Collect the places of the signals and the actions of the devices, in order of definition."""
         self._places = {
             each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
         }
-        self._logic_take_turns()
-
-    def _logic_take_turns(self) -> None:
-        """Collect the actions of the devices, in order of definition."""
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)
