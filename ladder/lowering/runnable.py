@@ -94,10 +94,7 @@ class LadderLogic(ABC):
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
         self._memory: Memory | None = None  # created by the check, for the first engine
-        self._initial: tuple[object, Memory | None] = (
-            None,
-            None,
-        )  # `Layout.size`, and the memory that other engines copy
+        self._initial: tuple[object, Memory | None] = None, None  # `Layout.size`, memory for other engines
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 

@@ -222,15 +222,22 @@ def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], i
     """Add decorated data of an initial value, unless it is zero."""
     if initial is None:
         return
-    data = element(parent, name, Format="Decorated")
+    _write_value(element(parent, name, Format="Decorated"), kind, dims, initial)
+
+
+def _write_value(
+    parent: Any, kind: DataType, dims: tuple[int, ...], value: Any, member: str | None = None
+) -> None:
+    """Add the value of a tag, or of a structure's member."""
+    suffix, named = ("", {}) if member is None else ("Member", {"Name": member})
+    named["DataType"] = kind.name
     if dims:
-        _write_array(
-            element(data, "Array", DataType=kind.name, Dimensions=_joined(dims)), kind, dims, initial
-        )
+        array = element(parent, f"Array{suffix}", **named, Dimensions=_joined(dims))
+        _write_array(array, kind, dims, value)
     elif isinstance(kind, Structure):
-        _write_structure(element(data, "Structure", DataType=kind.name), kind, initial)
+        _write_structure(element(parent, f"Structure{suffix}", **named), kind, value)
     else:
-        element(data, "DataValue", DataType=kind.name, Radix=_radix(kind), Value=_number(kind, initial))
+        element(parent, f"DataValue{suffix}", **named, Radix=_radix(kind), Value=_number(kind, value))
 
 
 def _joined(dims: tuple[int, ...]) -> str:
@@ -264,20 +271,7 @@ def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
         if member.at and given is None:
             host, _, bit = member.at.rpartition(".")
             given = int(values.get(host.upper()) or 0) >> int(bit) & 1
-        _write_value(parent, member, given)
-
-
-def _write_value(parent: Any, member: Member, value: Any) -> None:
-    named = {"Name": member.name, "DataType": member.type.name}
-    if member.dims:
-        array = element(parent, "ArrayMember", **named, Dimensions=_joined(member.dims))
-        _write_array(array, member.type, member.dims, value)
-    elif isinstance(member.type, Structure):
-        _write_structure(element(parent, "StructureMember", **named), member.type, value)
-    else:
-        element(
-            parent, "DataValueMember", **named, Radix=_radix(member.type), Value=_number(member.type, value)
-        )
+        _write_value(parent, member.type, member.dims, given, member.name)
 
 
 def _write_string(parent: Any, kind: Structure, value: Any) -> None:

@@ -129,15 +129,15 @@ def read_initial(
     what: str = "it starts with zeros",
 ) -> Any:
     """Return the initial value of a tag or parameter; note an unreadable one, with the consequence."""
-    said: list[str] = []
+    losses: list[str] = []
     try:
-        initial = initial_of(record.data, kind, record.dims, types, said.append)
+        initial = initial_of(record.data, kind, record.dims, types, losses.append)
     except ValueTextError as error:
         report.lose(name, f"{what}: {error}", record.line)
         return None
-    if said:
-        more = f", and {len(said) - 1} more" * (len(said) > 1)
-        report.lose(name, f"{said[0]}{more}", record.line)
+    if losses:
+        more = f", and {len(losses) - 1} more" * (len(losses) > 1)
+        report.lose(name, f"{losses[0]}{more}", record.line)
     return initial
 
 
