@@ -194,7 +194,7 @@ def _sequences(
 def _continued(sequence: Sequence, moves: list[SequenceMove]) -> str:
     """Return text that says where a sequence continues."""
     frames = moves[0].frames
-    line = frames[-1].after[1].node.lineno if frames else sequence.line
+    line = frames[-1].after.point.node.lineno if frames else sequence.line
     return f"{sequence.name} at line {line}"
 
 

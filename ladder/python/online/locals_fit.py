@@ -111,8 +111,8 @@ def _captured(case: ast.AST) -> Names:
 
 def check_origins(
     needed: Collection[str],
-    before: tuple[Function, Point],
-    after: tuple[Function, Point],
+    before: PlacedAwait,
+    after: PlacedAwait,
     changed: Collection[str],
     loops: Collection[str] = (),
 ) -> None:

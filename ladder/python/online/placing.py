@@ -28,7 +28,7 @@ from .conditions import OURS, Texts, branches_in, check_wait
 from .edition import Edition
 from .held import Again, keep_for_ever
 from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
-from .points import Function, Point, counterpart, points_of
+from .points import Function, PlacedAwait, Point, counterpart, points_of
 from .resumed import ResumptionBody, arguments_of, compiled, resume
 from .suspended import Hold, UnknownStackError, WaitingFrame, suspended
 
@@ -62,8 +62,7 @@ class FrameMove:
 
     frame: WaitingFrame
     function: FunctionType
-    before: tuple[Function, Point]
-    after: tuple[Function, Point]
+    after: PlacedAwait
     resumed: ResumptionBody
     values: dict[str, Any]
     held: list[Any]
@@ -85,8 +84,8 @@ class SequenceMove:
         awaited: Any = Again(self.frames[-1].frame.awaited, wait)
         codes = []
         for each in reversed(self.frames):
-            function = compiled(each.after[0], each.resumed, tuple(each.values), each.function)
-            point = each.after[1]
+            function = compiled(each.after.function, each.resumed, tuple(each.values), each.function)
+            point = each.after.point
             further = arguments_of(
                 each.resumed, point.holds, each.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
             )
@@ -250,17 +249,18 @@ def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
 
 def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _, edited = _functions_of(frame, context)
-    before, after = _trees_of(frame, context)
-    points = points_of(before)
+    present_tree, edited_tree = _trees_of(frame, context)
+    points = points_of(present_tree)
     here = _point_of(frame, points)
-    target = counterpart(here, points, points_of(after))
-    resume(before, here)  # raises if its frame can't be read
-    resumed = resume(after, target)
+    target = counterpart(here, points, points_of(edited_tree))
+    before, after = PlacedAwait(present_tree, here), PlacedAwait(edited_tree, target)
+    resume(present_tree, here)  # raises if its frame can't be read
+    resumed = resume(edited_tree, target)
     held = frame.held(here.holds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
-    values = _fitting(frame, (before, here), (after, target), resumed, edited, context, loops)
-    return FrameMove(frame, edited, (before, here), (after, target), resumed, values, held)
+    values = _fitting(frame, before, after, resumed, edited, context, loops)
+    return FrameMove(frame, edited, after, resumed, values, held)
 
 
 def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
@@ -271,8 +271,8 @@ def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
 
 def _fitting(
     frame: WaitingFrame,
-    before: tuple[Function, Point],
-    after: tuple[Function, Point],
+    before: PlacedAwait,
+    after: PlacedAwait,
     resumed: ResumptionBody,
     edited: FunctionType,
     context: EditContext,
@@ -282,8 +282,8 @@ def _fitting(
     code = edited.__code__
     own = [each for each in (*code.co_varnames, *code.co_cellvars) if not each.startswith(".")]
     values = {name: frame.values[name] for name in own if name in frame.values}
-    needed = names_needed(resumed.body, after[1])
-    if ast.dump(before[0]) != ast.dump(after[0]):
+    needed = names_needed(resumed.body, after.point)
+    if ast.dump(before.function) != ast.dump(after.function):
         check_bound(needed, own, values)
     check_origins(needed & frozenset(own), before, after, context.names, loops)
     _check_locals({name: values[name] for name in sorted(needed & values.keys())}, context)
