@@ -10,7 +10,7 @@ import ast
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from .points import NESTED, Function, Point, end_of
+from .points import NESTED, Function, PlacedAwait, Point, end_of
 
 Names = frozenset[str]
 
@@ -75,13 +75,11 @@ class _Reads:
         return bound
 
     def _read(self, value: object, bound: Names) -> None:
-        nodes = value if isinstance(value, list) else [value]
-        for node in nodes:
-            if isinstance(node, ast.AST):
-                names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
-                self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
-                if isinstance(node, ast.AugAssign):
-                    self._found |= _names(node.target) - bound
+        for node in _nodes(value):
+            names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
+            self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
+            if isinstance(node, ast.AugAssign):
+                self._found |= _names(node.target) - bound
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
@@ -93,8 +91,7 @@ _BLOCKS = ("body", "handlers", "cases", "orelse", "finalbody")
 
 def _names(value: Any, context: type[ast.expr_context] = ast.Store) -> Names:
     """Return the names in a node or in nodes that are stored, or used in another context."""
-    nodes = value if isinstance(value, list) else [value]
-    found = (each for node in nodes for each in ast.walk(node) if isinstance(each, ast.Name))
+    found = (each for node in _nodes(value) for each in ast.walk(node) if isinstance(each, ast.Name))
     return frozenset(each.id for each in found if isinstance(each.ctx, context))
 
 
