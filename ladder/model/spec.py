@@ -107,8 +107,8 @@ def _always(*_operands: Any) -> bool:
     return True
 
 
-def stays(*_parts: Any) -> None:
-    """Do nothing: `Spec.postscan` of an instruction that postscan leaves as it is."""
+def do_nothing(*_parts: Any) -> None:
+    """Do nothing: for `postscan` of a row that keeps its state, or `run` of a row without effect."""
 
 
 @dataclass(frozen=True, repr=False)
