@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from scanrack.io_images.amci3601.bits import CommandLsw, StatusLsw
 from scanrack.io_images.amci3601.blend import PROGRAM_AND_TRANSMIT, BlendHeader, BlendSegment
@@ -18,11 +17,8 @@ from scanrack.io_images.drives.translation import HEADER
 from scanrack.io_images.image import WORDS, Image
 from typing_extensions import override
 
-from .command import Command
+from .command import Command, Handshake
 from .kinds import PROGRAM_BLEND
-
-if TYPE_CHECKING:
-    from .drive import Drive
 
 _PROGRAM = CommandLsw.BLEND_PROGRAM.value
 _RATE = 0x3FFF
@@ -69,7 +65,7 @@ class BlendProgramming(Command):
             return "the last segment of a drive has one rate: final_deceleration must be the segment's"
         return ""
 
-    def _next(self, drive: Drive, now_ns: int) -> None:
+    def _next(self, drive: Handshake, now_ns: int) -> None:
         """Send the next block, or zeros after the last one."""
         if not self._left:
             drive.out = array("h", bytes(2 * WORDS))
@@ -77,7 +73,7 @@ class BlendProgramming(Command):
             drive.out = self._left.pop(0)
             self._laid_out_ns = None
 
-    def _parameters_crossed(self, drive: Drive, now_ns: int) -> bool:
+    def _parameters_crossed(self, drive: Handshake, now_ns: int) -> bool:
         """Send a block without its transmit bit first, if configured; return whether it has crossed."""
         if drive.parameters_first and self._laid_out_ns is None:
             drive.out = array("h", self._left[0])
@@ -86,7 +82,7 @@ class BlendProgramming(Command):
         return self._laid_out_ns is None or now_ns - self._laid_out_ns >= drive.trip_ns
 
     @override
-    def attend(self, drive: Drive, now_ns: int) -> None:
+    def attend(self, drive: Handshake, now_ns: int) -> None:
         if not drive.under_way:
             self._zeros_since_ns = None
             return

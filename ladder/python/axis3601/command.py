@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from scanrack.io_images.image import Image
 from typing_extensions import override
@@ -14,8 +14,18 @@ from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import CommandKind
 from .link import LinkedWait
 
-if TYPE_CHECKING:
-    from .drive import Drive
+
+class Handshake(Protocol):
+    """The handshake with the module, as a command sees its `Drive`."""
+
+    out: array[int]  # the eight words that are sent
+    lsw: int  # status word 1
+    trip_ns: int  # time for words to cross the backplane both ways
+    parameters_first: bool  # whether the command bit follows the parameters a round trip later
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the module executes the words of a command."""
 
 
 class Outcome(Enum):
@@ -107,7 +117,7 @@ class Command(LinkedWait[None]):
         """Set the words that start it."""
         self.words = array("h", image.words)
 
-    def attend(self, drive: Drive, now_ns: int) -> None:
+    def attend(self, drive: Handshake, now_ns: int) -> None:
         """Act in a scan in which it is executed."""
 
     def activate(self, now_ns: int) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scanrack.io_images.amci3601.bits import CommandLsw, StatusLsw
 from typing_extensions import override
 
-from .command import Command
+from .command import Command, Handshake
 from .kinds import GEAR, HOME, REGISTRATION, VELOCITY
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Registration(Command):
         self._registered = True
 
     @override
-    def attend(self, drive: Drive, now_ns: int) -> None:
+    def attend(self, drive: Handshake, now_ns: int) -> None:
         if self._registered and drive.under_way:
             drive.out[0] = 0
 
@@ -86,6 +86,6 @@ class Homing(Command):
         self.attended = proximity is not None
 
     @override
-    def attend(self, drive: Drive, now_ns: int) -> None:
+    def attend(self, drive: Handshake, now_ns: int) -> None:
         if self._proximity is not None:
             drive.out[1] = drive.out[1] | _PROXIMITY if self._proximity() else drive.out[1] & ~_PROXIMITY
