@@ -33,7 +33,7 @@ from scanrack.ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
 from .xml.records import ElementRecord
-from .xml.writing import cdata, element, flag, say, write_statements
+from .xml.writing import cdata, element, flag, text_element, write_statements
 
 REVISION = "32.02"
 """Software revision of the written file; later revisions can import it."""
@@ -159,7 +159,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             ExecutePostscan=flag(each.routine(POSTSCAN) is not None),
             ExecuteEnableInFalse=flag(each.routine(OTHERWISE) is not None),
         )
-        say(made, "Description", each.comment)
+        text_element(made, "Description", each.comment)
         parameters, local = element(made, "Parameters"), element(made, "LocalTags")
         for name, usage in zip(ENABLES, ("Input", "Output"), strict=True):
             element(
@@ -191,7 +191,7 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
     else:
         attributes |= {"Usage": _USAGES[parameter.way], "Required": flag(parameter.required)}
         made = element(parent, "Parameter", Name=parameter.name, **attributes)
-    say(made, "Description", parameter.comment)
+    text_element(made, "Description", parameter.comment)
     _write_data(made, "DefaultData", parameter.type, parameter.dims, parameter.initial)
 
 
@@ -206,7 +206,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
             )
         if isinstance(each, Alias):
             made = element(parent, "Tag", Name=each.name, TagType="Alias", AliasFor=str(each.target))
-            say(made, "Description", each.comment)
+            text_element(made, "Description", each.comment)
             continue
         if ":" in each.name:
             continue  # a module's tag, which is elsewhere in a controller
@@ -214,7 +214,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
         made = element(
             parent, "Tag", Name=each.name, TagType="Base", DataType=each.type.name, **dims, Constant="false"
         )
-        say(made, "Description", each.comment)
+        text_element(made, "Description", each.comment)
         _write_data(made, "Data", each.type, each.dims, each.initial)
 
 
@@ -319,7 +319,7 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
     if routine.drawing is not None:
         kind = "FBD"
     made = element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
-    say(made, "Description", routine.comment)
+    text_element(made, "Description", routine.comment)
     if routine.chart is not None:
         write_chart(made, routine.chart)
     elif routine.drawing is not None:
@@ -330,7 +330,7 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
         content = element(made, "RLLContent")
         for number, rung in enumerate(routine.rungs):
             written = element(content, "Rung", Number=str(number), Type="N")
-            say(written, "Comment", rung.comment)
+            text_element(written, "Comment", rung.comment)
             element(written, "Text").text = cdata(str(rung))
 
 

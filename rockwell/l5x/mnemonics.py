@@ -1,4 +1,4 @@
-"""Names of all instructions of Logix controllers, also of those that scanrack does not have.
+"""Names of all instructions of Logix controllers, including those that scanrack lacks.
 
 In a partial export, any other name is an add-on instruction whose definition is missing.
 """

@@ -15,7 +15,7 @@ def element(parent: Any, name: str, **attributes: str) -> Any:
     return etree.Element(name, attributes) if parent is None else etree.SubElement(parent, name, attributes)
 
 
-def say(parent: Any, name: str, text: str) -> None:
+def text_element(parent: Any, name: str, text: str) -> None:
     """Add an element with a text, unless the text is empty."""
     if text:
         element(parent, name).text = cdata(text)
