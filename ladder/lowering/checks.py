@@ -204,7 +204,7 @@ def _jump_problem(
 
 
 def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
-    """Return what is wrong with the chart or step that an SFR or SFP names, None if nothing is."""
+    """Return the problem with the chart or step that an SFR or SFP names; None if both exist."""
     chart = lowered.charts.get(routine)
     if chart is None:
         names = ", ".join(each.name for each in lowered.charts.values()) or "none"

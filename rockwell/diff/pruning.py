@@ -44,7 +44,7 @@ Joint = tuple[bytes, bytes, bytes]
 
 
 class PrunedDocument(NamedTuple):
-    """A document and the contents cut out of it; each cut in the document has the index of its content."""
+    """A document with cuts, and the contents that they replace; each cut has the index of its content."""
 
     data: bytes
     cuts: list[bytes]

@@ -93,7 +93,7 @@ def _found(what: str, name: str, among: Sequence[Any]) -> Any:
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons use, inner ones first, without those of modules."""
+    """Yield the structures that declarations and add-ons use, inner ones first, except types of modules."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
@@ -335,7 +335,7 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
 
 
 def _write_drawing(parent: Any, record: ElementRecord) -> None:
-    """Write the content of a function block diagram as it was read."""
+    """Write the content of a function block diagram exactly as it was read."""
     made = element(parent, record.tag, **record.attributes)
     if record.text.strip():
         made = element(made, "Text") if record.tag == "TextBox" else made

@@ -17,7 +17,7 @@ _OPTIONS = (
     *("References", "NoRawData", "L5KData", "DecoratedData", "Context", "Dependencies"),
     *("ForceProtectedEncoding", "AllProjDocTrans"),
 )
-"""Export options, in the order in which they are written."""
+"""Export options, in the order of a file."""
 
 _NEEDED = frozenset({"References", "Context", "Dependencies"})
 _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetLastEdited", "TargetCount")

@@ -80,7 +80,7 @@ class StructuredRoutine:
 
     @property
     def is_refused(self) -> bool:
-        """Whether all of it is refused."""
+        """Whether all of its statements are refused."""
         return self.refused >= self.statements and bool(self.refused)
 
     def counts(self) -> Iterator[tuple[str, int, int]]:

@@ -190,7 +190,7 @@ class _Importer:
             files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
 
     def _is_bound(self, slot: int) -> bool:
-        """Return whether a slot's images are those of the rack."""
+        """Return whether a slot's images are the rack's images."""
         if self._slots is not None:
             return slot in self._slots
         if not self._document.slots:

@@ -337,7 +337,7 @@ class Drive:
         return self._evidence.proves(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
-        """Update and return whether the axis has rested so long that the step can't end by itself."""
+        """Update and return whether the axis has rested too long for the step to end."""
         idle = (self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING) and not (
             self.moving or self.link.down
         )

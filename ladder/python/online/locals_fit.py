@@ -62,7 +62,7 @@ class _Reads:
         return (bound | _names(node)) - _names(node, ast.Del)
 
     def _inside(self, node: ast.AST, bound: Names) -> Names:
-        """Visit the blocks of a statement, any of which may be left at any point."""
+        """Visit the blocks of a statement; the program may leave each block at any point."""
         for field in _BLOCKS:
             value = getattr(node, field, [])
             if field in ("handlers", "cases"):

@@ -9,7 +9,7 @@ parts are reset, and sequences begin again. Its own fields keep their values.
 Observers can read, in any scan:
 
     for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
-        each.resumed                    # changes when it, or a branch of it, continues
+        each.resumed                    # changes when it, or one of its branches, continues
         each.name, each.line, each.file # where it waits; line is None when it is over
         each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made on demand
         str(each)                       # "cycle, line 14: axis.move_to(4000)"

@@ -61,7 +61,7 @@ class UnknownTypeError(LadderError):
 
 
 class Types:
-    """All types by name: the document's, of which the first with each name counts, and others."""
+    """All types by name; of several types in the document with one name, the first counts."""
 
     def __init__(
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
