@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
-from scanrack.ladder.model.operators import RELATIONS
+from scanrack.ladder.model.operators import COMPARISONS, RELATIONS
 from scanrack.ladder.state.lowered import ADD_ON, LoweredStep
 
 from ..logic import (
@@ -30,9 +30,6 @@ from ..logic import (
 from ..ranges import ANY, Range
 from .number_ranges import Values, type_range
 from .operands import group_of, key_of, path_of, written_by
-
-COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
-
 
 EDGE = "ONS "
 """Prefix in the names of one-shots, whose power does not show the state of their bits."""

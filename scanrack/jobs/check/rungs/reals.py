@@ -15,11 +15,11 @@ from collections.abc import Collection, Iterator, Sequence
 
 from scanrack.io_images.cards import KINDS
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
+from scanrack.ladder.model.operators import COMPARISONS
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Facts
-from .conditions import COMPARISONS
 from .number_ranges import RESULTS, Values, written_value
 from .operands import calculations_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
 from .view import LadderView
