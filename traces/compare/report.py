@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from scanrack.io_images.times import seconds_column, time_text
+from scanrack.io_images.times import time_text
 
-from ..read.changes import Row
+from ..read.changes import ROW_TITLES, Row
 from .comparison import Comparison
 from .findings import Detail, Extent, First
 
@@ -117,20 +117,9 @@ def _rules(first: First, names: Names) -> Iterator[str]:
 
 
 def _changes(rows: Sequence[Row]) -> list[str]:
-    cells = [("scan", "time s", "slot", "", "position", "encoder", "what")]
-    cells += [
-        (
-            "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds_column(row.now_ns),
-            _value(row.slot, ""),
-            row.direction,
-            _value(row.position, ""),
-            _value(row.encoder, ""),
-            row.text,
-        )
-        for row in rows
-    ]
-    return _aligned(cells, "rrrlrrl") if len(cells) > 1 else ["nothing changed"]
+    titles = [title.removesuffix(">") for title in ROW_TITLES]
+    sides = "".join("r" if title.endswith(">") else "l" for title in ROW_TITLES)
+    return _aligned([titles, *(row.cells for row in rows)], sides) if rows else ["nothing changed"]
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
@@ -163,8 +152,8 @@ def _short(text: str) -> str:
     return "none" if not text else text if len(text) <= 24 else f"{text[:12]}..."
 
 
-def _value(value: int | None, missing: str = "-") -> str:
-    return missing if value is None else f"{value:,}"
+def _value(value: int | None) -> str:
+    return "-" if value is None else f"{value:,}"
 
 
 def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:

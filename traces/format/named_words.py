@@ -63,16 +63,23 @@ def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
     return facts
 
 
+def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the fields of a schema, and the lines of its messages by name."""
+    head, *messages = text.split(f"{SEPARATOR}\n")
+    parted = (each.splitlines() or [""] for each in messages)
+    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
+
+
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
     """Return the words of the slots of a trace; slots without words in the schema are left out.
 
     Raises:
         ValueError: names of bits are illegal.
     """
-    head, *messages = schema.split(f"{SEPARATOR}\n")
-    fields = dict(_message(each) for each in messages)
+    head, messages = split_schema(schema)
+    fields = {name: tuple(line.partition(" ")[2] for line in lines) for name, lines in messages.items()}
     found: dict[int, ModuleWords] = {}
-    for line in head.splitlines()[2:]:
+    for line in head[2:]:
         stem, _, slot = line.partition(" slot")
         outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
         if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
@@ -115,11 +122,6 @@ def _quantity(given: Mapping[str, Any]) -> Quantity:
     return Quantity(
         str(given["name"]), *places, format and NumberFormat(format), counts=bool(given["counts"])
     )
-
-
-def _message(text: str) -> tuple[str, tuple[str, ...]]:
-    first, *lines = text.splitlines() or [""]
-    return first.removeprefix("MSG: scanrack/"), tuple(line.partition(" ")[2] for line in lines)
 
 
 def _are_words(names: Sequence[str]) -> bool:

@@ -20,11 +20,12 @@ from ..extras import need
 from ..files.guard import PNG, SVG
 from ..files.newfile import new_file
 from . import colors, time_axis
-from .chart import Chart, Panel, groups_of
+from .chart import Chart, groups_of
 from .envelope import Curve
 from .figure_lanes import draw_lanes, rows_of
 from .labels import Label, placed, shortened
 from .lanes import RAMP_STATES
+from .panel import Panel
 from .sizes import (
     AXIS,
     DPI,

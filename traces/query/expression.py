@@ -89,6 +89,12 @@ def want(part: Expression, expected: Type, what: str = "") -> None:
     raise MeaningError(part.column, f"{subject} {expected.value}, and {part.text} is {part.type.value}{hint}")
 
 
+def refuse_condition(part: Expression, what: str) -> None:
+    """Raise a MeaningError if an expression is a condition where `what` takes a number or a time."""
+    if part.type is Type.CONDITION:
+        want(part, Type.NUMBER, what)
+
+
 def same(left: Expression, right: Expression, sign: Token) -> None:
     """Raise a MeaningError if two expressions have different types."""
     if left.type is right.type:

@@ -37,6 +37,7 @@ from .expression import (
     joined,
     leaf,
     number_of,
+    refuse_condition,
     same,
     want,
 )
@@ -158,9 +159,6 @@ class _Builder(Transformer[Token, Any]):
 
     # -- the whole ----------------------------------------------------------------------------------
 
-    def everything(self, found: Query) -> Query:
-        return found
-
     def aggregate(self, name: Token, found: Query) -> Query:
         return replace(found, aggregate=str(name))
 
@@ -209,8 +207,7 @@ class _Builder(Transformer[Token, Any]):
 
     def arithmetic(self, left: Expression, sign: Token, right: Expression) -> Expression:
         for part in (left, right):
-            if part.type is Type.CONDITION:
-                want(part, Type.NUMBER, str(sign))
+            refuse_condition(part, str(sign))
         if sign == "*":
             want(right, Type.NUMBER, "*")
             want(left, Type.NUMBER, "*")
@@ -218,15 +215,13 @@ class _Builder(Transformer[Token, Any]):
         return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:
-        if part.type is Type.CONDITION:
-            want(part, Type.NUMBER, str(sign))
+        refuse_condition(part, str(sign))
         if sign == "+":
             return part
         return derived(part.type, part, lambda scans: numbers.negated(part.evaluate(scans)))
 
     def absolute(self, part: Expression) -> Expression:
-        if part.type is Type.CONDITION:
-            want(part, Type.NUMBER, "abs()")
+        refuse_condition(part, "abs()")
         return derived(part.type, part, lambda scans: numbers.absolute(part.evaluate(scans)))
 
     def duration(self, token: Token) -> Expression:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.times import seconds_column
 
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
@@ -49,6 +50,18 @@ class Row:
     position: int | None  # reported position, steps; None where the image has none
     encoder: int | None  # reported count; None where the image has none
     text: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Its texts under `ROW_TITLES`; empty where it has no value."""
+        numbers = ["" if each is None else str(each) for each in (self.scan, self.slot)]
+        reports = ["" if each is None else f"{each:,}" for each in (self.position, self.encoder)]
+        time = "" if self.now_ns is None else seconds_column(self.now_ns)
+        return (numbers[0], time, numbers[1], self.direction, *reports, self.text)
+
+
+ROW_TITLES = ("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+"""Titles of the columns of a table of rows; one that ends in ">" is above numbers."""
 
 
 class ChangeRows:

@@ -22,7 +22,7 @@ from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.read.arrays import extent, scan_count
-from scanrack.traces.read.changes import ChangeRows, Row
+from scanrack.traces.read.changes import ROW_TITLES, ChangeRows, Row
 from scanrack.traces.read.event_text import describe
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.read.reader import Trace, TraceEvent, open_trace
@@ -230,17 +230,9 @@ def _event_table(events: Iterable[TraceEvent]) -> Table:
 
 
 def _row_table(rows: Iterable[Row]) -> Table:
-    table = new_table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    table = new_table(*ROW_TITLES)
     for row in rows:
-        table.add_row(
-            "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds_column(row.now_ns),
-            "" if row.slot is None else str(row.slot),
-            row.direction,
-            "" if row.position is None else f"{row.position:,}",
-            "" if row.encoder is None else f"{row.encoder:,}",
-            row.text,
-        )
+        table.add_row(*row.cells)
     return table
 
 
