@@ -21,18 +21,14 @@ def reading(
 ) -> Iterator[Callable[[int], None]]:
     """Show a bar of the processed scans, on a terminal, unless --quiet."""
     # a run, which has one of these options, does without
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from scanrack.traces.signals import ALL, count
 
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda scans: None
-        return
+    from .bars import shown_bar
+
     columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("scans", total=count(trace, selection or ALL))
-        yield lambda scans: bar.advance(task, scans)
+    with shown_bar(*columns, quiet=quiet, total=lambda: count(trace, selection or ALL)) as update:
+        yield lambda scans: update(advance=scans)
 
 
 class HasNotes(Protocol):

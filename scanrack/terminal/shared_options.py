@@ -25,6 +25,10 @@ class UaSecurityWord(StrEnum):
     ENCRYPTED = "encrypted"
 
 
+TraceArgument = Annotated[
+    Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)
+]
+TrustOption = Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")]
 RangeOption = Annotated[
     list[str] | None,
     typer.Option(

@@ -35,6 +35,10 @@ def complain(text: str, status: int = DONE) -> int:
     return status
 
 
+def ignore(_text: str) -> None:
+    """Print nothing, in place of `complain`."""
+
+
 def size_of(path: Path) -> str:
     """Return the size of a file that was just written; another program may have removed it meanwhile."""
     try:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from scanrack.io_images.doors import json_value
@@ -22,7 +19,7 @@ from scanrack.jobs.fuzz.learning import LearnedScenario, learn
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
 from scanrack.jobs.fuzz.written_tests import check_new
 from scanrack.jobs.load.loading import LoadedRack, load_job, scans_to_run
-from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.reading import tell_notes
@@ -30,6 +27,7 @@ from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 
 from .fuzz_budget import Budget
+from .fuzz_options import FuzzOptions
 from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
 
@@ -68,89 +66,6 @@ def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
     return tuple(given) if given or files else DEFAULT_CHECKS
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FuzzOptions:
-    """The argument and the options of `scanrack fuzz`."""
-
-    rack: Annotated[
-        str,
-        typer.Argument(
-            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
-        ),
-    ]
-    invariants: Annotated[
-        list[Path] | None,
-        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with invariants."),
-    ] = None
-    check: Annotated[
-        list[str] | None,
-        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
-    ] = None
-    duration: Annotated[
-        str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
-    ] = None
-    runs: Annotated[
-        int,
-        typer.Option(
-            "--runs",
-            metavar="N",
-            min=1,
-            help="How many scenarios to try, excluding shrinking and the corpus.",
-        ),
-    ] = 500
-    time: Annotated[
-        str | None, typer.Option("--budget", metavar="TIME", help="Search for so long instead: '2 h'.")
-    ] = None
-    scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", min=1, help="Search for so many scans instead.")
-    ] = None
-    processor: Annotated[
-        str | None,
-        typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
-    ] = None
-    only: Annotated[
-        list[str] | None,
-        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
-    ] = None
-    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
-        None
-    )
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
-    ] = None
-    dask: Annotated[
-        str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
-    ] = None
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
-        ),
-    ] = None
-    begin_with: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
-        ),
-    ] = None
-    scenario: Annotated[
-        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
-    ] = None
-    tests: Annotated[
-        Path | None,
-        typer.Option(
-            "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
-        ),
-    ] = None
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
-    ] = False
-    as_json: JsonOption = False
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
 
 
 def _fuzz_command(
@@ -193,14 +108,8 @@ def _fuzz_command(
             setup=setup,
             folder=folder,
             budget=Budget(options.runs, _ns(options.time), options.scans, _ns(options.processor)),
-            jobs=_jobs(options),
-            dask=options.dask,
+            options=options,
             base=None if learned is None else learned.scenario,
-            begin_with=tuple(options.begin_with or ()),
-            quiet=options.quiet,
-            as_json=options.as_json,
-            strict=options.strict,
-            tests=options.tests,
         )
         status = session.run()
     raise typer.Exit(status)
@@ -221,13 +130,6 @@ def _setup(searched: str, job: LoadedRack, options: FuzzOptions, scans: int) -> 
 def _ns(duration: str | None) -> int | None:
     """Return the nanoseconds of a duration; None without one."""
     return None if duration is None else parse_duration(duration)
-
-
-def _jobs(options: FuzzOptions) -> int | None:
-    """Return the number of processes; None if a cluster chooses it."""
-    if options.dask is not None:
-        return options.jobs or None
-    return options.jobs or os.cpu_count() or 1
 
 
 def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:

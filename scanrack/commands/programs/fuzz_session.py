@@ -45,6 +45,7 @@ from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.files.portable import relative
 
 from .fuzz_budget import Budget, Spending
+from .fuzz_options import FuzzOptions
 from .fuzz_summary import (
     closing,
     failure,
@@ -99,20 +100,14 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """The options of one call of the command."""
+    """One call of the command."""
 
     job: LoadedRack
     setup: Setup
     folder: Path
     budget: Budget
-    jobs: int | None  # tasks at a time; None = as many as the cluster has threads
-    dask: str | None  # address of a Dask scheduler, or None
+    options: FuzzOptions
     base: Scenario | None  # the scenario of a recording, or None
-    begin_with: tuple[Path, ...]  # folders of other campaigns and recordings, whose runs are tried first
-    quiet: bool  # print only failures
-    as_json: bool = False
-    strict: bool = False  # whether it counts if a goal was never seen
-    tests: Path | None = None  # a new folder for tests of what was reached, or None
 
     @property
     def state_file(self) -> Path:
@@ -150,7 +145,7 @@ class Session:
         before = replace(state)
         spending = Spending(self.budget, state, state.scans)
         memory = Memory(self.folder, Origin.of(self.job, self.setup.scans), bench.spec, complain)
-        again = memory.known(self.begin_with)
+        again = memory.known(tuple(self.options.begin_with or ()))
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again(bench, state)
@@ -162,20 +157,20 @@ class Session:
             status = self._search(bench, state, memory, again, solver, spending)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         others = bench.names - {each.broken.invariant for each in broken}
-        if status == DONE and self.tests is not None:
-            count = write_tests(self.tests, self.setup, self.job, self._kept_runs(state))
-            complain(f"{count} tests are written: pytest {shlex.quote(str(self.tests))}")
+        options, tests = self.options, self.options.tests
+        if status == DONE and tests is not None:
+            count = write_tests(tests, self.setup, self.job, self._kept_runs(state))
+            complain(f"{count} tests are written: pytest {shlex.quote(str(tests))}")
         took_s, covered = (wall_ns() - spending.begin_ns) / 1e9, ""
         never: list[UnfiredRule] = []
-        is_reported = self.as_json or not self.quiet
-        if status == DONE and is_reported:  # not of one that was stopped: it takes some runs
+        if status == DONE and options.reports:  # not of one that was stopped: it takes some runs
             with spending.on_explaining():
                 never, covered = self._cover(bench, state, solver, spending)
-        if self.as_json:
+        if options.as_json:
             rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
             say_json({"broken": rows, **summary_row(state, before, others, bench.goals, never)})
             return self._status(status, bench, state)
-        if not self.quiet:
+        if not options.quiet:
             lines = [
                 summary(state, before, took_s, rules_in(bench.spec.slot)),
                 left_over(state, spending),
@@ -229,7 +224,7 @@ class Session:
     def _status(self, status: int, bench: TrialBench, state: State) -> int:
         """Return the exit status: what went wrong before what is broken, before what was never seen."""
         broken = any(each.broken.invariant in bench.names for each in state.found.values())
-        unseen = self.strict and any(each.name not in state.applied for each in bench.goals)
+        unseen = self.options.strict and any(each.name not in state.applied for each in bench.goals)
         return status or (NO if broken else NOT_SEEN if unseen else DONE)
 
     def _undisturbed(self, bench: TrialBench, state: State) -> list[Counterexample]:
@@ -243,7 +238,7 @@ class Session:
         return found
 
     def _tell(self, text: str) -> None:
-        say(text, err=self.as_json)
+        say(text, err=self.options.as_json)
 
     def _look_again(self, bench: TrialBench, state: State) -> None:
         """Repeat known failures, and report those that are gone."""
@@ -291,6 +286,7 @@ class Session:
     ) -> int:
         first = state.tasks + -(-len(again) // self.examples)
         work = Work(self.setup.with_absolute_paths(), memory.finds.with_absolute_paths())
+        jobs, dask = self.options.tasks_at_a_time, self.options.dask
         with self._progress(state, spending) as show, noting_ctrl_c() as pressed:
 
             def news(found: list[Counterexample]) -> None:
@@ -301,16 +297,16 @@ class Session:
 
             try:
                 campaign(
-                    work if self.dask is None else OwnProcess(work),
+                    work if dask is None else OwnProcess(work),
                     state,
-                    executor_of(self.jobs or 1, self.dask, complain),
+                    executor_of(jobs or 1, dask, complain),
                     examples=self.examples,
                     tasks=self.tasks,
-                    jobs=self.jobs,
+                    jobs=jobs,
                     again=again,
                     suggest=solver,
                     has_time=lambda: not pressed() and spending.searches,
-                    allowance=lambda: spending.allowance(self.jobs or 1),
+                    allowance=lambda: spending.allowance(jobs or 1),
                     news=news,
                 )
             except KeyboardInterrupt:
@@ -359,7 +355,7 @@ class Session:
     def _progress(self, state: State, spending: Spending) -> Iterator[Callable[[list[Counterexample]], None]]:
         """Show the progress of the search on a terminal; yield the function to call after every task."""
         console = Console(file=sys.stderr)  # the real one: a running program may replace it
-        if self.quiet or not console.is_terminal:
+        if self.options.quiet or not console.is_terminal:
             yield lambda found: None
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())

@@ -25,6 +25,7 @@ from scanrack.terminal.status import (
     NO,
     NO_HELPER,
     complain,
+    ignore,
     reason,
 )
 from scanrack.terminal.terminal import say
@@ -62,7 +63,7 @@ def run_job(
         if not pacer.free:
             _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
         try:
-            reported = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            reported = replace(options, pacer=pacer, listeners=[tally], warn=ignore if quiet else complain)
             services = _opened(job, server, ports, live=options.live)
             run = JobRun(job, ports, reported)
             if services is not None:
@@ -153,9 +154,6 @@ def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
     for outcome in ports.enter_context(real_time()):
         if not quiet:
             complain(str(outcome))
-
-
-def _quiet(_hint: str) -> None: ...
 
 
 def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:

@@ -6,7 +6,6 @@ import json
 from typing import Annotated
 
 import typer
-from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from scanrack.terminal.terminal import say
 
 
@@ -36,14 +35,10 @@ def schema_command(
     if not write:
         say(text, whole=True)
         return
+    from scanrack.terminal.complaints import reported_mistakes
     from scanrack.traces.files.guard import SCHEMA
     from scanrack.traces.files.newfile import new_file
 
-    try:
-        with new_file(NAME, SCHEMA) as file:
-            file.write(f"{text}\n")
-    except ValueError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    except OSError as error:
-        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    with reported_mistakes(), new_file(NAME, SCHEMA) as file:
+        file.write(f"{text}\n")
     say(f"{NAME}\n\nPut this line first in a rack file beside it:  {HINT}")

@@ -12,7 +12,7 @@ import typer
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.reading import itself, reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
+from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.export import formats
@@ -35,7 +35,7 @@ def _targets() -> type[Any]:
 
 
 def _export_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     targets: Any,
     signal: Annotated[
         list[str] | None,

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.reading import itself, reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
+from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.files.guard import PAGE, PNG, SVG, check_output
@@ -20,7 +20,7 @@ _KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
 
 
 def _plot_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     out: Annotated[
         Path | None,
         typer.Option(

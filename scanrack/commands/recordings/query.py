@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -12,7 +11,7 @@ from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.reading import reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption
+from scanrack.terminal.shared_options import QuietOption, TraceArgument
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 from scanrack.traces.query import Answer, Occurrence, query
@@ -76,7 +75,7 @@ def _text(value: float | bool | None) -> str:
 
 
 def _query_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     text: Annotated[
         str,
         typer.Argument(

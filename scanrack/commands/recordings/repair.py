@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, DownloadColumn, TextColumn, TimeRemainingColumn
+from scanrack.terminal.bars import shown_bar
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself
-from scanrack.terminal.shared_options import QuietOption
+from scanrack.terminal.reading import itself, tell_notes
+from scanrack.terminal.shared_options import QuietOption, TraceArgument
 from scanrack.terminal.status import DONE, NO, size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.files.guard import TRACE, check_output
@@ -24,8 +22,7 @@ def tell(found: Repair, trace: Path, target: Path) -> None:
     if not found.needed:
         say(f"{trace}: {_size(found)}, nothing to repair")
         return
-    for note in found.notes:
-        say(f"note: {note}", err=True)
+    tell_notes(found)
     if found.original is not None:
         say(f"note: the original is kept as {found.original.name}", err=True)
     say(f"{target}: repaired, {_size(found)}, {size_of(target)}")
@@ -35,20 +32,8 @@ def _size(found: Repair) -> str:
     return f"{found.messages:,} messages of a line" if found.scans is None else f"{found.scans:,} scans"
 
 
-@contextmanager
-def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal or not trace.is_file():
-        yield lambda size: None
-        return
-    columns = (TextColumn("bytes"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("bytes", total=trace.stat().st_size)
-        yield lambda size: bar.advance(task, size)
-
-
 def _repair_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     output: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
@@ -71,8 +56,10 @@ def _repair_command(
     with reported_mistakes():
         if output is not None:
             check_output(output, TRACE, itself(trace))
-        with _bar(trace, quiet=quiet) as progress:
-            found = repair(trace, output, progress=progress)
+        columns = (TextColumn("bytes"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
+        is_hidden = quiet or not trace.is_file()
+        with shown_bar(*columns, quiet=is_hidden, total=lambda: trace.stat().st_size) as update:
+            found = repair(trace, output, progress=lambda size: update(advance=size))
     if not quiet:
         tell(found, trace, trace if output is None else output)
     raise typer.Exit(NO if found.damaged else DONE)

@@ -28,7 +28,6 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.reading import tell_notes
-from scanrack.terminal.terminal import say
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.replay import PackedTrace
@@ -94,8 +93,7 @@ def replay_trace(options: ReplayOptions) -> None:
             replay.notes.append(
                 f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end continues"
             )
-        for note in replay.notes:
-            say(f"note: {note}", err=True)
+        tell_notes(replay)
         status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
     raise typer.Exit(status)
 

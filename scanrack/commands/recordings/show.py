@@ -16,7 +16,7 @@ from scanrack.io_images.times import seconds_column
 from scanrack.jobs.trust.extracting import attached_files, extract
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.shared_options import RangeOption, selection
+from scanrack.terminal.shared_options import RangeOption, TraceArgument, selection
 from scanrack.terminal.status import DONE
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import on_a_line, say
@@ -274,7 +274,7 @@ def plain_lines(block: str | Table) -> list[str]:
 
 
 def _show_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     every: Annotated[
         bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
     ] = False,

@@ -56,18 +56,6 @@ class RungKind(StrEnum):
     SLC = "slc"
 
 
-@dataclass(frozen=True, slots=True)
-class _Wish:
-    """What is to be played, and how."""
-
-    plan: ScenePlan
-    tags: ModuleTags
-    scenes: Sequence[str]
-    encoder: bool
-    allowed: bool
-    quiet: bool
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConformOptions:
     """The argument and the options of `scanrack conform`."""
@@ -224,10 +212,7 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
         return _recorded(options.source, options.module, plan.timing, words)
     if options.configuration is not None:
         raise ValueError("--configuration goes with --judge: a plan has its own")
-    is_live, is_quiet = options.live and options.control, options.quiet or options.as_json
-    return _play(
-        str(options.path), _Wish(plan, tags, options.scene or (), options.encoder, is_live, is_quiet)
-    )
+    return _play(options, plan, tags)
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
@@ -249,43 +234,45 @@ def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | No
     return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
 
-def _play(path: str, wish: _Wish) -> PlayedPlan:
-    unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
+def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedPlan:
+    path = str(options.path)
+    unknown = [each for each in options.scene or () if each not in {scene.name for scene in plan.scenes}]
     if unknown:
-        raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
+        raise ValueError(f"the plan {plan.name} has no scene {unknown[0]!r}: --list names them")
     client = connect(path)
     with closing(client):
-        if is_real(client) and not wish.allowed:
+        if is_real(client) and not (options.live and options.control):
             raise ValueError(SAFETY)
         try:
-            logix = LogixPath(client, wish.tags)
+            logix = LogixPath(client, tags)
             date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-            scenes = [play(scene, logix, wish.plan) for scene in _chosen(wish)]
+            scenes = [play(scene, logix, plan) for scene in _chosen(options, plan, tags)]
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
-        product, plan = product_of(client), wish.plan
-    return PlayedPlan(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
+        product = product_of(client)
+    return PlayedPlan(plan.firmware, plan.timing, scenes, tags.slot, product, date, plan.name)
 
 
-def _chosen(wish: _Wish) -> list[PlannedScene]:
-    """Return the scenes that can be played here; say which can't."""
+def _chosen(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[PlannedScene]:
+    """Return the scenes that can be played here; report each scene that can't be played."""
     chosen = []
-    for scene in wish.plan.scenes:
-        if wish.scenes and scene.name not in wish.scenes:
+    for scene in plan.scenes:
+        if options.scene and scene.name not in options.scene:
             continue
-        missing = _missing(scene, wish)
-        if missing and not wish.quiet:
+        missing = _missing(scene, tags, has_encoder=options.encoder)
+        if missing and not (options.quiet or options.as_json):
             complain(f"{scene.name}: left out, {missing}")
         if not missing:
             chosen.append(scene)
     return chosen
 
 
-def _missing(scene: PlannedScene, wish: _Wish) -> str:
-    wired = sum(bit.value for bit in wish.tags.wiring or {})
+def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
+    """Return what a scene needs and the module lacks; "" if nothing is missing."""
+    wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
         return "it needs inputs that are wired to outputs (--wire)"
-    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not wish.encoder else ""
+    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not has_encoder else ""
 
 
 def _say_list(plan: ScenePlan) -> None:

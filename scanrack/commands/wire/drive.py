@@ -14,11 +14,6 @@ from scanrack.jobs.drive.targets import BENCHES, Answer
 from scanrack.terminal.status import BAD_INPUT, DONE, complain
 
 
-def bench_for(target: str) -> Answer:
-    """Return the function that answers the lines of a session, by the target's name."""
-    return BENCHES[target]()
-
-
 def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
     """Answer each line with one line; return the exit status: 2 if any request was refused, else 0.
 
@@ -58,7 +53,7 @@ def drive(
         raise typer.Exit(complain(f"no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
     if sys.stdin is None:
         raise typer.Exit(complain("no requests: standard input is closed", BAD_INPUT))
-    raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
+    raise typer.Exit(converse(BENCHES[target](), sys.stdin, sys.stdout))
 
 
 def register(app: typer.Typer) -> None:

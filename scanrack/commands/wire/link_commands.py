@@ -12,7 +12,6 @@ from typing import Annotated, Any, Protocol, TypeVar
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
 from scanrack.jobs.serve.line import socket_address
 from scanrack.runtime.line.clients.link import (
     ANSWER_RANGE_S,
@@ -27,6 +26,7 @@ from scanrack.runtime.line.clients.watching import MonitoringLostError, try_to_s
 from scanrack.runtime.line.ports import Stop
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.loop.pace import interrupted_by, stopping_on_interrupt
+from scanrack.terminal.bars import shown_bar
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import INTERRUPTED, NO, complain
@@ -283,17 +283,12 @@ def shown_travel(
         each: called with every position, and once before the first.
     """
     each()
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda _: each()
-        return
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
-    with Bar(*columns, console=console) as bar:
-        total = None if target is None else abs(target - start)
-        task = bar.add_task("", total=total, position=start)
+    total = None if target is None else abs(target - start)
+    with shown_bar(*columns, quiet=quiet, total=lambda: total, transient=False, position=start) as update:
 
         def report(position: int) -> None:
-            bar.update(task, completed=abs(position - start), position=position)
+            update(completed=abs(position - start), position=position)
             each()
 
         yield report

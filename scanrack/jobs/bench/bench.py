@@ -7,13 +7,11 @@ from collections.abc import Sequence as SequenceOf
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink, Remedies
-from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic, Sequence
 from scanrack.runtime.config.rackspec import RackSpec
@@ -28,9 +26,9 @@ from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.edits_and_forces import SET
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, waiting_in, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
-from ..run.editing import tags_in
+from ..run.editing import continue_as, tags_in
 from ..run.external_tags import tell_cpu
 from ..why.answer import Why
 from ..why.journal import Journal
@@ -251,12 +249,7 @@ class Bench:
             return self.program.edit(program)
         if not isinstance(program, Logic):
             raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
-        forces = self._fields.forces
-        done = edit_logic(self.logic, program, restart)
-        if self._fields.forces != forces:
-            self._fields.on_outside()
-        for each in self._followers:
-            each.watch(waiting_in(self.logic))
+        done = continue_as(self.logic, program, restart, self._fields, self._followers)
         self._announce_edit(type(program).__name__, done)
         return done
 
@@ -465,9 +458,7 @@ class Bench:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

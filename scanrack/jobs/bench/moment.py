@@ -1,4 +1,4 @@
-"""Chooses the scan of a question: by time, by number, or by a bit that becomes true."""
+"""A question about a run, and its scan: by time, by number, or by a bit that becomes true."""
 
 from __future__ import annotations
 
@@ -73,6 +73,16 @@ class ScanChoice:
         if not 0 <= row < rows:
             raise _missing(recording, f"{self.scans} scans" if self.at is None else f"a scan by {self.at}")
         return row
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question about a run, after one of its scans."""
+
+    what: str | None  # see `Bench.why`
+    moment: ScanChoice
+    deep: bool = False  # whether the chain also includes rungs of add-on instructions
+    want: str | None = None  # the required value; the answer then also says how `what` could get it
 
 
 def _missing(recording: PackedTrace, what: str) -> ValueError:

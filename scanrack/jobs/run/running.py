@@ -96,9 +96,7 @@ class JobRun:
         self.steps: list[str] = []
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         beside = _beside(units, options.trace)
-        recorded = (
-            None if recorder is None else self.program.recorded(recorder)
-        )  # closed last, since it reads all files
+        recorded = None if recorder is None else self.program.recorded(recorder)
         optional = filter(None, (beside, recorded))  # closed last, since it reads all files
         listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.jobs.bench import NotReachedError
-from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.moment import Question, ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
 from scanrack.jobs.trust.trust import UntrustedError
 from scanrack.traces.format.records import TraceError
@@ -29,7 +29,7 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             at = ScanChoice(at=str(more.scan[-1]))
-            queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
+            queried = why_of_trace(trace, Path(folder), Question(what, at), trust=True, more=more)
     except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
         return {"refused": str(error)}
     lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
