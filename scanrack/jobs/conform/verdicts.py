@@ -172,7 +172,7 @@ class Judge:
                 verdict.rules.append(name)
                 self._differs(self.result.rules[name], played.name, without_it.sentence)
         if not verdict.rules and _moves(found):
-            self._fit(played, verdict)
+            verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
     def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, found: Search) -> None:
         """Note, for a reading and its rules that fired, that an altered module explains a scene."""
@@ -180,9 +180,6 @@ class Judge:
         for name in found.fired_anywhere & self.result.rules.keys():
             if number in RULES[name].reading:
                 self._differs(self.result.rules[name], played.name, f"{number}: {alteration.sentence}")
-
-    def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
-        verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
     def conclude(self) -> ConformResult:
         """Return the result once all scenes are judged; only together do they show which factors remain."""

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from scanrack.io_images.image import signed_word
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import exact_ns
 from scanrack.runtime.line.ports import ModbusTcpPort
@@ -75,7 +76,7 @@ class ExternalPlc(QuietListener):
         """Copy the words that the PLC wrote last into the output image, all at once."""
         outputs = scan.slot[self.slot].outputs
         for at, word in enumerate(self.words.outputs):
-            outputs[at] = word if word < 1 << 15 else word - (1 << 16)
+            outputs[at] = signed_word(word)
 
     def answer(self, pdu: bytes) -> bytes:
         """Answer a Modbus request between two scans."""

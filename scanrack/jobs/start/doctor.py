@@ -66,6 +66,13 @@ class Diagnosis:
     mend: str = ""  # how to fix it, or what it would add
 
 
+def _diagnosis(
+    name: str, says: str, lack: str = "", mend: str = "", state: Health = Health.ABSENT
+) -> Diagnosis:
+    """Return a line of the report: `says`, or `lack` with its state and its remedy."""
+    return Diagnosis(name, state, lack, mend) if lack else Diagnosis(name, Health.GOOD, says)
+
+
 def examined() -> list[Diagnosis]:
     """Examine the installation; return the lines of the report in order."""
     return [each for part in PARTS for each in part()]
@@ -80,23 +87,17 @@ def _python() -> Iterator[Diagnosis]:
 
 
 def _package() -> Iterator[Diagnosis]:
-    missing = [each for each in _required("") if not _installed(each)]
+    missing = _missing("")
     says = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
-    if missing:
-        says, mend = f"{says}, without {', '.join(missing)}", how_to_install()
-        yield Diagnosis(PACKAGE, Health.BROKEN, says, mend)
-    else:
-        yield Diagnosis(PACKAGE, Health.GOOD, says)
+    lack = missing and f"{says}, without {missing}"
+    yield _diagnosis(PACKAGE, says, lack, how_to_install(), Health.BROKEN)
 
 
 def _extras() -> Iterator[Diagnosis]:
     for extra, gives in GIVES.items():
-        missing = [each for each in _required(extra) if not _installed(each)]
-        if missing:
-            mend = f"{how_to_install(extra)} for {gives}"
-            yield Diagnosis(f"extra {extra}", Health.ABSENT, f"{', '.join(missing)} missing", mend)
-        else:
-            yield Diagnosis(f"extra {extra}", Health.GOOD, gives)
+        missing = _missing(extra)
+        mend = f"{how_to_install(extra)} for {gives}"
+        yield _diagnosis(f"extra {extra}", gives, missing and f"{missing} missing", mend)
 
 
 def _required(extra: str) -> list[str]:
@@ -113,6 +114,11 @@ def _required(extra: str) -> list[str]:
     return found
 
 
+def _missing(extra: str) -> str:
+    """Return the required distributions that are not installed, see `_required`."""
+    return ", ".join(each for each in _required(extra) if not _installed(each))
+
+
 def _installed(distribution: str) -> bool:
     return distribution_version(distribution) != UNKNOWN
 
@@ -125,11 +131,9 @@ def _ports() -> Iterator[Diagnosis]:
         mend = "plug in the adapter of a controller; simulated ones need none"
         yield Diagnosis("serial ports", Health.ABSENT, "there is none", mend)
     for device in devices:
-        if os.access(device, os.R_OK | os.W_OK):
-            yield Diagnosis("serial port", Health.GOOD, device)
-        else:
-            mend = 'add your user to its group, such as "dialout", and log in again'
-            yield Diagnosis("serial port", Health.ABSENT, f"{device} can't be opened", mend)
+        lack = "" if os.access(device, os.R_OK | os.W_OK) else f"{device} can't be opened"
+        mend = 'add your user to its group, such as "dialout", and log in again'
+        yield _diagnosis("serial port", device, lack, mend)
 
 
 def _real_time() -> Iterator[Diagnosis]:
@@ -142,27 +146,18 @@ def _real_time() -> Iterator[Diagnosis]:
 
 
 def _browser() -> Iterator[Diagnosis]:
-    found = next(filter(None, map(shutil.which, BROWSERS)), None) or _system_browser()
-    if found:
-        yield Diagnosis("browser", Health.GOOD, found)
-    else:
-        mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
-        yield Diagnosis("browser", Health.ABSENT, "none is found", mend)
-
-
-def _system_browser() -> str:
-    """Return what opens pages on macOS and Windows, where no browser program is on the path."""
-    return {"darwin": "the system's", "win32": "the system's"}.get(sys.platform, "")
+    found = next(filter(None, map(shutil.which, BROWSERS)), "")
+    if sys.platform in ("darwin", "win32"):  # no browser program is on the path
+        found = found or "the system's"
+    mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
+    yield _diagnosis("browser", found, "" if found else "none is found", mend)
 
 
 def _programs() -> Iterator[Diagnosis]:
     for name, gives in PROGRAMS.items():
-        found = shutil.which(name)
-        if found:
-            yield Diagnosis(name, Health.GOOD, found)
-        else:
-            mend = f"a package of your system; it {gives}"
-            yield Diagnosis(name, Health.ABSENT, "not on the path", mend)
+        found = shutil.which(name) or ""
+        lack = "" if found else "not on the path"
+        yield _diagnosis(name, found, lack, f"a package of your system; it {gives}")
 
 
 PARTS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (
