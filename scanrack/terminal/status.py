@@ -40,7 +40,7 @@ def ignore(_text: str) -> None:
 
 
 def size_of(path: Path) -> str:
-    """Return the size of a file that was just written; another program may have removed it meanwhile."""
+    """Return the size of a file that was just written; another program may have removed it."""
     try:
         return f"{path.stat().st_size:,} bytes"
     except OSError:

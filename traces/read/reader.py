@@ -329,7 +329,7 @@ class Trace(Records):
         """
         for section in self.sections:
             late = end_ns is not None and section.start_ns > end_ns
-            if not (late or section.end_ns < start_ns) and self.may_tell(section, topics):
+            if not (late or section.end_ns < start_ns) and self.may_contain(section, topics):
                 yield from self.events_in(section, topics)
 
     def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
@@ -346,7 +346,7 @@ class Trace(Records):
         parts = self._messages(section)
         return _rows_of(parts), list(self._events_in(parts, section))
 
-    def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
+    def may_contain(self, section: Section, topics: Collection[str] | None = None) -> bool:
         """Return whether a section may have events of some topics, or any if None, without reading it.
 
         The answer is based on its indexes, unless the file is damaged, or ends with them.

@@ -102,7 +102,7 @@ def _is_stored(file: str) -> bool:
 
 
 def _stored(files: list[str]) -> list[str]:
-    """Return a line per stored program of the PCL601; ValueError for one that can't be stored."""
+    """Return a line per stored program of the PCL601; raise ValueError if one can't be stored."""
     from scanrack.runtime.controllers.pcl601.program import read_program
 
     from ..wire.pclt import summary

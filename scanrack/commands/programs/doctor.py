@@ -1,4 +1,4 @@
-"""`scanrack doctor`: what this installation has, what it lacks, and how to fix it."""
+"""`scanrack doctor`: the parts of this installation, the missing ones, and their remedies."""
 
 from __future__ import annotations
 

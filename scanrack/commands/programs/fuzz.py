@@ -22,7 +22,7 @@ from scanrack.jobs.load.loading import LoadedRack, load_job, scans_to_run
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 
@@ -36,7 +36,7 @@ DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "comma
 
 
 def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
-    """Return the kinds of the options; without any, those of the rack file."""
+    """Return the kinds of the options; without options, the kinds of the rack file."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
     chosen, excluded = (frozenset(map(_kind, names)) for names in (only, without))
@@ -52,7 +52,7 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
 
 
 def _kind(name: str) -> Kind:
-    """Return the kind of a name; ValueError for an unknown one."""
+    """Return the kind of a name; raise ValueError for an unknown name."""
     try:
         return Kind(name)
     except ValueError:
@@ -93,7 +93,7 @@ def _fuzz_command(
         if options.rack.endswith(".mcap"):
             held.enter_context(locked(folder))
             learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
-            tell_notes(learned)
+            print_notes(learned)
         searched = options.rack if learned is None else str(learned.rack)
         job = load_job(searched)
         setup = _setup(searched, job, options, _scans(job, options.duration, learned))

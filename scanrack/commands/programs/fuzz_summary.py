@@ -38,7 +38,7 @@ def failure(found: Counterexample) -> str:
 
 
 def not_kept(error: OSError, found: Collection[Counterexample], origin: Origin) -> str:
-    """Return the message that the disk is full, with what was found as recipes."""
+    """Return the message that the disk is full, with the new failures as recipes."""
     recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in found]
     heading = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
     return "\n".join([f"{reason(error)}; {heading or 'nothing that was found is lost'}", *recipes])
@@ -84,7 +84,7 @@ def summary_row(
 
 
 def summary(state: State, before: State, seconds: float, rules: ErrorRules) -> str:
-    """Return the summary of a campaign, for people."""
+    """Return the summary of a campaign as text."""
     return "\n".join([*_figures(state, before, seconds), *_rules(state, rules)])
 
 
@@ -105,7 +105,7 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 
 
 def left_over(state: State, spending: Spending) -> str:
-    """Return a line with what the time did not suffice for; empty if it did."""
+    """Return a line about the work for which the time did not suffice; "" if it did."""
     left = [
         f"{count:,} of what was found {what}"
         for count, what in (
@@ -124,7 +124,7 @@ def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
 
 
 def never_fired(never: Collection[UnfiredRule]) -> str:
-    """Return the error rules that never fired, by reason; the coverage page has each one's own."""
+    """Return the error rules that never fired, by reason; the coverage page has the reason of each."""
     lines = []
     for why, words in WORDS.items():
         rules = [each.rule.id for each in never if each.why is why]
@@ -135,14 +135,14 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
 
 
 def held(names: Collection[str], state: State) -> str:
-    """Return a line with the invariants that held, and those that were never tested."""
+    """Return a line with the invariants that held, and the untested ones."""
     untried = _untried(names, state)
     told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(told_of) or 'nothing'}"
 
 
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
-    """Return a line for each goal: that it was seen or never, or its greatest value."""
+    """Return a line for each goal: whether it was seen, or its greatest value."""
     return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(searched)]
 
 
@@ -158,7 +158,7 @@ MOST_GAPS = 3
 
 
 def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
-    """Return three lines: what the campaign has looked at, what it has not reached, what to do next.
+    """Return three lines: the searched parts, the parts not reached, and the next step.
 
     Args:
         scans: of a run.

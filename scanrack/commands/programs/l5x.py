@@ -1,4 +1,4 @@
-"""`scanrack l5x`: the contents of an exported controller, what runs, and what does not.
+"""`scanrack l5x`: the contents of an exported controller, and the parts that run.
 
 An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
 """

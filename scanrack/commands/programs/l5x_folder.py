@@ -1,4 +1,4 @@
-"""A folder of exports: how many run, and why the others are refused, without names of tags."""
+"""Sums over a folder of exports: runs, and reasons of refusals, without names of tags."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _REASONS = (
     (re.compile(r"^(\w+)\("), "an operand of {}"),
     (re.compile(r"expected "), "text that is no logic"),
 )
-"""Reasons of refusals, the first that fits; a name in braces is that of an instruction."""
+"""Reasons of refusals: the first matching pattern counts; a name in braces is an instruction's."""
 
 
 def kind_of(reason: str) -> str:
-    """Return the kind of a refusal; names of the user's are left out.
+    """Return the kind of a refusal, without the user's names.
 
     >>> kind_of("MOV(Level,N): no tag Level (did you mean Lever?)")
     'names that the file does not have: tags, members, routines, add-ons'
@@ -61,7 +61,7 @@ class FolderReport:
     rungs: int = 0
     imported: int = 0
     ran: int = 0
-    unusable: int = 0  # files that are no exports, or beyond a limit
+    unusable: int = 0  # files that are not exports, or exceed a limit
     refusals: dict[str, int] = field(default_factory=dict)  # by kind
     refused_files: dict[str, int] = field(default_factory=dict)  # by kind: files with such a refusal
     any_refused: bool = False
@@ -92,12 +92,12 @@ class FolderReport:
         ]
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the sums for `--json`."""
         counts = ("files", "controllers", "complete", "rungs", "imported", "ran", "unusable")
         return {name: getattr(self, name) for name in counts} | {"reasons": self.reasons()}
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the lines of the report."""
         share = f"{self.ran / self.rungs:.2%}" if self.rungs else "none"
         yield f"{self.files} exports, {self.unusable} of them can't be used"
         yield f"{self.rungs:,} rungs: {self.imported:,} imported, {self.ran:,} ran ({share})"

@@ -1,4 +1,4 @@
-"""An export of a controller: its report, its trial, its rack file, its differences, and the way back."""
+"""An export of a controller: report, trial, rack file, differences, and writing it again."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def l5x(file: Path, options: L5xOptions) -> None:
-    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
+    """Report the imported, refused and running parts of an L5X or SLC export.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -68,7 +68,7 @@ def _tried(file: Path, options: L5xOptions, begins: ExportStart) -> L5xImport | 
 
 
 def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> None:
-    """Print what an export supports, and what its first run did."""
+    """Print the report of an export, and of its first run."""
     if as_json:
         say_json(report.as_json() | ({} if first is None else {"run": first.as_json()}))
         return
@@ -81,14 +81,14 @@ def _report_folder(folder: Path, options: L5xOptions, begins: ExportStart) -> in
     of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
     if of_one != L5xOptions():
         return complain(f"{folder}: a folder takes --json, --scans, --stand-in and --memory", BAD_INPUT)
-    from .l5x_folder import l5x_folder  # a single file needs none of it
+    from .l5x_folder import l5x_folder  # a single file does not need this
 
     trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
     return l5x_folder(folder, trial, as_json=options.as_json)
 
 
 def _other_answer(file: Path, options: L5xOptions, begins: ExportStart) -> int | None:
-    """Give what the options request instead of the report; return the exit status, None for the report."""
+    """Print or write the output that replaces the report; return the exit status, or None without one."""
     with reported_mistakes():
         if options.html is not None and options.against is None:
             raise ValueError("--html draws what --against finds: name the older version")

@@ -13,7 +13,7 @@ from scanrack.terminal.shared_options import KeepValuesOption, MemoryOption
 
 @dataclass(frozen=True)
 class L5xOptions:
-    """What to print or write of an export, and how it begins; see `scanrack l5x --help`."""
+    """The options of `scanrack l5x`; see its --help."""
 
     as_json: JsonOption = False
     rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False

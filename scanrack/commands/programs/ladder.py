@@ -28,7 +28,7 @@ NARROWEST = 40
 
 
 def load_rungs(file: str) -> LadderLogic:
-    """Load the ladder program in a `.rung` or `.st` file, a Python file, or of a rack.
+    """Load the ladder program of a `.rung`, `.st` or Python file, or of a rack.
 
     Raises:
         ValueError: the file can't be used, or its program has no rungs.
@@ -81,18 +81,18 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
 
 
 Truths = dict[str, list[tuple[bool, ...] | None]]
-"""Where each rung of a routine has power, by the routine's name; None for a rung that did not run."""
+"""The power in each rung of a routine, by the routine's name; None for a rung that did not run."""
 
 
 def _at(file: str, at: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
-    """Run a rack to a time; return the routines with their values, and where there is power."""
+    """Run a rack to a time; return the routines with their values, and the power in their rungs."""
     running = bench_at(file, at).program
     truths = {each.name: running.truth(each.name) for each in routines}
     return [running.routine_now(each.name) for each in routines], truths
 
 
 def bench_at(file: str, at: str) -> Bench:
-    """Run a rack to a time; ValueError if it is not a rack with rungs, or not a time."""
+    """Run a rack to a time; raise ValueError if it is not a rack with rungs, or not a time."""
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file to run")
     bench = open_bench(file, watched=True)

@@ -1,4 +1,4 @@
-"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test, to begin with."""
+"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test."""
 
 from __future__ import annotations
 

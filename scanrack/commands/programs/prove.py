@@ -1,4 +1,4 @@
-"""`scanrack prove RACK`: claims about a ladder program, for every input, or the scenario that breaks them."""
+"""`scanrack prove RACK`: proofs of claims about a ladder program, or scenarios that refute them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ UNDECIDED = 3
 
 @dataclass(frozen=True)
 class ComparedTags:
-    """Which tags of two programs are compared, and which may differ."""
+    """The compared tags of two programs, and the tags that may differ."""
 
     only: Annotated[
         str | None,
@@ -178,7 +178,7 @@ def _compare(
 
 
 def _solvers() -> list[Solver]:
-    """Return the solvers that check proofs; a ValueError without any."""
+    """Return the solvers that check proofs; raise ValueError if there are none."""
     found = solvers()
     if not found:
         raise ValueError(
@@ -219,12 +219,12 @@ class _Printing(AnswerListener):
             say(line)
 
     def left(self, count: int) -> None:
-        """Print how many questions are left."""
+        """Print the number of remaining questions."""
         if not self._quiet:
             say(f"proving: {count:,} of them are left", err=True)
 
     def next(self, question: Question, count: int) -> None:
-        """Print the next question that is left."""
+        """Print the next remaining question."""
         if _is_shown(quiet=self._quiet):
             say(f"proving, {count:,} after it: {question.site.where}: {question.text}", err=True)
 
@@ -240,7 +240,7 @@ def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questio
 
 
 def status_of(results: Sequence[Result], answers: Questions) -> int:
-    """Return the exit status of some answers; built-in questions that are open do not count."""
+    """Return the exit status for the answers; open built-in questions do not count."""
     words = {each.word for each in results}
     if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
         return NO

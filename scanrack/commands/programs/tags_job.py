@@ -1,4 +1,4 @@
-"""The tags of a rack as a table, as a file for an HMI's software, and as a first `[server]` table."""
+"""The tags of a rack as a table, as a file for HMI software, or as a first `[server]` table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..recordings.show import new_table, print_block
 
 COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")
 SHOWN_MOST = 3
-"""Names of left-out tags that a message has."""
+"""Maximum names of left-out tags in a message."""
 
 
 def tags(
@@ -69,7 +69,7 @@ def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
 
 
 def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:
-    """Return the rows that match patterns; ValueError for a pattern without one."""
+    """Return the rows that match patterns; raise ValueError for a pattern without a match."""
     found = []
     for text in patterns:
         matches = Writable([text]).matches

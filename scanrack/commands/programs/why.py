@@ -7,46 +7,9 @@ from typing import Annotated
 import typer
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.shared_options import TrustOption
 
 from .why_arguments import WhyArguments
 from .why_command import why_command
-
-DECLARED = {
-    "file": Annotated[
-        str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run, or of a scenario.")
-    ],
-    "what": Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[WHAT]",
-            help="A tag (Run, Fill.DN), a bit or word of an image (slot1.command.HOLD_MOVE, O:1.2), or a "
-            "value of a Python program (line.step). Left out: what every module waits for.",
-        ),
-    ],
-    "at": Annotated[
-        str | None,
-        typer.Option("--at", metavar="TIME|SCAN", help="Ask at this time, such as '1.5 s', or in this scan."),
-    ],
-    "until": Annotated[
-        str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
-    ],
-    "deep": Annotated[
-        bool,
-        typer.Option("--deep", help="Show the whole chain of causes, also inside of add-on instructions."),
-    ],
-    "want": Annotated[
-        str | None,
-        typer.Option(
-            "--want",
-            metavar="VALUE",
-            help="Say what to do so that the tag has this value: on, off or a number.",
-        ),
-    ],
-    "trust": TrustOption,
-    "as_json": JsonOption,
-}
-"""The declarations of the arguments for typer, by name."""
 
 
 def _why_command(options: WhyArguments) -> None:
@@ -93,5 +56,5 @@ def _xref_command(
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command("why", no_args_is_help=True)(grouped(_why_command, DECLARED, options=WhyArguments))
+    app.command("why", no_args_is_help=True)(grouped(_why_command, options=WhyArguments))
     app.command("xref", no_args_is_help=True)(_xref_command)

@@ -31,7 +31,7 @@ def plain_why(words: Sequence[str]) -> bool:
 
 
 def why_command(options: WhyArguments) -> None:
-    """Answer a question, see `why_job.why`."""
+    """Answer a question; see `why_job.why`."""
     with imported():
         from .why_job import why
 

@@ -1,4 +1,4 @@
-"""Questions about a program: why a value is as it is, and where tags are used."""
+"""Answers questions about a program: the cause of a value, and the uses of tags."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scanrack.ladder.debug import CauseLink, Remedies, cross_reference
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.resolver import AddressError
 from scanrack.runtime.loop.faults import CpuFault
-from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.status import BAD_INPUT, NO, complain, reason
 from scanrack.terminal.terminal import say
 from scanrack.traces.read.reader import open_trace
@@ -44,7 +44,7 @@ def _run(bench: Bench, moment: ScanChoice) -> None:
 
 
 def why(options: WhyArguments) -> None:
-    """Explain why a tag has its value: since which scan, by which rung or line, and what that read.
+    """Explain the value of a tag: since which scan, by which rung or line, and from which values.
 
     Raises:
         SystemExit: with the status of the command, unless it is 0.
@@ -134,8 +134,8 @@ def _ask_trace(path: Path, question: Question, *, trust: bool) -> _Answer:
         try:
             answer = why_of_trace(trace, Path(folder), question, trust=trust)
         finally:
-            tell_notes(trace)
-    tell_notes(answer)
+            print_notes(trace)
+    print_notes(answer)
     when = f"scan {answer.scan:,}, {seconds(answer.now_ns)} s:"
     return _Answer(
         answer.scan, answer.now_ns, None, answer.notes, when, answer.text, answer.chain, answer.remedies
@@ -170,7 +170,7 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
 
 
 def _mention(each: Mention) -> dict[str, object]:
-    """Return a mention for --json; `number` is that of the rung or line."""
+    """Return a mention for --json; `number` is the number of the rung or line."""
     site = each.site
     where = {"program": site.program, "routine": site.routine, "unit": site.unit, "number": site.rung}
     return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}

@@ -1,4 +1,4 @@
-"""Two traces compared: the report and the exit status."""
+"""Compares two traces: the report and the exit status."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import reading, tell_notes
+from scanrack.terminal.reading import print_notes, reading
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.compare import (
@@ -39,7 +39,7 @@ def tolerance(time: str, counts: int) -> Tolerance:
     return Tolerance(parse_time(time), counts)
 
 
-def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
+def print_comparison(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     """Print a comparison; return the exit status."""
     if as_json:
         say_json({"same": found.same, "names": names, **asdict(found)})
@@ -49,7 +49,7 @@ def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return the names of two traces: file names if these differ, else paths.
+    """Return the names of two traces: file names if they differ, else paths.
 
     >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
     (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
@@ -71,8 +71,8 @@ def compare_traces(options: CompareOptions) -> None:
                 found = compare(one, other, allowed, clock=clock, progress=progress)
             for trace in (one, other):
                 trace.check_data()
-            tell_notes(one, other)
-        status = tell(found, names_of(options.a, options.b), as_json=options.as_json)
+            print_notes(one, other)
+        status = print_comparison(found, names_of(options.a, options.b), as_json=options.as_json)
     raise typer.Exit(status)
 
 

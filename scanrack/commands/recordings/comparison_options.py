@@ -1,4 +1,4 @@
-"""The options of `scanrack compare` and `scanrack replay`: who reads them imports no command."""
+"""The options of `scanrack compare` and `scanrack replay`, apart from the commands and their imports."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import itself, reading, tell_notes
+from scanrack.terminal.reading import itself, print_notes, reading
 from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
@@ -74,7 +74,7 @@ def _export_command(
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
-            tell_notes(opened)
+            print_notes(opened)
 
 
 def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself, reading, tell_notes
+from scanrack.terminal.reading import itself, print_notes, reading
 from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
@@ -83,7 +83,7 @@ def _plot_command(
             if left_out:
                 many = "tag is" if left_out == 1 else "tags are"
                 say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
-        tell_notes(opened)
+        print_notes(opened)
 
 
 def register(app: typer.Typer) -> None:

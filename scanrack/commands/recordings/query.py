@@ -1,4 +1,4 @@
-"""`scanrack query TRACE QUERY`: in which scans something held, and how long it took."""
+"""`scanrack query TRACE QUERY`: the scans and durations in which a condition was true."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rich.table import Table
 from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import reading, tell_notes
+from scanrack.terminal.reading import print_notes, reading
 from scanrack.terminal.shared_options import QuietOption, TraceArgument
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
@@ -31,7 +31,7 @@ Examples:
 """
 
 
-def tell(answer: Answer, limit: int | None) -> None:
+def print_answer(answer: Answer, limit: int | None) -> None:
     """Print an answer."""
     if answer.aggregate == "count":
         say(answer.count)
@@ -98,8 +98,8 @@ def _query_command(
         if as_json:
             say_json(_as_json(answer, limit))
         else:
-            tell(answer, limit)
-        tell_notes(opened)
+            print_answer(answer, limit)
+        print_notes(opened)
     raise typer.Exit(DONE if answer.count else NO)
 
 

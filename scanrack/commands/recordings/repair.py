@@ -1,4 +1,4 @@
-"""`scanrack repair TRACE`: completes a trace whose recording was killed, or that is damaged."""
+"""`scanrack repair TRACE`: completes a damaged trace, or one whose recording was killed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from rich.progress import BarColumn, DownloadColumn, TextColumn, TimeRemainingColumn
 from scanrack.terminal.bars import shown_bar
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself, tell_notes
+from scanrack.terminal.reading import itself, print_notes
 from scanrack.terminal.shared_options import QuietOption, TraceArgument
 from scanrack.terminal.status import DONE, NO, size_of
 from scanrack.terminal.terminal import say
@@ -17,12 +17,12 @@ from scanrack.traces.files.guard import TRACE, check_output
 from scanrack.traces.repair import Repair, repair
 
 
-def tell(found: Repair, trace: Path, target: Path) -> None:
+def print_repair(found: Repair, trace: Path, target: Path) -> None:
     """Print the result of a repair."""
     if not found.needed:
         say(f"{trace}: {_size(found)}, nothing to repair")
         return
-    tell_notes(found)
+    print_notes(found)
     if found.original is not None:
         say(f"note: the original is kept as {found.original.name}", err=True)
     say(f"{target}: repaired, {_size(found)}, {size_of(target)}")
@@ -61,7 +61,7 @@ def _repair_command(
         with shown_bar(*columns, quiet=is_hidden, total=lambda: trace.stat().st_size) as update:
             found = repair(trace, output, progress=lambda size: update(advance=size))
     if not quiet:
-        tell(found, trace, trace if output is None else output)
+        print_repair(found, trace, trace if output is None else output)
     raise typer.Exit(NO if found.damaged else DONE)
 
 

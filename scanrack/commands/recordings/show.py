@@ -1,4 +1,4 @@
-"""`scanrack show TRACE`: a trace as text - its head, what happened, the scans in which something changed."""
+"""`scanrack show TRACE`: a trace as text: its head, its events, and the scans with changes."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def show(
     selected: Selection = ALL,
     as_json: bool = False,
 ) -> None:
-    """Print a trace; TraceError if it can't be read.
+    """Print a trace; raise TraceError if it can't be read.
 
     Args:
-        every: a row for every change, not only where more than position and counts changed.
-        limit: most rows and most events to print; None = all.
+        every: whether to print scans in which only position or counts changed.
+        limit: maximum rows and maximum events; None = all.
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, selected=selected)
@@ -62,7 +62,7 @@ class CappedList(Generic[T]):
     """A list that keeps the first items and counts the rest.
 
     Args:
-        limit: most items to keep; None = all.
+        limit: maximum number of items to keep; None = all.
     """
 
     def __init__(self, limit: int | None) -> None:
@@ -85,7 +85,7 @@ class CappedList(Generic[T]):
 
 
 ASIDE = frozenset({"/indicators", "/texts"})
-"""Topics printed with --every only: status bits and tags show the same."""
+"""Topics printed only with --every, since status bits and tags show the same."""
 
 
 class Contents:
@@ -152,7 +152,7 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
 
 
 def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
-    """Return all parts for --json; `more` is null where reading stopped at the limit."""
+    """Return all parts for --json; the numbers of further rows are null if reading stopped at the limit."""
     head = trace.head
     return {
         "trace": str(path),
@@ -248,7 +248,7 @@ def new_table(*titles: str) -> Table:
 
 
 def print_block(block: str | Table) -> None:
-    """Print to a terminal in its width; elsewhere in lines of any length."""
+    """Print a block: in the width of a terminal, elsewhere in lines of any length."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):
         say(on_a_line(block))
@@ -259,7 +259,7 @@ def print_block(block: str | Table) -> None:
 
 
 def plain_lines(block: str | Table) -> list[str]:
-    """Return a block as lines of any length: what Rich prints on a console that is wide enough."""
+    """Return a block as lines of any length, as Rich prints them on a wide console."""
     if isinstance(block, str):
         return [block]
     columns = []

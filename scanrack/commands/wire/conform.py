@@ -1,4 +1,4 @@
-"""`scanrack conform`: a real 3601 behind its controller, held against the manual."""
+"""`scanrack conform`: compares a real 3601, operated by its controller, with the manual."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, NO, complain
 from scanrack.terminal.terminal import on_a_line, say
@@ -50,7 +50,7 @@ SAFETY = (
 
 
 class RungKind(StrEnum):
-    """Files in which the counter comes."""
+    """Kinds of files with the counter."""
 
     L5X = "l5x"
     SLC = "slc"
@@ -176,7 +176,7 @@ def _judged(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
 
 
 def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, str]]:
-    """Return the file of the result, if there is one, and the files that no output may replace.
+    """Return the file of the result or None, and the files that no output may replace.
 
     Raises:
         ValueError: an output can't be written, or would replace one of these files.
@@ -192,12 +192,12 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
 
 
 def _with_result(used: dict[Path, str], out: Path | None) -> dict[Path, str]:
-    """Return files in use, and the result beside them."""
+    """Return the files in use and the file of the result."""
     return used if out is None else used | {out: "the result"}
 
 
 def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
-    """Return what a module did: in scenes that are played now, or in a recording.
+    """Return the played scenes of a module, or the scenes in a recording.
 
     Raises:
         ValueError: options exclude each other or can't be used.
@@ -216,7 +216,7 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
-    """Return what is known of the path: a counter's windows have the scan already."""
+    """Return the times of the path; with a counter the scan is 0, since its windows include it."""
     counted_ns = 0 if period_ns else timing.scan_ns
     scan_ns = counted_ns if scan is None else parse_time(scan)
     return replace(timing, scan_ns=scan_ns)
@@ -230,7 +230,7 @@ def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | No
             raise ValueError("--configuration goes with a trace: a result has its own")
         return load_played(source)
     captured = scenes_of(source, slot, timing, given)
-    tell_notes(captured)
+    print_notes(captured)
     return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
 
@@ -268,7 +268,7 @@ def _chosen(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[
 
 
 def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
-    """Return what a scene needs and the module lacks; "" if nothing is missing."""
+    """Return the need of a scene that the module does not meet; "" if it meets all."""
     wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
         return "it needs inputs that are wired to outputs (--wire)"

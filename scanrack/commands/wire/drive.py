@@ -1,4 +1,4 @@
-"""`scanrack drive TARGET`: one module on the bench, JSON in, JSON out, in virtual time."""
+"""`scanrack drive TARGET`: one module on the bench, with requests and replies in JSON, in virtual time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or behind a serial server."""
+"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or a serial server."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ class TypedInputs:
         self._take = _line_at_terminal if hasattr(os, "tcgetpgrp") else ConsoleLines().take
 
     def look(self) -> None:
-        """Process a line, if there is one; a mistake prints a message and changes nothing."""
+        """Process the next line, if any; a mistake prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
@@ -96,7 +96,7 @@ class TypedInputs:
 
 
 def _line_at_terminal() -> str | None:
-    """Return a typed line, empty at the end; None if there is none, or this process is in the background."""
+    """Return a typed line, "" at the end; None without one, or if this process is in the background."""
     system: Any = os  # type checkers know these functions on POSIX only
     if system.tcgetpgrp(0) != system.getpgrp() or not select.select([0], [], [], 0)[0]:
         return None
@@ -110,7 +110,7 @@ class ConsoleLines:
         self._lines: SimpleQueue[str] | None = None
 
     def take(self) -> str | None:
-        """Return a typed line, empty at the end; None if there is none."""
+        """Return a typed line, "" at the end; None without one."""
         if self._lines is None:
             self._lines = SimpleQueue()
             threading.Thread(target=self._read, args=(self._lines,), daemon=True).start()
@@ -250,7 +250,7 @@ def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
 
 
 class _Watchers(NamedTuple):
-    """What looks at the units while they are served."""
+    """The observers of the units during the service."""
 
     recorder: LineRecorder | None
     channel: ControlChannel | None
@@ -259,7 +259,7 @@ class _Watchers(NamedTuple):
 
 @contextmanager
 def _controlled(line: LineService, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
-    """Open the control channel, if there is a port."""
+    """Open the control channel on a port; yield None without a port."""
     if port is None:
         yield None
         return
@@ -288,7 +288,7 @@ def _serve(
 
 
 def _record(units: Sequence[ServedUnit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record the present state of the units, and flush it, so that it survives a kill."""
+    """Record the current state of the units, and flush it, so that it survives a kill."""
     if recorder is not None:
         recorder.draft()
         now_ns = clock.now_ns()

@@ -1,4 +1,4 @@
-"""The options of `scanrack serve`, and which of them a device has."""
+"""The options of `scanrack serve`, and the options of each device."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scanrack.terminal.shared_options import QuietOption, ReplaceOption
 
 
 class ServedDevice(StrEnum):
-    """What can be served."""
+    """A simulated device that can be served."""
 
     AMCI3601 = "amci3601"
     PCL601 = "pcl601"
@@ -43,7 +43,7 @@ def _has_option(controller: ServedDevice, name: str) -> bool:
 
 
 def check_options(context: typer.Context, controller: ServedDevice) -> None:
-    """Refuse an option that this device does not have.
+    """Refuse the options that this device does not have.
 
     Raises:
         ValueError: such an option was given.

@@ -29,7 +29,7 @@ from ..record.program_versions import ProgramVersions, version_of
 from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import continue_as, tags_in
-from ..run.external_tags import tell_cpu
+from ..run.external_tags import report_external_tags
 from ..why.answer import Why
 from ..why.journal import Journal
 from ..why.source.class_names import Names
@@ -120,7 +120,7 @@ class Bench:
         )
         self._fields = Fields(lambda: self.logic)
         if self._observed or isinstance(logic, Logic):
-            tell_cpu(self._desk, self.cpu)
+            report_external_tags(self._desk, self.cpu)
         records = {slot.number: slot.record for slot in spec.slot}
         self.slot = Slots(
             (number, SlotBench(slot, records[number], self.run_for, lambda: self.now_ns))

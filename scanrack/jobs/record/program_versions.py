@@ -193,7 +193,7 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
     """Return an edit; its order is in the chunks after its files."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
-        if section.span.offset > offset and trace.may_tell(section, topics):
+        if section.span.offset > offset and trace.may_contain(section, topics):
             for each in orders_of(trace.events_in(section, topics)):
                 if isinstance(each.order, Edit) and each.order.number == number:
                     return each

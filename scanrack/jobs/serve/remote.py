@@ -95,15 +95,15 @@ class ExternalPlc(QuietListener):
             self.cpu.mode = CpuMode.PROGRAM
             self.silences += 1
             after_ms = (now_ns - heard_ns) // 1_000_000
-            self._tell("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
+            self._announce("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
         if self.words.torn != self._torn_reported:
             self._torn_reported = self.words.torn
-            self._tell(
+            self._announce(
                 "torn write",
                 f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_reported:,}",
             )
 
-    def _tell(self, name: str, text: str) -> None:
+    def _announce(self, name: str, text: str) -> None:
         self.cpu.announce(Event(self._now_ns, "remote", name, text, {"torn": self.words.torn}))
 
 

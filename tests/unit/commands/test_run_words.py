@@ -93,8 +93,3 @@ def test_words_are_read() -> None:
 )
 def test_other_words_are_typers(words: str) -> None:
     assert WORDS.read(words.split()) is None
-
-
-def test_each_field_is_described() -> None:
-    assert list(run.DECLARED) == list(RunArguments.__dataclass_fields__)
-    assert list(why.DECLARED) == list(WhyArguments.__dataclass_fields__)
