@@ -37,14 +37,14 @@ class PlainWords(NamedTuple):
         >>> words.read(["a.toml", "--scans=3"]), words.read(["a.toml", "-q", "-q"])
         (None, None)
         """
-        found: dict[str, Any] = {}
+        arguments: dict[str, Any] = {}
         places, rest = iter((*self.needed, *self.further)), iter(words)
         for word in rest:
             name, value = self._meaning(word, places, rest)
-            if not name or name in found:
+            if not name or name in arguments:
                 return None
-            found[name] = value
-        return found if found.keys() >= {*self.needed} else None
+            arguments[name] = value
+        return arguments if arguments.keys() >= {*self.needed} else None
 
     def _meaning(self, word: str, places: Iterator[str], rest: Iterator[str]) -> tuple[str, Any]:
         """Return name and value of an argument; no name for a word that is not plain."""

@@ -49,5 +49,5 @@ def size_of(path: Path) -> str:
 
 def reason(error: OSError) -> str:
     """Return the file and its problem, without the number of the error."""
-    says = error.strerror or str(error)
-    return f"{error.filename}: {says}" if error.filename else says
+    problem = error.strerror or str(error)
+    return f"{error.filename}: {problem}" if error.filename else problem

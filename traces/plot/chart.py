@@ -199,8 +199,8 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     for number in numbers:
         if number not in have:
             slots = ", ".join(map(str, have))
-            says = f"no amci3601 and no card with names in slot {number}; there is one in {slots}"
-            raise NothingToPlotError(says)
+            problem = f"no amci3601 and no card with names in slot {number}; there is one in {slots}"
+            raise NothingToPlotError(problem)
     return [have[number] for number in dict.fromkeys(numbers or have)]
 
 

@@ -79,15 +79,15 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 
 
 def _matching(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
-    found: dict[str, Signal] = {}
+    chosen: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
             raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
-        found |= {signal.name: signal for signal in matches}
-    if len(found) > CHOSEN_MAX:
-        raise ValueError(f"{', '.join(patterns)}: {len(found):,} tags; a chart shows {CHOSEN_MAX} at most")
-    return Choice(list(found.values()), sum(signal.name not in found for signal in known))
+        chosen |= {signal.name: signal for signal in matches}
+    if len(chosen) > CHOSEN_MAX:
+        raise ValueError(f"{', '.join(patterns)}: {len(chosen):,} tags; a chart shows {CHOSEN_MAX} at most")
+    return Choice(list(chosen.values()), sum(signal.name not in chosen for signal in known))
 
 
 def _some(known: Sequence[Signal]) -> str:

@@ -104,7 +104,7 @@ def _allowed(error: UnexpectedInput) -> str:
         names = set(error.allowed)
     elif isinstance(error, UnexpectedToken):
         names = set(error.accepts or error.expected)
-    return ", ".join(said for name, said in TERMS.items() if name in names)
+    return ", ".join(text for name, text in TERMS.items() if name in names)
 
 
 _COMPARE: Mapping[str, Callable[[Any, Any], Any]] = {
@@ -159,8 +159,8 @@ class _Builder(Transformer[Token, Any]):
 
     # -- the whole ----------------------------------------------------------------------------------
 
-    def aggregate(self, name: Token, found: Query) -> Query:
-        return replace(found, aggregate=str(name))
+    def aggregate(self, name: Token, query: Query) -> Query:
+        return replace(query, aggregate=str(name))
 
     def runs(self, condition: Expression) -> Query:
         return _query(runs, condition)

@@ -185,8 +185,8 @@ class ChangeRows:
         """Yield a row with the number of scans folded since the last row, if any, and reset it."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
-            what = " and ".join(name for name, changed in self._folded_what.items() if changed)
-            text = f"... {self._folded:,} {scans} in which only the {what} changed"
+            names = " and ".join(name for name, changed in self._folded_what.items() if changed)
+            text = f"... {self._folded:,} {scans} in which only the {names} changed"
             yield Row(None, None, None, "", None, None, text)
             self._folded = 0
             self._folded_what = dict.fromkeys(_REPORTS.values(), False)

@@ -365,12 +365,12 @@ class Trace(Records):
         """Return the meanings of the codes of recorded texts."""
         if TEXTS.name not in self.head.channels:
             return {}
-        found = {}
+        texts = {}
         for event in self.events(topics={TEXTS.name}):
             code = event.fields.get("code")
             if isinstance(code, int):
-                found[code] = str(event.fields.get("text", ""))
-        return found
+                texts[code] = str(event.fields.get("text", ""))
+        return texts
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
         """Return the scans of a section as arrays; a damaged section is noted and has none."""
@@ -396,8 +396,8 @@ class Trace(Records):
     def first_scan(self, place: int) -> int:
         """Return the number of the first scan in a section or after it; 2**32 if there is none."""
         if place not in self._firsts:
-            found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
-            rows = next(found, None)
+            scans = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
+            rows = next(scans, None)
             self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
         return self._firsts[place]
 
@@ -426,19 +426,19 @@ class Trace(Records):
         first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
         per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
         at_ns = first_ns + (scan - first_scan) * per_scan
-        found = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
-        return min(max(found - 1, 0), last)
+        place = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        return min(max(place - 1, 0), last)
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
-        found = []
+        attachments = []
         for span in self.spans:
             if span.opcode == Opcode.ATTACHMENT:
                 try:
-                    found.append(read_attachment(self.file, span))
+                    attachments.append(read_attachment(self.file, span))
                 except TraceError as error:
                     self.note(note_of(error, "the attachment is left out"))
-        return found
+        return attachments
 
     def attachment_names(self) -> list[tuple[Span, str]]:
         """Return the places and names of the attachments without reading their data."""

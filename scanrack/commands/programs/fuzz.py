@@ -61,11 +61,11 @@ def _kind(name: str) -> Kind:
         ) from None
 
 
-def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
-    for name in given:
+def _checks(names: list[str], files: list[Path]) -> tuple[str, ...]:
+    for name in names:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
-    return tuple(given) if given or files else DEFAULT_CHECKS
+    return tuple(names) if names or files else DEFAULT_CHECKS
 
 
 def _fuzz_command(
@@ -73,17 +73,17 @@ def _fuzz_command(
 ) -> None:
     """Search for inputs and faults that break a program.
 
-    Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
-    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
-    rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
-    A campaign continues where it left off: its state is in the same folder.
-    Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
+    The search presses buttons, makes sensors stick, moves switches, cuts links and power, stops the CPU and
+    tears updates, all at random. It shrinks a scenario that breaks an invariant, and writes it as a rack
+    file, a trace with its chart, and a script for the bench, with the sentence of the rule.
+    A campaign continues from the state in its folder.
+    For a trace, the search runs the rack file and program in it, and varies the recorded inputs.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
     can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
-    Ctrl-C; what is known by then is kept.
+    Ctrl-C; the results so far are kept.
     """
     with reported_mistakes(), ExitStack() as held:
         if options.tests is not None:
@@ -142,12 +142,12 @@ def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | Non
 
 
 def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
-    found = replay(bench_of(setup), read_scenario(file, setup))
+    failures = replay(bench_of(setup), read_scenario(file, setup))
     if as_json:
-        say_json({"broken": [failure_row(each) for each in found]})
+        say_json({"broken": [failure_row(each) for each in failures]})
     else:
-        say("\n".join(map(failure, found)) or "everything held")
-    return NO if found else DONE
+        say("\n".join(map(failure, failures)) or "everything held")
+    return NO if failures else DONE
 
 
 def read_scenario(file: Path, setup: Setup) -> Scenario:
@@ -159,9 +159,9 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     if not file.is_file():
         raise ValueError(f"{file}: no such scenario")
     try:
-        given = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
-        recipe = isinstance(given, dict) and "scenario" in given
-        scenario = Scenario.from_json(given["scenario"] if recipe else given)
+        data = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
+        recipe = isinstance(data, dict) and "scenario" in data
+        scenario = Scenario.from_json(data["scenario"] if recipe else data)
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
         raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None

@@ -45,14 +45,16 @@ class FuzzOptions:
         ),
     ] = 500
     time: Annotated[
-        str | None, typer.Option("--budget", metavar="TIME", help="Search for so long instead: '2 h'.")
+        str | None,
+        typer.Option("--budget", metavar="TIME", help="Search for this time instead, such as '2 h'."),
     ] = None
     scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", min=1, help="Search for so many scans instead.")
+        int | None,
+        typer.Option("--scans", metavar="N", min=1, help="Search for this number of scans instead."),
     ] = None
     processor: Annotated[
         str | None,
-        typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
+        typer.Option("--processor", metavar="TIME", help="Search for this processor time instead."),
     ] = None
     only: Annotated[
         list[str] | None,
@@ -86,7 +88,9 @@ class FuzzOptions:
     tests: Annotated[
         Path | None,
         typer.Option(
-            "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
+            "--write-tests",
+            metavar="FOLDER",
+            help="Write pytest tests that reach the same parts of the program.",
         ),
     ] = None
     trust: TrustOption = False

@@ -235,7 +235,7 @@ class Session:
     def _undisturbed(self) -> list[Counterexample]:
         """Run the program without disturbances; report its use of values that may differ between runs."""
         uses = NondeterminismSources()
-        found = undisturbed(
+        failures = undisturbed(
             uses.watching(self._bench),
             self.base or Scenario(),
             self._state.found,
@@ -243,7 +243,7 @@ class Session:
         )
         if uses.seen:
             complain(f"the program uses {uses}: results may differ between identical runs")
-        return found
+        return failures
 
     def _report(self, text: str) -> None:
         say(text, err=self.options.as_json)
@@ -267,18 +267,18 @@ class Session:
         for file, recipe in self._memory.left():
             if recipe.broken and recipe.broken not in self._bench.names:
                 continue  # of an invariant that this session does not have
-            found = undisturbed(
+            failures = undisturbed(
                 self._bench,
                 recipe.scenario,
                 self._state.found,
                 confirm=Confirmation(self.setup),
                 has_time=lambda: self._spending.searches,
             )
-            if not found and recipe.origin.scans > self.setup.scans:
+            if not failures and recipe.origin.scans > self.setup.scans:
                 continue  # its run is longer than the runs of this session
-            self._keep(self._state.note(found))
+            self._keep(self._state.note(failures))
             file.unlink(missing_ok=True)
-            if not found:
+            if not failures:
                 yield recipe.scenario
 
     def _search(self, again: tuple[Scenario, ...]) -> int:
@@ -288,11 +288,11 @@ class Session:
         jobs, dask = self.options.tasks_at_a_time, self.options.dask
         with self._progress() as show, noting_ctrl_c() as pressed:
 
-            def news(found: list[Counterexample]) -> None:
+            def news(failures: list[Counterexample]) -> None:
                 if state.tasks >= first:
                     memory.all_were_run()
-                show(found)
-                self._keep(found)
+                show(failures)
+                self._keep(failures)
 
             try:
                 campaign(
@@ -317,7 +317,7 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(self, found: list[Counterexample]) -> None:
+    def _keep(self, failures: list[Counterexample]) -> None:
         """Save the state, and write the files of new failures.
 
         Raises:
@@ -325,7 +325,7 @@ class Session:
             OSError: a file can't be written.
         """
         try:
-            for each in found:
+            for each in failures:
                 folder = self._folder_of(each.broken)
                 with self._spending.on_explaining():
                     explained = write_failure(
@@ -340,7 +340,7 @@ class Session:
         except OSError as error:
             if error.errno not in FULL:
                 raise
-            raise CampaignError(not_kept(error, found, self._memory.finds.origin)) from error
+            raise CampaignError(not_kept(error, failures, self._memory.finds.origin)) from error
 
     def _folder_of(self, broken: BrokenInvariant) -> Path:
         return self.folder / self._state.folders[broken.key]
@@ -361,12 +361,12 @@ class Session:
         state = self._state
         tasks_before = state.tasks
 
-        def show(found: list[Counterexample]) -> None:
-            for each in found:
+        def show(failures: list[Counterexample]) -> None:
+            for each in failures:
                 bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
             share = self._spending.share
             text = f"{state.runs:,} runs, {len(state.found)} broken"
-            text += f", explaining {found[0].broken.invariant}" if found else ""
+            text += f", explaining {failures[0].broken.invariant}" if failures else ""
             bar.update(
                 task, completed=state.tasks - tasks_before if share is None else share, description=text
             )

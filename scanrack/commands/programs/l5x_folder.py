@@ -44,9 +44,9 @@ def kind_of(reason: str) -> str:
     'an operand of ADD'
     """
     for pattern, kind in _REASONS:
-        found = pattern.search(reason)
-        if found is not None:
-            name = found[1] if pattern.groups else ""
+        match = pattern.search(reason)
+        if match is not None:
+            name = match[1] if pattern.groups else ""
             return kind.format(name) if not name or name.upper() in MNEMONICS or "blocks" in kind else LACKS
     return "other"
 
@@ -116,14 +116,14 @@ def exports_in(folder: Path) -> list[Path]:
 
 def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
     """Import exports, run their trials, and sum them up."""
-    found = FolderReport()
+    report = FolderReport()
     for each in paths:
-        found.files += 1
+        report.files += 1
         try:
-            found.add(tried(each, trial).report)
+            report.add(tried(each, trial).report)
         except LadderError:
-            found.unusable += 1
-    return found
+            report.unusable += 1
+    return report
 
 
 def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
@@ -131,10 +131,10 @@ def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
     paths = exports_in(folder)
     if not paths:
         return complain(f"{folder}: no .L5X or .SLC file in it", BAD_INPUT)
-    found = report_of(paths, trial)
+    report = report_of(paths, trial)
     if as_json:
-        say_json(found.as_json())
+        say_json(report.as_json())
     else:
-        for line in found.lines():
+        for line in report.lines():
             say(line)
-    return NO if found.any_refused or found.unusable else DONE
+    return NO if report.any_refused or report.unusable else DONE

@@ -115,16 +115,16 @@ def _first_run(
 
 def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
     """Print the differences between two versions, and draw them; return the exit status."""
-    found = compare_exports(older, file)
+    comparison = compare_exports(older, file)
     if html is not None:
         with new_file(html, PAGE, used={file: "the export", older: "the older export"}) as out:
-            out.write(page_of(found, older.name, file.name))
+            out.write(page_of(comparison, older.name, file.name))
     if as_json:
-        say_json({"file": str(file), "against": str(older), **found.as_json()})
+        say_json({"file": str(file), "against": str(older), **comparison.as_json()})
     else:
-        for line in found.lines():
+        for line in comparison.lines():
             say(line)
-    return NO if found.differences else DONE
+    return NO if comparison.differences else DONE
 
 
 def _export(file: Path, name: str | None, out: Path | None) -> int:

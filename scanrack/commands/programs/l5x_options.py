@@ -18,7 +18,7 @@ class L5xOptions:
     as_json: JsonOption = False
     rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False
     against: Annotated[
-        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
+        Path | None, typer.Option(metavar="OLDER", help="List the differences from an older version.")
     ] = None
     html: Annotated[
         Path | None,

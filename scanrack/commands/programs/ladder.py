@@ -57,11 +57,11 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     """
     if name is None:
         return list(program.routines)
-    found = [each for each in program.routines if each.name.upper() == name.upper()]
-    if not found:
+    routines = [each for each in program.routines if each.name.upper() == name.upper()]
+    if not routines:
         names = ", ".join(each.name for each in program.routines)
         raise ValueError(f"no routine {name} in program {program.name}; choose from {names}")
-    return found
+    return routines
 
 
 def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
@@ -72,12 +72,12 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     """
     if number is None:
         return [(routine, list(routine.numbers)) for routine in routines]
-    found = [(routine, [number]) for routine in routines if number in routine.numbers]
-    if not found:
+    selected = [(routine, [number]) for routine in routines if number in routine.numbers]
+    if not selected:
         numbers = [each for routine in routines for each in routine.numbers]
         first, last = min(numbers, default=0), max(numbers, default=0)
         raise ValueError(f"no {routines[0].unit} {number}; they are numbered from {first} to {last}")
-    return found
+    return selected
 
 
 Truths = dict[str, list[tuple[bool, ...] | None]]
@@ -126,7 +126,9 @@ def ladder(
     ] = False,
     at: Annotated[
         str | None,
-        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far; show where there is power."),
+        typer.Option(
+            "--at", metavar="TIME", help="Run a rack to this time, and show the power in its rungs."
+        ),
     ] = None,
 ) -> None:
     """Draw rungs; with --at, show the power flow of a scan.

@@ -87,7 +87,9 @@ def _prove_command(
     ] = None,
     html: Annotated[
         Path | None,
-        typer.Option("--html", metavar="FILE", help="Write a page, too, with each scenario's rungs drawn."),
+        typer.Option(
+            "--html", metavar="FILE", help="Also write a page with the rungs of each scenario drawn."
+        ),
     ] = None,
     check: Annotated[
         bool,
@@ -165,26 +167,26 @@ def _compare(
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
-        found = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
+        comparison = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
         used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
-        save_page(html, f"{old} and {new}", parts_of_edit(found), used)
+        save_page(html, f"{old} and {new}", parts_of_edit(comparison), used)
     if as_json:
-        say_json(edited_as_json(found))
+        say_json(edited_as_json(comparison))
     else:
-        for line in lines_of(found):
+        for line in lines_of(comparison):
             say(line)
-    return DONE if found.is_equal else NO
+    return DONE if comparison.is_equal else NO
 
 
 def _solvers() -> list[Solver]:
     """Return the solvers that check proofs; raise ValueError if there are none."""
-    found = solvers()
-    if not found:
+    installed = solvers()
+    if not installed:
         raise ValueError(
             f"--check needs another solver, z3 or cvc5: {how_to_install('check')}, or a program on the PATH"
         )
-    return found
+    return installed
 
 
 def _say_result(subject: ProofSubject, result: Result) -> None:

@@ -138,10 +138,10 @@ def prefix_of(rule_id: str) -> str:
     return rule_id.split("-")[0]
 
 
-def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
+def _unknown(kind: str, name: str, known: Sequence[str], allowed: str) -> str:
     close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
     meant = f" (did you mean {close[0]}?)" if close else ""
-    return f"unknown {what} {name!r}{meant}; choose from {allowed}"
+    return f"unknown {kind} {name!r}{meant}; choose from {allowed}"
 
 
 # -- as text ----------------------------------------------------------------------------------------

@@ -71,7 +71,7 @@ class RunArguments:
         typer.Option(
             "--retain",
             metavar="FILE",
-            help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
+            help="Begin with the ladder tags in this file, if it exists, and write them to it at the end.",
         ),
     ] = None
     forces: ForcesOption = False
@@ -82,7 +82,7 @@ class RunArguments:
         typer.Option(
             "--tag",
             metavar="PATTERN",
-            help="Record tags of the program beside those that the rack file names; '*' is all.",
+            help="Record further tags of the program, in addition to the rack file's; '*' is all.",
             show_default=False,
         ),
     ] = None
@@ -116,9 +116,9 @@ def plain_run(words: Sequence[str]) -> bool:
     Raises:
         SystemExit: the run has ended.
     """
-    given = WORDS.read(words)
-    if given is not None:
-        run_command(RunArguments(**given))
+    arguments = WORDS.read(words)
+    if arguments is not None:
+        run_command(RunArguments(**arguments))
     return False
 
 

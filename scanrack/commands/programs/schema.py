@@ -22,8 +22,8 @@ def schema_command(
 
     It has all keys with their meaning, names, limits and the options of each module.
 
-    An editor whose TOML support is tombi or taplo reads it where the first line of a rack file is
-    #:schema rack.schema.json. What two keys decide together only `scanrack check` finds.
+    An editor with tombi or taplo reads it if the first line of a rack file is
+    #:schema rack.schema.json. Only `scanrack check` finds conflicts between two keys.
 
     Example: scanrack editor schema --write
 

@@ -15,10 +15,10 @@ from .why_command import why_command
 def _why_command(options: WhyArguments) -> None:
     """Explain why a tag has its value: since when, how, and the cause, in at most six lines.
 
-    What outranks the program comes first: a force, the mode switch, a fault, a lost link. For a value that
-    never changed it names what is missing. The last line is the cause: an input, an operator, an injected
-    fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B` means that B made A,
-    `and` that all were needed, `or` that each would have done.
+    A cause outside of the program comes first: a force, the mode switch, a fault, a lost link. For a value
+    that never changed, the answer names the missing conditions. The last line is the cause: an input, an
+    operator, an injected fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B`
+    means that B made A, `and` that all were needed, `or` that each would have done.
 
     A rack runs from power-up to that scan, or for as long as its file says. The program of a
     trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
@@ -39,7 +39,7 @@ def _xref_command(
         str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
     ],
     tag: Annotated[
-        str | None, typer.Argument(metavar="[TAG]", help="Only this tag and what it is a part of.")
+        str | None, typer.Argument(metavar="[TAG]", help="Only this tag, and the tags that contain it.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

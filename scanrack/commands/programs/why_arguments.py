@@ -43,7 +43,7 @@ class WhyArguments:
         typer.Option(
             "--want",
             metavar="VALUE",
-            help="Say what to do so that the tag has this value: on, off or a number.",
+            help="Also show how the tag can get this value: on, off or a number.",
         ),
     ] = None
     trust: TrustOption = False

@@ -23,10 +23,10 @@ def plain_why(words: Sequence[str]) -> bool:
     Raises:
         SystemExit: the question has an answer, or none.
     """
-    given = WORDS.read(words)
-    if given is None:
+    arguments = WORDS.read(words)
+    if arguments is None:
         return False
-    why_command(WhyArguments(**given))
+    why_command(WhyArguments(**arguments))
     raise SystemExit
 
 

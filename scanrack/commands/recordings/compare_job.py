@@ -39,13 +39,13 @@ def tolerance(time: str, counts: int) -> Tolerance:
     return Tolerance(parse_time(time), counts)
 
 
-def print_comparison(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
+def print_comparison(comparison: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     """Print a comparison; return the exit status."""
     if as_json:
-        say_json({"same": found.same, "names": names, **asdict(found)})
+        say_json({"same": comparison.same, "names": names, **asdict(comparison)})
     else:
-        say("\n".join(map(on_a_line, report(found, names))))
-    return DONE if found.same else NO
+        say("\n".join(map(on_a_line, report(comparison, names))))
+    return DONE if comparison.same else NO
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
@@ -68,11 +68,11 @@ def compare_traces(options: CompareOptions) -> None:
         with open_trace(options.a) as one, open_trace(options.b) as other:
             clock = _clock(one, other, options.align_at, options.realign_at)
             with reading(one, quiet=options.quiet) as progress:
-                found = compare(one, other, allowed, clock=clock, progress=progress)
+                comparison = compare(one, other, allowed, clock=clock, progress=progress)
             for trace in (one, other):
                 trace.check_data()
             print_notes(one, other)
-        status = print_comparison(found, names_of(options.a, options.b), as_json=options.as_json)
+        status = print_comparison(comparison, names_of(options.a, options.b), as_json=options.as_json)
     raise typer.Exit(status)
 
 

@@ -50,7 +50,7 @@ class CompareOptions:
         typer.Option(
             "--realign",
             metavar="SIGNAL",
-            help="Every rise of this bit is at the same time in both: what comes late does not add up.",
+            help="Align both at every rise of this bit, so that delays do not add up.",
             show_default="no",
         ),
     ] = None

@@ -62,8 +62,8 @@ def _export_command(
     """
     with reported_mistakes():
         selected = selection(ranges)
-        given = asdict(targets)
-        chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
+        paths = asdict(targets)
+        chosen = [(each, paths[each.name]) for each in formats.FORMATS if paths[each.name] is not None]
         _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
         for each, target in chosen:
             to_stdout = target == STDOUT

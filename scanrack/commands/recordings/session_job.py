@@ -73,5 +73,5 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         return DONE
     with open_trace(again) as other:
         with reading(trace, quiet=quiet) as progress:
-            found = compare(trace, other, progress=progress)
-        return print_comparison(found, (path.name, RERUN), as_json=options.as_json)
+            comparison = compare(trace, other, progress=progress)
+        return print_comparison(comparison, (path.name, RERUN), as_json=options.as_json)

@@ -197,11 +197,11 @@ def _scans_line(contents: Contents) -> str:
     )
 
 
-def _more(capped: CappedList[T], what: str) -> Iterator[str]:
+def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
     if capped.stopped:
-        yield f"... and maybe more {what}: it stopped at the limit"
+        yield f"... and maybe more {kind}: it stopped at the limit"
     elif capped.more:
-        yield f"... and {capped.more:,} more {what}"
+        yield f"... and {capped.more:,} more {kind}"
 
 
 def _slot_table(trace: Trace) -> Table:
@@ -276,7 +276,7 @@ def plain_lines(block: str | Table) -> list[str]:
 def _show_command(
     trace: TraceArgument,
     every: Annotated[
-        bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
+        bool, typer.Option("--every", help="A row for every change, including position and counts.")
     ] = False,
     limit: Annotated[
         int | None,
@@ -298,8 +298,8 @@ def _show_command(
 
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
     encoder count changed are counted, unless --every is given. A trace whose process was killed is
-    shown up to its last whole chunk. With --extract the files it was made of are written out and
-    named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
+    shown up to its last whole chunk. With --extract the attached files are written, and only their
+    names are printed. Exit status 2 if the file can't be read, 3 if a file can't be written.
     """
     if folder is not None:
         with reported_mistakes(), open_trace(trace) as opened:

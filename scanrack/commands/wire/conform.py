@@ -132,8 +132,8 @@ def _conform_command(
     """Test a real 3601 against its manual.
 
     A plan of scenes is played through the controller that owns the module. A difference is reported only if
-    no instant at which the words may have acted explains what was read. Each rule is as the manual
-    has it, differs, or is open; each interpretation that a scene settles is named.
+    it is unexplained for every instant at which the words may have acted. Each rule agrees with the manual,
+    differs, or is open; the report names each interpretation that a scene settles.
 
     Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
@@ -222,14 +222,14 @@ def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
     return replace(timing, scan_ns=scan_ns)
 
 
-def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> PlayedPlan:
+def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[int] | None) -> PlayedPlan:
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
-        if given is not None:
+        if configuration is not None:
             raise ValueError("--configuration goes with a trace: a result has its own")
         return load_played(source)
-    captured = scenes_of(source, slot, timing, given)
+    captured = scenes_of(source, slot, timing, configuration)
     print_notes(captured)
     return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 

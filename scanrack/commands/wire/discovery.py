@@ -67,8 +67,8 @@ def identify_command(
                 update(advance=1, description=f"{language} {number}" if number else language)
 
             answers = probe(partial(open_port, port), addresses, show)
-            found = list(answers if everyone else islice(answers, 1))
-    for each in found:
+            devices = list(answers if everyone else islice(answers, 1))
+    for each in devices:
         say(each)
-    if not found:
+    if not devices:
         raise typer.Exit(complain(f"no controller answers on {port}", NO))

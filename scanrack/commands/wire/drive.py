@@ -44,8 +44,8 @@ def drive(
     """Exercise one module with JSON requests: one request per line in, one response per line out.
 
     Time is virtual and never waits; the same input gives the same output, byte for byte.
-    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; an unknown key is
-    refused with those that there are.
+    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; the error for
+    an unknown key lists the allowed keys.
 
     Exit status: 0 done, 2 any request was refused.
     """

@@ -170,8 +170,8 @@ def _serve_command(
 ) -> None:
     """Simulate a device on a port, or a 3601 as remote I/O, until Ctrl-C.
 
-    The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
-    inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
+    The first line is the address of the device. On a terminal the command shows the state, and
+    NAME=STATE sets an input: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
     Example: scanrack serve pcl601 --tcp 5020 --program program.pclt

@@ -50,8 +50,8 @@ def check_options(context: typer.Context, controller: ServedDevice) -> None:
     """
     for each in context.command.params:
         source = context.get_parameter_source(each.name or "")
-        given = source is not None and source.name == "COMMANDLINE"
-        if given and not _has_option(controller, each.name or ""):
+        is_given = source is not None and source.name == "COMMANDLINE"
+        if is_given and not _has_option(controller, each.name or ""):
             raise ValueError(f"{each.opts[0]}: {controller} does not have it")
 
 
@@ -95,7 +95,7 @@ class ServeOptions:
         typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
     ] = None
     speed: Annotated[
-        float, typer.Option("--time-scale", metavar="FACTOR", help="How many times as fast as real time.")
+        float, typer.Option("--time-scale", metavar="FACTOR", help="Speed relative to real time.")
     ] = 1.0
     machine: Annotated[
         list[str] | None,
@@ -110,7 +110,7 @@ class ServeOptions:
         typer.Option(
             "--memory",
             metavar="FILE",
-            help="What the controllers keep without power: address, stored program, parameters.",
+            help="File of the nonvolatile memory of the controllers: address, stored program, parameters.",
         ),
     ] = None
     pin: Annotated[
@@ -144,7 +144,7 @@ class ServeOptions:
     ] = IO_PORT
     slot: Annotated[
         int | None,
-        typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several of them."),
+        typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several."),
     ] = None
     silence: Annotated[
         float,
@@ -155,7 +155,7 @@ class ServeOptions:
     ] = False
     line_time: Annotated[
         bool,
-        typer.Option("--line-time", help="Characters take the time of the baud rate on TCP and ptys, too."),
+        typer.Option("--line-time", help="Characters also take the time of the baud rate on TCP and ptys."),
     ] = False
     fault: Annotated[
         list[str] | None,
@@ -180,7 +180,7 @@ class ServeOptions:
             metavar="PORT",
             min=0,
             max=65535,
-            help="A port of this machine for JSON lines of faults and inputs, the printed key first.",
+            help="Port of this machine for JSON lines of faults and inputs, after the printed key.",
         ),
     ] = None
     record: Annotated[

@@ -109,13 +109,13 @@ class Bench:
         self.recorder: ScanListener | None = None
         self.read: dict[str, None] = {}
         self._journal = Journal(rack)
-        given = [*listeners(rack), watching(self._journal, logic)]
-        self._followers = [each for each in given if isinstance(each, WatchesSequences)]
+        recorders = [*listeners(rack), watching(self._journal, logic)]
+        self._followers = [each for each in recorders if isinstance(each, WatchesSequences)]
         self.cpu = events.cpu = build_cpu(
             spec,
             logic,
             rack,
-            listeners=[*given, events],
+            listeners=[*recorders, events],
             watchdog=None if watched else Watchdog(0),
         )
         self._fields = Fields(lambda: self.logic)
@@ -189,8 +189,8 @@ class Bench:
         if not self._holds(condition):
             self._run(scans, lambda: self.stops or self._holds(condition))
         if not self.stops and not self._holds(condition):
-            what = condition if isinstance(condition, str) else _name(condition)
-            raise NotReachedError(f"{what} has not become true within {within}.\n{self}", self.read)
+            name = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{name} has not become true within {within}.\n{self}", self.read)
         self.read.clear()
 
     def _holds(self, condition: Condition) -> bool:
@@ -410,10 +410,10 @@ class Bench:
         """Return the address of the image word or bit to which a name refers; None for any other name."""
         if self._is_image(name):
             return str(self._place(name))
-        found: str | None = (
+        address_text: str | None = (
             self._desk.address_of(name) if self._observed or isinstance(self.logic, Logic) else None
         )
-        return found
+        return address_text
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:

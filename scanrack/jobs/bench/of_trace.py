@@ -136,7 +136,7 @@ def _of_ladder(
     notes: list[str] = []
     if can_follow(recording, debugger):
         done = follow(recording, debugger, last, until, snapshots)
-        found, departs = done.row if done.met or until is None else None, done.departs
+        row, departs = done.row if done.met or until is None else None, done.departs
     else:
         from ..replay.replaying import edit_notes, score_of  # imports a CPU; most recordings need none
         from ..replay.tag_orders import TagOrders, first_few
@@ -146,9 +146,9 @@ def _of_ladder(
         following = InputReplay(recording, job.spec, last, over)
         orders = TagOrders(score_of(recording), recording.events)
         refused = following.play(debugger, orders)
-        found, departs = following.row - 1 if following.met or until is None else None, following.departs
+        row, departs = following.row - 1 if following.met or until is None else None, following.departs
         notes = [*edit_notes(recording.events), *orders.notes, *first_few(refused)]
-    why = Why(recording, _reached(moment, found), job.spec, None, debugger)
+    why = Why(recording, _reached(moment, row), job.spec, None, debugger)
     notes += _departed(why, departs)
     return _answer(why, question, notes)
 

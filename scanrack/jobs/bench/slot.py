@@ -122,9 +122,9 @@ class SlotBench:
             self._device.inject(None if how is None else names[how])
         self._announce(None if how is None else FaultKind(how), begins=how is not None)
 
-    def _announce(self, what: FaultKind | None, *, begins: bool) -> None:
+    def _announce(self, fault: FaultKind | None, *, begins: bool) -> None:
         """Record a test's action on the module with the next scan, like an incident of a rack file."""
-        self._latest_fault = what or self._latest_fault
+        self._latest_fault = fault or self._latest_fault
         event = incident_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)
 

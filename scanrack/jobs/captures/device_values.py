@@ -22,10 +22,10 @@ def pcl601_values(exchange: PairedExchange, words: dict[int, int]) -> Values:
     Args:
         words: the known register words, by address; this call updates them.
     """
-    found = decoded(exchange)
-    if found is None:
+    pair = decoded(exchange)
+    if pair is None:
         return {}
-    request, answer = found
+    request, answer = pair
     function, first = request.function_code, request.address
     if function in (pdus.READ_COILS, pdus.READ_INPUTS):
         name = "outputs" if function == pdus.READ_COILS else "inputs"

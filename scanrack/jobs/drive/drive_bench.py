@@ -119,11 +119,11 @@ class DriveBench:
     def _levels(self, env: DriveEnv) -> dict[str, Level]:
         """Return the inputs that a request sets; refuse inputs that the model lacks."""
         names = self.model.input_names
-        given = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
-        for name in given:
+        levels = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
+        for name in levels:
             if name not in names:
                 raise RequestError(f"env.{name}: the {self.model.title} has {', '.join(names)}")
-        return given
+        return levels
 
 
 INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")

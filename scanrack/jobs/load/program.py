@@ -206,15 +206,15 @@ def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_recor
     Raises:
         ProgramError: a file can't be executed, or lacks the record.
     """
-    found = {}
+    records = {}
     for name, address in named.items():
         file, attribute = split_address(address, default="RECORD")
         source = path.parent / file
         record = getattr(_execute(source, _read(source)), attribute, None)
         if not isinstance(record, module_records.ModuleRecord):
             raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
-        found[name] = replace(record, name=name)
-    return found
+        records[name] = replace(record, name=name)
+    return records
 
 
 def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
@@ -491,9 +491,9 @@ def _while_loading(path: Path, error: BaseException) -> ProgramError:
     """Return the error with the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
-    what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
+    problem = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
     site = Site(file=str(path), line=lines[-1] if lines else 1)
-    return ProgramError.at(site, f"the program can't be loaded: {what}")
+    return ProgramError.at(site, f"the program can't be loaded: {problem}")
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:

@@ -26,7 +26,7 @@ from ..record.sequence_watch import WatchesSequences, waiting_in
 if TYPE_CHECKING:  # most runs are neither operated nor edited
     from scanrack.ladder.debug import Debugger
     from scanrack.ladder.python.online.editing import LogicEdit
-    from scanrack.ladder.run.edit import Edit as RungEdit
+    from scanrack.ladder.run import edit as rung_editing
     from scanrack.runtime.live.actions import Edit
     from scanrack.runtime.live.operator_actions import OperatorActions
 
@@ -171,7 +171,7 @@ class RunProgram:
         """Continue with the program of a job; return its name, a sentence, and the affected tags."""
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
-            done: RungEdit | LogicEdit = self.debugger.edit(logic)
+            done: rung_editing.Edit | LogicEdit = self.debugger.edit(logic)
             return logic.name, str(done), tags_in(done)
         if self.debugger is not None or is_rungs(logic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
@@ -220,7 +220,7 @@ def _debugger_of(logic: ScanLogic, remembered: int) -> Debugger | None:
     return Debugger(logic, remembered=remembered)
 
 
-def tags_in(edit: RungEdit | LogicEdit) -> dict[str, list[str]]:
+def tags_in(edit: rung_editing.Edit | LogicEdit) -> dict[str, list[str]]:
     """Return the tags or fields that an edit affects, in the form of an event."""
     return {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
 

@@ -153,13 +153,13 @@ def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> D
 
 def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
     """Return the slots whose machines the axes move, by axis number."""
-    found: dict[int, SlotSpec] = {}
+    slots: dict[int, SlotSpec] = {}
     for text in texts:
         axis, file = addressed_file(text, list(range(1, axes + 1)))
-        if axis in found:
+        if axis in slots:
             raise ValueError(f"--machine {text}: axis {axis} has a machine already")
-        found[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
-    return found
+        slots[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
+    return slots
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:

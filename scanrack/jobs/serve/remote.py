@@ -144,9 +144,9 @@ def remote_job(
             rack = str(Path(folder) / "remote-io.toml")
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
-        found = _slot_of({each.number: each.module for each in spec.slot}, slot)
+        number = _slot_of({each.number: each.module for each in spec.slot}, slot)
         silence_ns = exact_ns(silence_ms, "ms", "--silence")
-        plc = ExternalPlc(found, spec.words[found], silence_ns, whole=whole)
+        plc = ExternalPlc(number, spec.words[number], silence_ns, whole=whole)
         yield load_rack(rack, plc), plc
 
 

@@ -67,10 +67,10 @@ class Diagnosis:
 
 
 def _diagnosis(
-    name: str, says: str, lack: str = "", mend: str = "", state: Health = Health.ABSENT
+    name: str, text: str, lack: str = "", mend: str = "", state: Health = Health.ABSENT
 ) -> Diagnosis:
-    """Return a line of the report: `says`, or `lack` with its state and its remedy."""
-    return Diagnosis(name, state, lack, mend) if lack else Diagnosis(name, Health.GOOD, says)
+    """Return a line of the report: `text`, or `lack` with its state and its remedy."""
+    return Diagnosis(name, state, lack, mend) if lack else Diagnosis(name, Health.GOOD, text)
 
 
 def examined() -> list[Diagnosis]:
@@ -82,15 +82,15 @@ def _python() -> Iterator[Diagnosis]:
     oldest, newest = (".".join(map(str, each)) for each in PYTHONS)
     fits = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
     mend = "" if fits else f"use Python {oldest} to {newest}"
-    says = f"{platform.python_version()} in {sys.executable}"
-    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, says, mend)
+    text = f"{platform.python_version()} in {sys.executable}"
+    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, text, mend)
 
 
 def _package() -> Iterator[Diagnosis]:
     missing = _missing("")
-    says = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
-    lack = missing and f"{says}, without {missing}"
-    yield _diagnosis(PACKAGE, says, lack, how_to_install(), Health.BROKEN)
+    text = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
+    lack = missing and f"{text}, without {missing}"
+    yield _diagnosis(PACKAGE, text, lack, how_to_install(), Health.BROKEN)
 
 
 def _extras() -> Iterator[Diagnosis]:
@@ -103,15 +103,15 @@ def _extras() -> Iterator[Diagnosis]:
 def _required(extra: str) -> list[str]:
     """Return the distributions that scanrack or one of its extras requires."""
     expected = f'extra == "{extra}"' if extra else ""
-    project, found = own_project(), []
+    project, names = own_project(), []
     if project is not None:
         rows = project["optional-dependencies"][extra] if extra else project["dependencies"]
         return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
     for row in requires(PACKAGE) or ():
         name, _, marker = row.replace("'", '"').partition(";")
         if marker.strip() == expected:
-            found.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
-    return found
+            names.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
+    return names
 
 
 def _missing(extra: str) -> str:
@@ -141,23 +141,23 @@ def _real_time() -> Iterator[Diagnosis]:
         granted = list(outcomes)
     for each in granted:
         state = Health.ABSENT if each.refusal else Health.GOOD
-        says = f"{each.name}: {each.refusal}" if each.refusal else each.name
-        yield Diagnosis("real time", state, says, each.advice)
+        text = f"{each.name}: {each.refusal}" if each.refusal else each.name
+        yield Diagnosis("real time", state, text, each.advice)
 
 
 def _browser() -> Iterator[Diagnosis]:
-    found = next(filter(None, map(shutil.which, BROWSERS)), "")
+    browser = next(filter(None, map(shutil.which, BROWSERS)), "")
     if sys.platform in ("darwin", "win32"):  # no browser program is on the path
-        found = found or "the system's"
+        browser = browser or "the system's"
     mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
-    yield _diagnosis("browser", found, "" if found else "none is found", mend)
+    yield _diagnosis("browser", browser, "" if browser else "none is found", mend)
 
 
 def _programs() -> Iterator[Diagnosis]:
     for name, gives in PROGRAMS.items():
-        found = shutil.which(name) or ""
-        lack = "" if found else "not on the path"
-        yield _diagnosis(name, found, lack, f"a package of your system; it {gives}")
+        path = shutil.which(name) or ""
+        lack = "" if path else "not on the path"
+        yield _diagnosis(name, path, lack, f"a package of your system; it {gives}")
 
 
 PARTS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (
