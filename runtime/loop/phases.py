@@ -24,7 +24,7 @@ from .forces import Forces
 from .listeners import Listeners
 from .pace import Pacer, Watchdog
 from .rack import Rack
-from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic
+from .scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 
 PHASES = (
     "input_latch",
@@ -46,6 +46,13 @@ IDLE_PHASES = {
     CpuMode.SINGLE_SCAN: frozenset({"output_latch"}),
 }
 """The phases that are skipped, by mode."""
+
+_LOGIC_RUNS = tuple("logic" not in IDLE_PHASES[mode] for mode in sorted(CpuMode))
+
+
+def runs_logic(flags: int) -> bool:
+    """Return whether the logic runs in a scan with these flags."""
+    return _LOGIC_RUNS[flags & MODE_MASK]
 
 
 class ScanPhases:

@@ -21,7 +21,7 @@ def _l5x_command(
     ],
     options: L5xOptions,
 ) -> None:
-    """Report the imported, refused and running parts of an L5X or SLC export, with reasons.
+    """Report what an L5X or SLC export supports: the imported, refused and running parts, with reasons.
 
     Imported rungs run for a trial in the interpreter and compiled; "ran" counts the rungs of programs whose
     two runs agree after every scan.
