@@ -56,12 +56,12 @@ class PortServer(Server, Generic[AnyPort]):
     def close(self) -> None:
         self._port.close()
 
-    def _tell(self, now_ns: int, *, heard: bytes = b"", said: bytes = b"") -> None:
+    def _notify(self, now_ns: int, *, heard: bytes = b"", sent: bytes = b"") -> None:
         """Pass bytes to the listener."""
         if self._listener is not None and heard:
             self._listener.heard(now_ns, heard)
-        if self._listener is not None and said:
-            self._listener.said(now_ns, said)
+        if self._listener is not None and sent:
+            self._listener.said(now_ns, sent)
 
 
 class LineServer(PortServer[Port]):
@@ -82,13 +82,13 @@ class LineServer(PortServer[Port]):
     def step(self, longest_s: float) -> None:
         data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
         now_ns = self._clock.now_ns()
-        said = self._device.advance(now_ns)
+        sent = self._device.advance(now_ns)
         if data:
             self._device.receive(now_ns, data)
-            said += self._device.advance(now_ns)
-        if said:
-            self._port.send(said)
-        self._tell(now_ns, heard=data, said=said)
+            sent += self._device.advance(now_ns)
+        if sent:
+            self._port.send(sent)
+        self._notify(now_ns, heard=data, sent=sent)
         self._port.follow(self._device.line_format)
 
 
@@ -122,7 +122,9 @@ class PduServer(PortServer[ModbusTcpPort]):
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
         reply = self._answer_pdu(unit, pdu)
-        self._tell(now_ns, heard=bytes((unit,)) + pdu, said=b"" if reply is None else bytes((unit,)) + reply)
+        self._notify(
+            now_ns, heard=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
+        )
         return reply
 
 
@@ -147,19 +149,19 @@ class GatewayServer(PortServer[ModbusTcpPort]):
     @override
     def step(self, longest_s: float) -> None:
         wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
-        requests = [(each, frame) for each, frames in self._port.requests(wait_s) for frame in frames]
+        requests = [(peer, frame) for peer, frames in self._port.requests(wait_s) for frame in frames]
         now_ns = self._clock.now_ns()
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._tell(now_ns, heard=frame[HEADER.size - 1 :])
+            self._notify(now_ns, heard=frame[HEADER.size - 1 :])
             refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
             if refused is not None:
                 replies.append(((connection, frame), refused))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)
-            self._tell(now_ns, said=reply[HEADER.size - 1 :])
+            self._notify(now_ns, sent=reply[HEADER.size - 1 :])
             self._port.send(connection, reply)
 
 

@@ -55,7 +55,7 @@ def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
         if not image:
             found.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
         for row in rows:
-            if (row.image, row.word) == (image, word) and row.mask & mask:
+            if row.place == (image, word) and row.bits & mask:
                 found.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
     yield from found.values()
 

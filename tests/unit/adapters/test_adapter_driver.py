@@ -109,7 +109,7 @@ def test_the_counter_is_moved_away_from_0_only_when_ready_and_at_rest(
 ) -> None:
     driver = Noted(busy_looks)
     driver.state, driver.position = state, position
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert driver.asked == ["status", "position", "inputs", *([f"position := {BIAS}"] if moved else [])]
     assert driver.rebased == (BIAS - position if moved else 0)
 
@@ -123,14 +123,14 @@ def test_what_moves_untold_has_strayed_when_it_is_ready(
 ) -> None:
     driver = Noted(busy_looks=int(busy), positions=[] if busy else [BIAS + 7])
     driver.state, driver.position = state, BIAS
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert driver.findings.take() == [Finding(FindingKind.STRAYED)] * strayed
 
 
 def test_what_rests_has_not_strayed() -> None:
     driver = Noted(positions=[BIAS])
     driver.state, driver.position = ControllerState.READY, BIAS
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert not driver.findings.take()
 
 
@@ -139,7 +139,7 @@ def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
     index = Task(TaskKind.INDEX, 1, DRIVE, False, steps=70)
     driver.task, driver.cut = index, True
     driver.tasks += [index, index]
-    driver._forget_wishes()
+    driver._drop_requests()
     assert (driver.task, driver.tasks, driver.cut) == (None, [], False)
     assert driver.asked == ["forget"]
 
