@@ -13,9 +13,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from scanrack.jobs.bench import Bench
+from scanrack.jobs.record.settable_tags import settable_tags
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.python.online.fields import Fields
-from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live import actions
 from typing_extensions import override
 
@@ -51,8 +51,7 @@ class BenchRun:
     @property
     def operated(self) -> Debugger | Fields | None:
         """The program's values that can be set and forced."""
-        logic = self.bench.logic
-        return Fields(lambda: logic) if isinstance(logic, Logic) else self.debugger
+        return settable_tags(self.bench.logic)
 
 
 class InTest(ScanDriver):

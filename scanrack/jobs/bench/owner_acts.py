@@ -10,12 +10,11 @@ from itertools import islice
 from pathlib import Path
 
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.python.online.fields import Fields
-from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
 from scanrack.traces.read.reader import Trace
 
 from ..record.edits_and_forces import is_edit
+from ..record.settable_tags import settable_tags
 from ..trust.attachments import job_of
 from ..why.acts import Acts, every_act
 from ..why.traced_run import Load
@@ -52,8 +51,7 @@ def acts_in_trace(
     load = None if ladder else Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
     bench = bench_of(job, None, watched=True, load=load)
     bench.check(tag)
-    fields = Fields(lambda: bench.logic) if isinstance(bench.logic, Logic) else None
-    hands = OperatorActions(bench.cpu, bench.cpu.rack, bench.program if ladder else fields)
+    hands = OperatorActions(bench.cpu, bench.cpu.rack, settable_tags(bench.logic))
     for number, order in sorted(orders, key=lambda each: each.scan):
         if number <= scan:
             bench.scan(number - bench.scans)

@@ -33,16 +33,15 @@ from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.faults import Cause, ends_the_run
 from scanrack.runtime.loop.pace import Watchdog
 from scanrack.runtime.loop.phases import runs_logic
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import LogicScan, ScanFlag, ScanLogic, attached
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.replay import PackedTrace
 
-from ..load.building import round_trip_ms
 from ..record.link_losses import LinkChange, link_changes
 from ..record.logic_wrapper import unwrapped
+from ..record.settable_tags import settable_tags
 from ..run.playback import RecordedInputs
-from .recorded_scans import RecordedScan, recorded_scans, recorded_words
+from .recorded_scans import RecordedScan, recorded_rack, recorded_scans
 from .tag_orders import TagOrders
 
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
@@ -52,24 +51,6 @@ _NOT_COMPARED = int(ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT)
 
 Call = Callable[[ScanLogic, LogicScan], object]
 """Runs one scan of a program."""
-
-
-def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[int, RecordedInputs]) -> Rack:
-    """Return a rack with the modules of a recording."""
-    slots = tuple(slots)
-    words = recorded_words(slots, spec)
-    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
-    return Rack(
-        Card(
-            slot.number,
-            modules[slot.number],
-            slot.module,
-            slot.firmware,
-            words[slot.number],
-            trips.get(slot.number, 0),
-        )
-        for slot in slots
-    )
 
 
 def _call(logic: ScanLogic, view: LogicScan) -> None:
@@ -234,26 +215,18 @@ class InputReplay:
 
     # --- orders
 
-    @property
-    def _tags(self) -> Debugger | Fields | None:
-        """The values of the program that can be set and forced."""
-        program = unwrapped(self.logic)
-        if isinstance(program, Logic):
-            return Fields(lambda: program)
-        return program if isinstance(program, Debugger) else None
-
     def _knows_tags(self, scan: int) -> bool:
         """Whether an order sets the values that were set before a scan, or a force is in effect.
 
         The outputs of a ladder program decide whether it departs.
         """
-        tags = self._tags
+        tags = settable_tags(self.logic)
         is_ordered = bool(self._orders) and self._orders[0].scan <= scan
         return is_ordered or isinstance(tags, Debugger) or (tags is not None and bool(tags.forces))
 
     def _give(self, order: Action, scan: int) -> None:
         """Carry out an order on the program; the recorded images already have the effect of any other."""
-        tags = self._tags
+        tags = settable_tags(self.logic)
         match order:
             case Edit():
                 try:

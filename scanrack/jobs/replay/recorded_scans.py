@@ -1,16 +1,20 @@
-"""The scans of a recording, one by one, and the words of its slots."""
+"""The scans of a recording, one by one, and its rack."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.module import Module
+from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
+
+from ..load.building import round_trip_ms
 
 
 class RecordedScan(NamedTuple):
@@ -48,3 +52,21 @@ def recorded_words(slots: Iterable[SlotInfo], spec: RackSpec | None) -> dict[int
         slot.number: known[slot.number] if known.get(slot.number) == slot.words else slot.words
         for slot in slots
     }
+
+
+def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[int, Module]) -> Rack:
+    """Return a rack with the modules of a recording."""
+    slots = tuple(slots)
+    words = recorded_words(slots, spec)
+    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
+    return Rack(
+        Card(
+            slot.number,
+            modules[slot.number],
+            slot.module,
+            slot.firmware,
+            words[slot.number],
+            trips.get(slot.number, 0),
+        )
+        for slot in slots
+    )

@@ -25,7 +25,7 @@ from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
-from .input_replay import recorded_rack
+from .recorded_scans import recorded_rack
 from .resumed_operation import ResumedOperation
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli

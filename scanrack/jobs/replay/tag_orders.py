@@ -11,10 +11,8 @@ from collections.abc import Iterator, Sequence
 from itertools import islice
 
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.python.online.fields import Fields
-from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.actions import Edit, Force, Unforce, Write
-from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions, WritableTags
+from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
@@ -23,7 +21,6 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
 from ..record.edits_and_forces import Forced, forced_in, is_edit, is_set
-from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, orders_of
 
 _SHOWN = 3
@@ -75,13 +72,9 @@ class TagOrders:
             cpu: runs the program; it has run no scan yet.
             logic: the result of `program`.
         """
-        from scanrack.ladder.debug import Debugger
+        from ..record.settable_tags import settable_tags
 
-        program = unwrapped(logic)
-        tags: WritableTags | None = logic if isinstance(logic, Debugger) else None
-        if isinstance(program, Logic):
-            tags = Fields(lambda: program)
-        repeated = OrderRepeater(cpu, OperatorActions(cpu, rack, tags), self.given)
+        repeated = OrderRepeater(cpu, OperatorActions(cpu, rack, settable_tags(logic)), self.given)
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
