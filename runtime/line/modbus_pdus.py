@@ -59,7 +59,7 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Whether the bytes are exactly those of the PDU, with the right counts."""
+    """Whether the bytes are exactly the bytes of the PDU, with the right counts."""
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
