@@ -6,7 +6,7 @@ there and back changes nothing. Words without a meaning are refused with a
 scan (`Parameters`, `StatusView`), which accept any words.
 
 An `Image` holds signed words, eight for a 3601, and the same memory as bytes. The thousands
-functions split values of more than 16 bits; `amci3601` knows what the words
+functions split values of more than 16 bits; `amci3601` defines what the words
 of an AMCI 3601 mean.
 
 >>> from scanrack.io_images import Image, join_thousands, split_thousands

@@ -46,7 +46,7 @@ def signed_word(value: int) -> int:
 
 
 class Image:
-    """Signed words that logic, modules and recorders share: eight, or as many as `size` says.
+    """Signed words that logic, modules and recorders share: eight, or `size` words.
 
     `raw` is the same memory as bytes (little-endian), `words` as signed integers. Both are live: writing one
     changes the other. Index and iterate an image as its words; writing also accepts unsigned words.

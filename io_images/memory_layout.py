@@ -1,7 +1,7 @@
 """The places of module images in a rack's block of memory.
 
 Slot after slot, each with its output image and its input image, two bytes a word. The block ends with
-0 to 3 words of padding, so that the tags that follow it in a recording need none:
+0 to 3 words of padding, so that the tags that follow it in a trace need none:
 
     byte  0        16       32       40       44    48
           slot 1   slot 1   slot 2   slot 2   pad

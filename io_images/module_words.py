@@ -27,7 +27,7 @@ class BitPlace(NamedTuple):
 
 
 INPUT = ("I", "in")
-"""Names of an input image in addresses and in traces; those of an output image are "O" and "out"."""
+"""Names of an input image in addresses and in traces; the names of an output image are "O" and "out"."""
 
 _IMAGES = {"I": "input", "O": "output"}
 
@@ -203,7 +203,7 @@ def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[st
 
 
 def _free_bits(image: str, named: Collection[BitPlace]) -> str:
-    """Return, as text, the bits without a name in those words of an image that have names."""
+    """Return as text the unnamed bits of the words that have named bits."""
     masks: dict[int, int] = {}
     for at in named:
         if at.image == image:

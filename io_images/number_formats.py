@@ -5,7 +5,7 @@
     BINARY           one signed 32-bit value, the high word first
     BINARY_LOW       the same, the low word first
 
-A networked drive has one format for numbers that the host writes, and one for those it reads
+A networked drive has one format for numbers that the host writes, and one for numbers that it reads
 [SMD p. 13, p. 25, p. 67, p. 81].
 """
 

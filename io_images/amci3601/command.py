@@ -21,30 +21,8 @@ from ..dataclass import dataclass
 from ..image import Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
-from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend, require_words
-from .parameters import LIMITS_3601, Limits, Parameters, require, target_in_range
-
-__all__ = [
-    "Command",
-    "Direction",
-    "FindHome",
-    "Follower",
-    "Hold",
-    "Idle",
-    "ImmediateStop",
-    "Manual",
-    "Move",
-    "MoveKind",
-    "Parameters",
-    "PresetEncoder",
-    "PresetPosition",
-    "ResetErrors",
-    "Resume",
-    "RunBlend",
-    "StoreMinimumRegistration",
-    "decode",
-    "target_in_range",
-]
+from .moves import FindHome, Follower, Manual, Move, Resume, RunBlend, require_words
+from .parameters import LIMITS_3601, Limits, require
 
 _FOLLOWER = CommandLsw.ENC_FOLLOWER.value
 _BLEND = (CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT).value

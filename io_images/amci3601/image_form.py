@@ -86,7 +86,7 @@ class ImageForm:
         )
 
     def heard(self, outputs: Sequence[int]) -> list[int]:
-        """Translate a module's signed output words to those of a 3601 with the same meaning."""
+        """Translate a module's signed output words to words of a 3601 with the same meaning."""
         words = list(outputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE:
             for msw, lsw in _NUMBERS_OUT[: 1 if words[0] & _CONFIGURES else 2]:
@@ -94,7 +94,7 @@ class ImageForm:
         return words
 
     def shown(self, inputs: Sequence[int]) -> list[int]:
-        """Translate a 3601's signed input words to those of the module."""
+        """Translate a 3601's signed input words to words of the module."""
         words = list(inputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE and not words[0] & _CONFIGURED:
             for msw, lsw in _NUMBERS_IN:

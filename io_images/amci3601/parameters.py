@@ -1,6 +1,6 @@
 """Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
 
-The minimum programmed speed is the starting speed, which only the module knows: here it is 1.
+The minimum programmed speed is the starting speed of the module's configuration; here it is 1.
 """
 
 from __future__ import annotations

@@ -182,7 +182,7 @@ def profile_of(words: ModuleWords) -> Profile:
 
 
 def family_facts(profile: Profile) -> dict[str, object]:
-    """Return what a recording stores of a profile, in addition to its words and bits."""
+    """Return the facts about a profile that a trace stores in addition to its words and bits."""
     return {"errors": list(profile.errors), "speed": profile.limits.speed, "rate": profile.limits.rate}
 
 

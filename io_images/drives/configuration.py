@@ -161,86 +161,47 @@ def _starts_badly(words: Sequence[int], model: Model, _build: Build) -> bool:
     return start is None or not 1 <= start <= model.limits.starting_speed
 
 
+def _stalls_without_encoder(words: Sequence[int], _model: Model, _build: Build) -> bool:
+    return bool(words[0] & Settings.STALL_DETECTION) and not words[0] & Settings.USE_ENCODER
+
+
+def _bad_current(words: Sequence[int], model: Model, _build: Build) -> bool:
+    limits = model.limits
+    return _outside(words[8], limits.current) or words[8] % limits.current_step != 0
+
+
 def _outside(value: int, ends: tuple[int, int]) -> bool:
     return not ends[0] <= value <= ends[1]
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 SMD_RULES: tuple[ConfigurationRule, ...] = (
-    ConfigurationRule(
-        "CFG-01",
-        "SD p. 55, Invalid Configurations 1; EDS",
+    ConfigurationRule("CFG-01", "SD p. 55, Invalid Configurations 1; EDS",
         "A reserved bit of configuration word 0 is set.",
-        lambda words, model, build: bool(words[0] & RESERVED),
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-02",
-        "SD p. 55; EDS Param3",
+        lambda words, model, build: bool(words[0] & RESERVED), ("R-07",)),
+    ConfigurationRule("CFG-02", "SD p. 55; EDS Param3",
         "The starting speed is outside its range, or its lower word exceeds 999.",
-        _starts_badly,
-        ("R-04", "R-07"),
-    ),
-    ConfigurationRule(
-        "CFG-03",
-        "SD p. 55, Invalid Configurations 3",
-        "Two inputs have one function.",
-        _twice,
-        ("R-01", "R-07"),
-    ),
-    ConfigurationRule(
-        "CFG-04",
-        "EDS Param4",
-        "The motor steps per turn are outside their range.",
-        lambda words, model, build: _outside(words[4], model.limits.steps_per_turn),
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-05",
-        "SD p. 55, Invalid Configurations 5",
+        _starts_badly, ("R-04", "R-07")),
+    ConfigurationRule("CFG-03", "SD p. 55, Invalid Configurations 3", "Two inputs have one function.",
+        _twice, ("R-01", "R-07")),
+    ConfigurationRule("CFG-04", "EDS Param4", "The motor steps per turn are outside their range.",
+        lambda words, model, build: _outside(words[4], model.limits.steps_per_turn), ("R-07",)),
+    ConfigurationRule("CFG-05", "SD p. 55, Invalid Configurations 5",
         "Stall detection is on without an encoder.",
-        lambda words, model, build: (
-            bool(words[0] & Settings.STALL_DETECTION) and not words[0] & Settings.USE_ENCODER
-        ),
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-06",
-        "SD p. 55",
-        "The encoder is used on a unit without one.",
-        lambda words, model, build: bool(words[0] & Settings.USE_ENCODER) and not build.encoder,
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-07",
-        "EDS Param5",
-        "The encoder counts per turn are outside their range.",
-        lambda words, model, build: _outside(words[6], (0, model.limits.counts_per_turn)),
-        ("R-07", "R-27"),
-    ),
-    ConfigurationRule(
-        "CFG-08",
-        "EDS Param6",
-        "The idle current is outside its range.",
-        lambda words, model, build: _outside(words[7], (0, model.limits.idle_percent)),
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-09",
-        "EDS Param7",
-        "The motor current is outside its range.",
-        lambda words, model, build: (
-            _outside(words[8], model.limits.current) or words[8] % model.limits.current_step != 0
-        ),
-        ("R-07",),
-    ),
-    ConfigurationRule(
-        "CFG-10",
-        "EDS Assem110",
-        "Word 5 or word 9 is not 0.",
-        lambda words, model, build: bool(words[5] or words[9]),
-        ("R-05",),
-    ),
+        _stalls_without_encoder, ("R-07",)),
+    ConfigurationRule("CFG-06", "SD p. 55", "The encoder is used on a unit without one.",
+        lambda words, model, build: bool(words[0] & Settings.USE_ENCODER) and not build.encoder, ("R-07",)),
+    ConfigurationRule("CFG-07", "EDS Param5", "The encoder counts per turn are outside their range.",
+        lambda words, model, build: _outside(words[6], (0, model.limits.counts_per_turn)), ("R-07", "R-27")),
+    ConfigurationRule("CFG-08", "EDS Param6", "The idle current is outside its range.",
+        lambda words, model, build: _outside(words[7], (0, model.limits.idle_percent)), ("R-07",)),
+    ConfigurationRule("CFG-09", "EDS Param7", "The motor current is outside its range.",
+        _bad_current, ("R-07",)),
+    ConfigurationRule("CFG-10", "EDS Assem110", "Word 5 or word 9 is not 0.",
+        lambda words, model, build: bool(words[5] or words[9]), ("R-05",)),
 )
+# fmt: on
 """Rules that a configuration of the SMD family must keep."""
 
 ANF2_RULES: tuple[ConfigurationRule, ...] = (

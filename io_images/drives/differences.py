@@ -65,6 +65,7 @@ MOVES = (
 _HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
 _INPUTS = StatusLsw.IN_CCW_LIMIT | StatusLsw.IN_CAPTURE | StatusLsw.IN_EXTERNAL | StatusLsw.IN_HOME
 
+# One row of the table is one row here; the formatter would spread each over many lines.
 # fmt: off
 DIFFERENCES: tuple[Difference, ...] = (
     # command word 0

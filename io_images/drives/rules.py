@@ -34,15 +34,16 @@ class DriveRule:
     reading: tuple[str, ...] = ()
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 ROWS: tuple[DriveRule, ...] = (
     # configuration mode
     *(
         DriveRule(row.id, row.section, row.text, StatusBit.CONFIG_ERROR, row.reading)
         for row in CONFIGURATION_RULES
     ),
-    DriveRule(
-        "CFG-20", "17 p. 82", "The unit has no valid configuration.", StatusBit.CONFIG_ERROR, ("R-09",)
-    ),
+    DriveRule("CFG-20", "17 p. 82", "The unit has no valid configuration.",
+        StatusBit.CONFIG_ERROR, ("R-09",)),
     DriveRule("CFG-21", "17 p. 82", "A configuration was written.", _POSITION),
     DriveRule("CFG-22", "SMD_Control_Server", "Configuration mode cuts a motion.", _POSITION, ("R-21",)),
     # commands
@@ -65,41 +66,23 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("CMD-17", "EDS", "The model has no such command.", _COMMAND),
     DriveRule("CMD-18", "SMD p. 38", "A segment is shorter than its ramps.", _COMMAND, ("R-20",)),
     DriveRule("CMD-19", "ANF2 README", "A limit is active: only a jog leaves it.", _COMMAND, ("R-39",)),
-    DriveRule(
-        "CMD-20", "3601", "The input of a registration move is active at its start.", _COMMAND, ("R-17",)
-    ),
+    DriveRule("CMD-20", "3601", "The input of a registration move is active at its start.",
+        _COMMAND, ("R-17",)),
     DriveRule("CMD-21", "SMD p. 13", "No input has the function home.", _COMMAND, ("R-43",)),
     # jogs
-    DriveRule(
-        "JOG-01", "17 p. 84", "New values of a jog are out of range.", StatusBit.INVALID_JOG_CHANGE, ("R-16",)
-    ),
+    DriveRule("JOG-01", "17 p. 84", "New values of a jog are out of range.",
+        StatusBit.INVALID_JOG_CHANGE, ("R-16",)),
     # inputs
     DriveRule("INP-01", "17 p. 82", "The emergency stop input is active.", _INPUT),
-    DriveRule(
-        "INP-02", "17 p. 82", "An end limit has become active in a move.", _INPUT | StatusBit.LIMIT_CONDITION
-    ),
+    DriveRule("INP-02", "17 p. 82", "An end limit has become active in a move.",
+        _INPUT | StatusBit.LIMIT_CONDITION),
     DriveRule("INP-03", "17 p. 82", "A move is commanded toward an active end limit.", _INPUT, ("R-39",)),
-    DriveRule(
-        "INP-04",
-        "17 p. 82",
-        "A home search has met an end limit that it can't leave.",
-        _INPUT | _POSITION,
-        ("R-19",),
-    ),
-    DriveRule(
-        "INP-05",
-        "17 p. 82, p. 84",
-        "The cable was lost and is back.",
-        _INPUT | StatusBit.CONNECTION_LOST,
-        ("R-22",),
-    ),
-    DriveRule(
-        "INP-06",
-        "ANF2 README",
-        "A home search has run out of its time.",
-        _INPUT | _POSITION,
-        ("R-44",),
-    ),
+    DriveRule("INP-04", "17 p. 82", "A home search has met an end limit that it can't leave.",
+        _INPUT | _POSITION, ("R-19",)),
+    DriveRule("INP-05", "17 p. 82, p. 84", "The cable was lost and is back.",
+        _INPUT | StatusBit.CONNECTION_LOST, ("R-22",)),
+    DriveRule("INP-06", "ANF2 README", "A home search has run out of its time.",
+        _INPUT | _POSITION, ("R-44",)),
     # what makes the position invalid
     DriveRule("POS-01", "17 p. 82", "The unit has powered up.", _POSITION, ("R-09",)),
     DriveRule("POS-02", "SMD p. 83", "A motion was cut by Immediate Stop.", _POSITION),
@@ -110,15 +93,11 @@ ROWS: tuple[DriveRule, ...] = (
     # the driver
     DriveRule("DRV-01", "17 p. 84", "The driver is too hot: its current is off.", StatusBit.DRIVER_FAULT),
     DriveRule("DRV-02", "SMD p. 59", "The driver was disabled in a motion.", _POSITION, ("R-33",)),
-    DriveRule(
-        "DRV-03",
-        "SD2 p. 42; 17 p. 82",
-        "The shaft does not follow the motor.",
-        StatusBit.STALL_DETECTED | _POSITION,
-        ("R-42",),
-    ),
+    DriveRule("DRV-03", "SD2 p. 42; 17 p. 82", "The shaft does not follow the motor.",
+        StatusBit.STALL_DETECTED | _POSITION, ("R-42",)),
     DriveRule("DRV-04", "17 p. 84", "A motion was cut by a fault of the driver.", _POSITION),
 )
+# fmt: on
 
 RULES: Mapping[str, DriveRule] = {row.id: row for row in ROWS}
 """The rules by number."""

@@ -109,7 +109,7 @@ class ListedTag:
 
 
 def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
-    """Return the part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`; "" for all of it.
+    """Return the part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`; "" for the whole tag.
 
     If several elements or members contain the bytes, the part is their array or structure.
 

@@ -96,7 +96,7 @@ MAP: tuple[Row, ...] = (
     Row(Register.MAX_SPEED, 7, 1, 1, 50_000, 5000, "Maximum Speed, steps/s", "M", locked=True),
     Row(Register.JOG_SPEED, 8, 1, 1, 50_000, 5000, "Jog Speed, steps/s", "J", locked=True),
     Row(Register.DIRECTION, 9, 1, 0, 1, 1, "Direction (CW = 1, CCW = 0)", "+ -", locked=True),
-    Row(Register.ADDRESS, 10, 1, 1, 99, 1, "Device Address", "~ %", kept=True),  # ~ takes 0, too
+    Row(Register.ADDRESS, 10, 1, 1, 99, 1, "Device Address", "~ %", kept=True),  # ~ also takes 0
     Row(Register.ANALOG_ENABLE, 11, 1, 0, 1, 0, "Analog Enable", ": ;"),  # writes both, reads either
     Row(Register.MOTOR_CURRENT, 12, 1, 0, 1, 1, "Motor Current Enabled", "T"),
     Row(Register.POSITION, 13, 2, -_FAR, _FAR, 0, "Current Position", "Z", locked=True),

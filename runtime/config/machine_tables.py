@@ -1,6 +1,6 @@
 """The machine in a rack file: tables that become a `MachineSpec`.
 
-Names, types and meanings are those of `runtime.machine.spec`. Only parts with times have
+Names, types and meanings are as in `runtime.machine.spec`. Only parts with times have
 their own tables: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
 """
 

@@ -317,7 +317,7 @@ class InjectedFaultSpec(Table):
 
 
 KEPT_TRACES = 3
-"""Number of earlier recordings to keep, unless the rack file sets it."""
+"""Number of earlier traces to keep, unless the rack file sets it."""
 
 
 class RackSpec(Table):
@@ -343,7 +343,7 @@ class RackSpec(Table):
         fuzz: settings of `scanrack fuzz`.
         export: how a program that is an export begins.
         server: what clients of a tag server see and may write.
-        seed: seed of random numbers, such as those of slips.
+        seed: seed of random numbers, for example of slips.
         mode: position of the CPU's key at power-up.
         modules: your own modules by name: a Python file, with the name of its ModuleRecord unless that is
             RECORD: "blinker.py:OTHER".

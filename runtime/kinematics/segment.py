@@ -10,7 +10,7 @@ With u = t - start_ns and nothing but integers:
 
 Any fraction that a profile's arithmetic yields is in the coefficients exactly.
 A step is made when travel reaches it. Because floor(n/q) >= m says the same as
-n >= m*q, the instant of a step is found exactly, too, without a fraction.
+n >= m*q, the instant of a step is also found exactly, without a fraction.
 """
 
 from __future__ import annotations

@@ -130,7 +130,7 @@ class LiveLine(Line):
         while not self._over.is_set():
             try:
                 self._listen()
-            except Exception as error:  # an unexpected error, too, must not end the thread silently
+            except Exception as error:  # not even an unexpected error may end the thread silently
                 self._lose(error)
 
     def _listen(self) -> None:

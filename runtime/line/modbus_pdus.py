@@ -59,7 +59,7 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Whether the bytes are exactly those of the PDU, with the right counts."""
+    """Whether the bytes are exactly the bytes of the PDU, with the right counts."""
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
@@ -102,7 +102,7 @@ def number_of(bits: Sequence[bool]) -> int:
 
 # --- requests
 
-REQUESTS = GuardedDecoder(True)
+REQUESTS, _REPLIES = GuardedDecoder(True), GuardedDecoder(False)
 
 
 def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
@@ -142,6 +142,25 @@ def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> Mo
 def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
     """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
     return encoded(carried_out(request, carry_out))
+
+
+def reply_with(request: ModbusPDU, values: Sequence[Any]) -> ModbusPDU:
+    """Return the reply to a read, with its bits or registers."""
+    name = "bits" if request.function_code in _BITS_READ else "registers"
+    return _reply_class(request)(**{name: values})
+
+
+def reply_to_write(request: ModbusPDU) -> ModbusPDU:
+    """Return the reply to a write: address and count of several values, or else the request again."""
+    if request.function_code in _SEVERAL_WRITTEN:
+        return _reply_class(request)(address=request.address, count=request.count)
+    return request
+
+
+def _reply_class(request: ModbusPDU) -> Callable[..., ModbusPDU]:
+    kind = _REPLIES.lookupPduClass(bytes((0, request.function_code)))
+    assert kind is not None
+    return kind
 
 
 # --- answers

@@ -48,7 +48,7 @@ ANSWERS.register(Pcl601Identity)
 
 
 def is_answer(request: ModbusPDU, answer: ModbusPDU) -> bool:
-    """Whether a normal answer matches the request; the data of the answer to 11h contain the unit, too."""
+    """Whether a normal answer matches the request; the data of the answer to 11h also contain the unit."""
     if isinstance(answer, Pcl601Identity) and answer.identifier[:1] != bytes((request.dev_id,)):
         return False
     return not mismatch(request, answer)

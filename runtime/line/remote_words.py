@@ -18,11 +18,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from pymodbus.pdu import ModbusPDU
-from pymodbus.pdu import register_message as words
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
 from scanrack.io_images.image import WORDS
 
-from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, answer_to, request_of
+from . import modbus_pdus as pdus
 
 COUNT_LIMIT = 0xFFFF
 READ_HOLDING, READ_INPUTS, WRITE_ONE, WRITE_SEVERAL, WRITE_AND_READ = 0x03, 0x04, 0x06, 0x10, 0x17
@@ -59,34 +58,28 @@ class RemoteWords:
         Args:
             pdu: function code and data, at least one byte.
         """
-        request = request_of(pdu, FUNCTIONS)
-        return answer_to(request, lambda command: self._carry_out(now_ns, command))
+        request = pdus.request_of(pdu, FUNCTIONS)
+        return pdus.answer_to(request, lambda command: self._carry_out(now_ns, command))
 
     def _carry_out(self, now_ns: int, request: ModbusPDU) -> ModbusPDU:
-        if request.function_code == READ_HOLDING:
-            read = self._read(now_ns, self.outputs, request.address, request.count)
-            return words.ReadHoldingRegistersResponse(registers=read)
-        if request.function_code == READ_INPUTS:
-            read = self._read(now_ns, [], request.address, request.count)
-            return words.ReadInputRegistersResponse(registers=read)
         if isinstance(request, ReadWriteMultipleRegistersRequest):
             span = request.read_address, request.read_count
             self._read(now_ns, self.outputs, *span)  # refused as a whole, or not at all
             self._write(now_ns, request.write_address, request.write_registers)
-            read = self._read(now_ns, self.outputs, *span)
-            return words.ReadWriteMultipleRegistersResponse(registers=read)
+            return pdus.reply_with(request, self._read(now_ns, self.outputs, *span))
+        if request.function_code in (READ_HOLDING, READ_INPUTS):
+            outputs = self.outputs if request.function_code == READ_HOLDING else []
+            return pdus.reply_with(request, self._read(now_ns, outputs, request.address, request.count))
         self._write(now_ns, request.address, request.registers)
-        if request.function_code == WRITE_ONE:
-            return request  # the reply repeats it
-        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
+        return pdus.reply_to_write(request)
 
     def _write(self, now_ns: int, first: int, values: Sequence[int]) -> None:
         if first + len(values) > len(self.outputs):
-            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+            raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         torn = len(values) < len(self.outputs)
         self.torn += torn
         if torn and self._whole:
-            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+            raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         self.outputs[first : first + len(values)] = values
         self.exchanges += 1
         self.heard_ns = now_ns
@@ -95,7 +88,7 @@ class RemoteWords:
         """Return registers: output words, input words, and the counts and age that follow them."""
         block = [*outputs, *self._inputs(), *self._facts(now_ns)]
         if first + count > len(block):
-            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+            raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         return block[first : first + count]
 
     def _facts(self, now_ns: int) -> tuple[int, int, int]:

@@ -127,7 +127,7 @@ class Framer:
         """Yield the complete frames; keep what may be the beginning of another one.
 
         Args:
-            final: a silence has passed, so look for frames after an unlikely beginning, too.
+            final: a silence has passed, so also look for frames after an unlikely beginning.
         """
         buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):

@@ -1,4 +1,4 @@
-"""The scan loop: CPU, phases, rack and exchange, forces, listeners, incidents, and the wall clock.
+"""The scan loop: CPU, phases, rack and exchange, forces, listeners, injected faults, and the wall clock.
 
 | file | contents |
 |---|---|

@@ -165,7 +165,7 @@ class Patience:
         self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:
-        """Adapt to a block of which `used` scans were run."""
+        """Adapt to a block whose first `used` scans were run."""
         if used == count:
             self.wait = 1
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)

@@ -144,10 +144,10 @@ class EndOfScan(Exchange):
 
 
 class RecordedAtRpi(EndOfScan):
-    """Inputs of a recording, which are in force from scan to scan, at the exchanges of an `EveryRpi`.
+    """Inputs of a trace, which are in force from scan to scan, at the exchanges of an `EveryRpi`.
 
     Args:
-        rpi_ns: interval between the exchanges of the recording.
+        rpi_ns: interval between the exchanges of the trace.
     """
 
     __slots__ = ("_next_ns", "_rpi_ns")

@@ -1,4 +1,4 @@
-"""A module exposed to incidents: loss of power or link, torn updates."""
+"""A module with injected faults: loss of power or link, torn updates."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Conditions(Protocol):
 
 
 class ExposedModule(Module):
-    """A module with scheduled incidents; satisfies `runtime.loop.module.Module`.
+    """A module with scheduled faults; satisfies `runtime.loop.module.Module`.
 
     Args:
         conditions: conditions of the module, if they can be set.
@@ -95,7 +95,7 @@ class ExposedModule(Module):
         self._torn = Image()
 
     def happen(self, incident: InjectedFault) -> None:
-        """Add an incident, not earlier than the last `update`.
+        """Add a fault that begins not earlier than the last `update`.
 
         Raises:
             ValueError: the module does not support it.
@@ -248,7 +248,7 @@ def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
 
 
 def fault_event(at_ns: int, kind: FaultKind, *, begins: bool, state: str = "") -> Event:
-    """Return the event of an incident that begins or ends."""
+    """Return the event of a fault that begins or ends."""
     if kind is FaultKind.CONDITION:
         text = f"Around the module: {state}."
         return Event(at_ns, "stimulus", kind.value, text, {"begins": begins, "state": state})

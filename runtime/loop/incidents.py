@@ -21,7 +21,7 @@ from .module_fault import ModuleFault
 
 
 class FaultKind(Enum):
-    """Kind of an incident."""
+    """Kind of an injected fault."""
 
     POWER_CYCLE = "power-cycle"
     """The module's power goes and returns at once."""
@@ -73,7 +73,7 @@ LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
 
 @dataclass(frozen=True, slots=True)
 class InjectedFault:
-    """One incident.
+    """One injected fault.
 
     Attributes:
         at_ns: its start, ns since power-up.

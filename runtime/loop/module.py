@@ -22,7 +22,7 @@ if (
     from numpy.typing import NDArray
 
     Words: TypeAlias = Mapping[int, NDArray[np.int64]]
-    """Input words by their index, 0 to 7: their values at many instants, of which the low 16 bits count."""
+    """Input words by their index, 0 to 7: their values at many instants; the low 16 bits count."""
 
 
 class Module(Protocol):

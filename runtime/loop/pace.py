@@ -48,7 +48,7 @@ SPIN_MAX_NS = 200_000
 
 
 BEAT_NS = 100_000_000
-"""A recording is written toward the disk within this time of the wall clock."""
+"""A trace is written toward the disk within this time of the wall clock."""
 
 
 def _nothing() -> None: ...
@@ -363,7 +363,7 @@ def _in_debugger(frame: FrameType | None) -> bool:
 
 
 def _traced_by_debugger() -> bool:
-    """Return whether a debugger traces this thread; coverage tools set a trace function, too."""
+    """Return whether a debugger traces this thread; coverage tools also set a trace function."""
     return _of_debugger(getattr(sys.gettrace(), "__module__", None))
 
 

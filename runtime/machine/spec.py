@@ -346,7 +346,9 @@ class MachineSpec:
     """All parts of a machine. Without parts it is a motor on a bench with unwired inputs."""
 
     switches: tuple[Switch, ...] = ()
-    timeline: tuple[TimelineEntry, ...] = ()  # actions of people; those of one instant in the given order
+    timeline: tuple[
+        TimelineEntry, ...
+    ] = ()  # actions of people; actions at one instant happen in the given order
     encoder: EncoderSpec | None = None
     slips: tuple[Slip, ...] = ()
     jams: tuple[Jam, ...] = ()

@@ -7,7 +7,7 @@ Any class that satisfies `loop.module.Module` is a module. To add one:
 2. a line in `registry.OWN`;
 3. its folder in `packages` of pyproject.toml.
 
-Rack files, addresses, recording, `show`, `query`, `drive`, `fuzz` and the bench read the record.
+Rack files, addresses, traces, `show`, `query`, `drive`, `fuzz` and the bench read the record.
 Modules depend on controllers, lines, machines and the module contract of the loop, but not on the CPU, rack
 files or recordings.
 """

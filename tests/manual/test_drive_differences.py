@@ -39,13 +39,13 @@ class Plain3601:
         return {str(bit.name) for bit in StatusMsw if self.inputs[0] & bit}
 
 
-def names(words, image: str, word: int, mask: int) -> set[str]:
-    return {name for name, bit in words.bits(image, word) if mask >> bit & 1}
+def names(words, place: tuple[str, int], mask: int) -> set[str]:
+    return {name for name, bit in words.bits(*place) if mask >> bit & 1}
 
 
 @pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.id)
 def test_the_bits_of_a_row_have_its_names_on_a_3601(row):
-    assert set(row.names(0xFFFF).split(", ")) <= names(WORDS_3601, *row.place, row.bits)
+    assert set(row.names(0xFFFF).split(", ")) <= names(WORDS_3601, row.place, row.bits)
 
 
 SAME_NAME = {"D-01", "D-06", "D-07", "D-20", "D-23", "D-24"}
@@ -58,7 +58,7 @@ SAME_NAME = {"D-01", "D-06", "D-07", "D-20", "D-23", "D-24"}
 def test_the_bits_of_a_row_have_another_name_on_the_drive_or_none(row):
     for layout in row.layouts:
         model = SMD if layout is Layout.SMD else ANF2
-        ours = names(model.words, *row.place, row.bits)
+        ours = names(model.words, row.place, row.bits)
         assert not ours & set(row.names(0xFFFF).split(", ")), model.name
         named = [name for name in ours if name in row.on_drive or name in row.write]
         assert named == list(ours) or row.place != ("I", 0), ours

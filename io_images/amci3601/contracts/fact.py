@@ -34,7 +34,7 @@ Truth = TypeVar("Truth")
 
 
 class Side(Enum):
-    """One of the images that a fact is about."""
+    """An image that a fact is about."""
 
     WAS = "was"
     NOW = "now"

@@ -1,6 +1,6 @@
 """The cause of each status bit of a 3601: a row per bit, with the manual's rules about it.
 
-The rules say when a bit is set and cleared. A row says where a question continues: at a terminal, the
+The rules state when a bit is set and cleared. A row names the next cause to look at: a terminal, the
 commands whose motion the bit is about, the configuration, or the errors of chapter 6, whose rule is recorded.
 """
 

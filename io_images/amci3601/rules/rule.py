@@ -67,7 +67,7 @@ class Rule:
     Attributes:
         id: prefix and number, e.g. "CMD-03"; rows of a chapter 6 list have the list's numbers.
         section: of the manual.
-        event: the text in recordings when the rule applies; it never changes.
+        event: the text in traces when the rule applies; it never changes.
         sets: status bits that the rule sets; of MOVING_CW and MOVING_CCW, and of ACCELERATING and
             DECELERATING, the applicable one. A row of a chapter 6 list sets only the bit of its list.
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
@@ -79,7 +79,7 @@ class Rule:
         firmware_until: the first version without the rule; None if there is none.
         untestable_because: why no image can show whether the rule holds; "" if one can.
         reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
-        says: a better text than `event`, for use outside of recordings; "" to use `event`.
+        says: a better text than `event`, for use outside of traces; "" to use `event`.
     """
 
     id: str
@@ -98,7 +98,7 @@ class Rule:
 
     @property
     def text(self) -> str:
-        """What the rule says, for the user of a module; for a fault, what was done wrong.
+        """The rule as a text for the user of a module; for a fault, what was done wrong.
 
         >>> Rule("CFG-02", "chapter 3", "The configuration has no limit.", says="No limit is set.").text
         'No limit is set.'

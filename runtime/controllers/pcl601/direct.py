@@ -74,7 +74,7 @@ class Direct:
         elif character == END:
             line, self._line = self._line.decode("latin-1"), None
             return self._hear(line)
-        elif len(self._line) + 1 >= BUFFER_MAX:  # @ is in the buffer, too
+        elif len(self._line) + 1 >= BUFFER_MAX:  # @ is also in the buffer
             self._line = None
             self._controller.report(Error.RECEIVE_OVERFLOW)
         else:

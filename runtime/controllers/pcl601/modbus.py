@@ -20,8 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from pymodbus.pdu import ModbusPDU
-from pymodbus.pdu import bit_message as bits
-from pymodbus.pdu import register_message as words
 from scanrack.io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, Row, with_word
 from scanrack.io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 
@@ -33,6 +31,8 @@ from ...line.modbus_pdus import (
     answer_to,
     bits_of,
     number_of,
+    reply_to_write,
+    reply_with,
     request_of,
 )
 from ...line.pcl601_pdus import Pcl601Identity
@@ -52,8 +52,8 @@ class Modbus:
             0x02: self._read_inputs,
             0x03: self._read_registers,
             0x04: self._read_input_register,
-            0x05: self._write_output,
-            0x06: self._write_register,
+            0x05: self._write_outputs,
+            0x06: self._write_registers,
             0x0F: self._write_outputs,
             0x10: self._write_registers,
             0x11: self._report_id,
@@ -70,35 +70,30 @@ class Modbus:
 
     def _read_outputs(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, OUTPUT_BITS)
-        return bits.ReadCoilsResponse(bits=_bits_read(self._controller.output_pins, request))
+        return _bits_reply(request, self._controller.output_pins)
 
     def _read_inputs(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, INPUT_COUNT)
-        return bits.ReadDiscreteInputsResponse(bits=_bits_read(self._controller.inputs.active(), request))
+        return _bits_reply(request, self._controller.inputs.active())
 
     def _read_registers(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, WORD_COUNT)
         values = self._controller.read()
         places = PLACES[request.address : request.address + request.count]
-        read = [values[register] >> shift & 0xFFFF for register, shift in places]
-        return words.ReadHoldingRegistersResponse(registers=read)
+        return reply_with(request, [values[register] >> shift & 0xFFFF for register, shift in places])
 
     def _read_input_register(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, 1)
-        return words.ReadInputRegistersResponse(registers=[self._controller.inputs.active()])
+        return reply_with(request, [self._controller.inputs.active()])
 
     def _report_id(self, _request: ModbusPDU) -> ModbusPDU:
         return Pcl601Identity(bytes((self._controller.values[Register.ADDRESS],)) + FIRMWARE.encode())
 
     # writing
 
-    def _write_output(self, request: ModbusPDU) -> ModbusPDU:
-        self._set_outputs(request.address, request.bits)
-        return request  # the reply repeats it
-
     def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
         self._set_outputs(request.address, request.bits)
-        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
+        return reply_to_write(request)
 
     def _set_outputs(self, first: int, values: Sequence[bool]) -> None:
         if first + len(values) > OUTPUT_COUNT:
@@ -106,13 +101,9 @@ class Modbus:
         self._not_while_program_runs()
         self._controller.set_outputs(number_of(values) << first, (1 << len(values)) - 1 << first)
 
-    def _write_register(self, request: ModbusPDU) -> ModbusPDU:
-        self._write_words(request.address, request.registers)
-        return request
-
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
         self._write_words(request.address, request.registers)
-        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
+        return reply_to_write(request)
 
     def _write_words(self, first: int, values: Sequence[int]) -> None:
         """Check all values, then store all; carry out a command last."""
@@ -166,5 +157,6 @@ def _check_span(request: ModbusPDU, size: int) -> None:
         raise ModbusRefusedError(ILLEGAL_ADDRESS)
 
 
-def _bits_read(number: int, request: ModbusPDU) -> list[bool]:
-    return bits_of(number >> request.address, request.count)
+def _bits_reply(request: ModbusPDU, number: int) -> ModbusPDU:
+    """Return the reply with bits of a number."""
+    return reply_with(request, bits_of(number >> request.address, request.count))

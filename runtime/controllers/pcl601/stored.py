@@ -1,6 +1,6 @@
 """The controller as a stored program sees it: the interface of its instructions.
 
-`program/` has the virtual machine that runs a program. It knows this interface, and nothing of motion:
+`program/` has the virtual machine that runs a program. It uses only this interface:
 
     code 12, autorun at power-up     controller calls runner.start(now_ns)
     code 5, ".", reset               controller calls runner.stop()

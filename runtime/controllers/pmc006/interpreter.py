@@ -8,8 +8,8 @@ grid; while the condition is false, nothing is due.
     ms      0    1    2    3    4 ...          n    n+1
 
 After the last line the program ends; the motor continues. The reset key stays
-bound ("done once in the program to take effect globally" [5.1.2.7]): it stops the
-motor then, too, and the program continues at the key's line.
+bound ("done once in the program to take effect globally" [5.1.2.7]): it also stops
+the motor then, and the program continues at the key's line.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class Memory:
         return self._values[name]
 
     def __setitem__(self, name: str, value: int) -> None:
-        """Set a parameter; write it to the EEPROM at once if it is one that is always kept there."""
+        """Set a parameter; write it to the EEPROM at once if it is always kept there."""
         self._values[name] = value
         if BY_NAME[name].keeping is ParameterStorage.EEPROM:
             self._eeprom[name] = value

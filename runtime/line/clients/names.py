@@ -1,4 +1,4 @@
-"""Values by name: the names that a client knows, and their allowed values."""
+"""The names and allowed values that a client accepts."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
     image position = offset + counter - steps by which the counter was set without motion
 
-A preset moves the offset only. Positions are those of the latest read; direction and
+A preset moves the offset only. Positions are from the latest read; direction and
 ramp follow a command from its acceptance, by the profile that the controller
 is known to run.
 """
@@ -63,7 +63,7 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def task(self) -> Task[Drive] | None:
-        """The motion as the command layer knows it, until a reply shows that it has ended."""
+        """The motion that the command layer sees, until a reply shows that it has ended."""
         return next((task for task in self._tasks if task.shown), None)
 
     @property

@@ -65,8 +65,8 @@ class Capabilities:
 
     Attributes:
         homing: the part of `Axis.home`, for every kind of homing.
-        shared_limit: the end limits share one input: both active means that one of them is, side unknown.
-        home_is_ccw_limit: the home switch is the CCW limit, too: active, it blocks CCW motion only.
+        shared_limit: the end limits share one input: both bits on means an active limit on an unknown side.
+        home_is_ccw_limit: the home switch is also the CCW limit; an active switch blocks CCW motion only.
     """
 
     homing = AxisHoming.NONE

@@ -1,8 +1,8 @@
 """The interface between the command layer and an axis.
 
-The command layer knows the manual's rules (edges, ranges, which error, what is still
-allowed); an axis makes steps: the simulated step generator here, a controller behind a
-serial line elsewhere. The layer does not know which.
+The command layer applies the manual's rules (edges, ranges, errors, allowed commands). An axis
+makes steps: the simulated step generator here, a controller on a serial line in an adapter.
+The layer works with either.
 """
 
 from __future__ import annotations

@@ -171,7 +171,7 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
     """Store the minimum registration distance on the rise of LSW bit 10; refuse it with a command.
 
-    The error locks the command out, too. Several rising bits are checked first (reading A-93).
+    The error also locks the command out. Several rising bits are checked first (reading A-93).
     """
     several = command.many_bits and command.msw & ~previous.msw & COMMAND_BITS
     risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)

@@ -77,7 +77,7 @@ class Latches:
         """Set the bits of a rule and of the rules with the same cause, and record the rows; return the bits.
 
         This is how a rule sets bits; `note` records a rule that sets none, `show` bits that no rule sets.
-        A recording has the id of a rule, and its `event` as text.
+        A trace has the id of a rule, and its `event` as text.
 
         Args:
             alone: fire without the rows that usually fire together with it.

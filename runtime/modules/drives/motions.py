@@ -273,7 +273,7 @@ class HomeSearch(DriveMotion):
 
     def __init__(self, layer: MotionHost, now_ns: int, heading: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
-        # a search uses only what a drive has, too: axis, options, state, finish and abort_homing
+        # a search uses only members that a drive also has: axis, options, state, finish and abort_homing
         self._search = Homing(cast(Host, layer), now_ns, heading, profile)
         configuration = layer.state.configuration
         most_s = configuration.homing_timeout_s if configuration is not None else 0

@@ -10,13 +10,12 @@ refused as a whole: 1 for another function, 2 for an address without a register,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import TypeVar
 
 from pymodbus.pdu import ModbusPDU
-from pymodbus.pdu import bit_message as bits
-from pymodbus.pdu import register_message as words
+from pymodbus.pdu.register_message import MaskWriteRegisterRequest, ReadWriteMultipleRegistersRequest
 from scanrack.io_images.drives.models import WORDS
 
 from ...line.modbus_pdus import (
@@ -25,6 +24,8 @@ from ...line.modbus_pdus import (
     answer_to,
     bits_of,
     number_of,
+    reply_to_write,
+    reply_with,
     request_of,
 )
 from .drive import DriveUnit
@@ -50,26 +51,22 @@ class DriveRegisters:
 
     def __init__(self, axes: Sequence[DriveUnit]) -> None:
         self.axes = axes
-        self._functions: dict[int, Callable[[ModbusPDU], ModbusPDU]] = {
-            1: self._read_coils,
-            2: self._read_discrete,
-            3: self._read_holding,
-            4: self._read_input,
-            5: self._write_coil,
-            6: self._write_register,
-            15: self._write_coils,
-            16: self._write_registers,
-            22: self._mask_write,
-            23: self._write_and_read,
-        }
-        self._decoded = lru_cache(REQUESTS_KEPT)(partial(request_of, functions=self._functions))
+        self._decoded = lru_cache(REQUESTS_KEPT)(partial(request_of, functions=(*READS, *WRITES, 23)))
 
     def answer(self, request: bytes) -> bytes:
         """Carry out a request (function code and data); return the answer or exception."""
         return answer_to(self._decoded(request), self._carry_out)
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
-        return self._functions[request.function_code](request)
+        function = request.function_code
+        if function in READS:
+            return reply_with(request, READS[function](self, request.address, request.count))
+        if isinstance(request, ReadWriteMultipleRegistersRequest):
+            before = self._holding(request.read_address, request.read_count)
+            self._write(request.write_address, request.write_registers)
+            return reply_with(request, before)
+        WRITES[function](self, request)
+        return reply_to_write(request)
 
     # reading
 
@@ -82,6 +79,12 @@ class DriveRegisters:
             words += axis.words
         return words
 
+    def _coils(self, first: int, count: int) -> list[bool]:
+        return _part(_bits(self._outputs()), first - COILS, count)
+
+    def _discrete(self, first: int, count: int) -> list[bool]:
+        return _part(_bits(self._inputs()), first, count)
+
     def _holding(self, first: int, count: int) -> list[int]:
         return (
             _part(self._outputs(), first - OUTPUTS, count) if first >= OUTPUTS else self._input(first, count)
@@ -89,21 +92,6 @@ class DriveRegisters:
 
     def _input(self, first: int, count: int) -> list[int]:
         return _part(self._inputs(), first, count)
-
-    def _read_coils(self, request: ModbusPDU) -> ModbusPDU:
-        coils = _part(_bits(self._outputs()), request.address - COILS, request.count)
-        return bits.ReadCoilsResponse(bits=coils)
-
-    def _read_discrete(self, request: ModbusPDU) -> ModbusPDU:
-        return bits.ReadDiscreteInputsResponse(
-            bits=_part(_bits(self._inputs()), request.address, request.count)
-        )
-
-    def _read_holding(self, request: ModbusPDU) -> ModbusPDU:
-        return words.ReadHoldingRegistersResponse(registers=self._holding(request.address, request.count))
-
-    def _read_input(self, request: ModbusPDU) -> ModbusPDU:
-        return words.ReadInputRegistersResponse(registers=self._input(request.address, request.count))
 
     # writing
 
@@ -115,40 +103,36 @@ class DriveRegisters:
         for number, axis in enumerate(self.axes):
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
 
-    def _write_bits(self, first: int, values: Sequence[bool]) -> None:
-        outputs, at = _bits(self._outputs()), first - COILS
+    def _write_bits(self, request: ModbusPDU) -> None:
+        outputs, at, values = _bits(self._outputs()), request.address - COILS, request.bits
         _part(outputs, at, len(values))
         outputs[at : at + len(values)] = values
         self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 
-    def _write_coil(self, request: ModbusPDU) -> ModbusPDU:
-        self._write_bits(request.address, request.bits)
-        return bits.WriteSingleCoilResponse(address=request.address, bits=request.bits)
-
-    def _write_coils(self, request: ModbusPDU) -> ModbusPDU:
-        self._write_bits(request.address, request.bits)
-        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
-
-    def _write_register(self, request: ModbusPDU) -> ModbusPDU:
+    def _write_registers(self, request: ModbusPDU) -> None:
         self._write(request.address, request.registers)
-        return words.WriteSingleRegisterResponse(address=request.address, registers=request.registers)
 
-    def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
-        self._write(request.address, request.registers)
-        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
-
-    def _mask_write(self, request: ModbusPDU) -> ModbusPDU:
-        assert isinstance(request, words.MaskWriteRegisterRequest)
+    def _mask_write(self, request: ModbusPDU) -> None:
+        assert isinstance(request, MaskWriteRegisterRequest)
         kept, added = request.and_mask, request.or_mask
         (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
         self._write(request.address, [word & kept | added & ~kept & 0xFFFF])
-        return words.MaskWriteRegisterResponse(address=request.address, and_mask=kept, or_mask=added)
 
-    def _write_and_read(self, request: ModbusPDU) -> ModbusPDU:
-        assert isinstance(request, words.ReadWriteMultipleRegistersRequest)
-        before = self._holding(request.read_address, request.read_count)
-        self._write(request.write_address, request.write_registers)
-        return words.ReadWriteMultipleRegistersResponse(registers=before)
+
+READS: Mapping[int, Callable[[DriveRegisters, int, int], Sequence[int]]] = {
+    1: DriveRegisters._coils,
+    2: DriveRegisters._discrete,
+    3: DriveRegisters._holding,
+    4: DriveRegisters._input,
+}
+WRITES: Mapping[int, Callable[[DriveRegisters, ModbusPDU], None]] = {
+    5: DriveRegisters._write_bits,
+    6: DriveRegisters._write_registers,
+    15: DriveRegisters._write_bits,
+    16: DriveRegisters._write_registers,
+    22: DriveRegisters._mask_write,
+}
+"""The functions by code, apart from 23, which writes and reads."""
 
 
 def _bits(registers: Sequence[int]) -> list[bool]:

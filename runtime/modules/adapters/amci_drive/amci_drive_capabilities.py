@@ -36,30 +36,22 @@ def _not_wired(configuration: Configuration, options: AmciDriveOptions) -> bool:
     return options.unwired == "reject" and bool(configuration.inputs_used & ~(first | second))
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[AmciDriveOptions], ...] = (
-    ConfigurationRow(
-        "inputs",
-        _not_wired,
-        "the drive has two inputs, options in1 and in2; option unwired = inactive takes others as inactive",
-    ),
-    ConfigurationRow(
-        "one input twice",
-        lambda _, options: options.wired[0] == options.wired[1] != 0,
-        "options in1 and in2 are the same, and the drive has no two inputs of one function",
-    ),
-    ConfigurationRow(
-        "encoder",
+    ConfigurationRow("inputs", _not_wired,
+        "the drive has two inputs, options in1 and in2; option unwired = inactive takes others as inactive"),
+    ConfigurationRow("one input twice", lambda _, options: options.wired[0] == options.wired[1] != 0,
+        "options in1 and in2 are the same, and the drive has no two inputs of one function"),
+    ConfigurationRow("encoder",
         lambda configuration, options: configuration.quadrature_encoder and options.counts_per_turn == 0,
-        "option counts_per_turn is 0: the drive has no encoder",
-    ),
-    ConfigurationRow(
-        "backplane home proximity",
-        lambda configuration, _: configuration.backplane_proximity,
-        "the adapter passes no home proximity to the drive",
-    ),
+        "option counts_per_turn is 0: the drive has no encoder"),
+    ConfigurationRow("backplane home proximity", lambda configuration, _: configuration.backplane_proximity,
+        "the adapter passes no home proximity to the drive"),
     no_feedback("drive"),
     no_marker("drive"),
 )
+# fmt: on
 
 
 def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
@@ -95,54 +87,27 @@ def _curved_blend(request: AxisRequest, options: AmciDriveOptions) -> bool:
     return bool(odd or words[5] & 0x4000)
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 COMMAND_ROWS: tuple[CommandRow[AmciDriveOptions], ...] = (
-    CommandRow(
-        Feature.ENCODER_MOVE,
-        "encoder move",
-        unless(encoder_move="polled"),
-        PROFILE,
-        "the adapter ends no move by the encoder; option encoder_move = polled stops when it is read",
-    ),
+    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless(encoder_move="polled"), PROFILE,
+        "the adapter ends no move by the encoder; option encoder_move = polled stops when it is read"),
     no_follower("drive"),
-    CommandRow(
-        Feature.HOME,
-        "home input",
+    CommandRow(Feature.HOME, "home input",
         lambda request, options: HOME not in options.wired or not request.configuration.inputs_used & HOME,
-        HOMING,
-        "the drive homes to an input with the function home only",
-    ),
-    CommandRow(
-        TIMED, "speed", _too_slow, PROFILE, "no motion of the drive is slower than its starting speed"
-    ),
-    CommandRow(
-        Feature.BLEND,
-        "S-curve in a blend move",
-        _curved_blend,
-        BLOCK,
-        "the drive's jerk makes ramps of another length, and segments would not fit",
-    ),
-    CommandRow(
-        Feature.REGISTRATION,
-        "S-curve in a registration move",
-        _registers_with_jerk,
-        PROFILE,
-        "a registration move of the drive has no jerk: its word is the minimum distance",
-    ),
-    CommandRow(
-        RAMPED,
-        "S-curve",
-        _no_jerk,
-        PROFILE,
-        "no jerk of the drive makes this S-curve; option strict rejects a gentler one",
-    ),
-    CommandRow(
-        Feature.MOVE,
-        "distance",
-        lambda request, _: abs(request.distance) > TARGET_MAX,
-        PROFILE,
-        f"the drive moves by up to {TARGET_MAX} steps",
-    ),
+        HOMING, "the drive homes to an input with the function home only"),
+    CommandRow(TIMED, "speed", _too_slow, PROFILE,
+        "no motion of the drive is slower than its starting speed"),
+    CommandRow(Feature.BLEND, "S-curve in a blend move", _curved_blend, BLOCK,
+        "the drive's jerk makes ramps of another length, and segments would not fit"),
+    CommandRow(Feature.REGISTRATION, "S-curve in a registration move", _registers_with_jerk, PROFILE,
+        "a registration move of the drive has no jerk: its word is the minimum distance"),
+    CommandRow(RAMPED, "S-curve", _no_jerk, PROFILE,
+        "no jerk of the drive makes this S-curve; option strict rejects a gentler one"),
+    CommandRow(Feature.MOVE, "distance", lambda request, _: abs(request.distance) > TARGET_MAX, PROFILE,
+        f"the drive moves by up to {TARGET_MAX} steps"),
 )
+# fmt: on
 
 SUBSTITUTION_ROWS: tuple[SubstitutionRow[AmciDriveOptions], ...] = (
     SubstitutionRow(

@@ -36,55 +36,41 @@ LATE_S = Fraction(3, 100)
 """Longest delay of a polled ramp down, s."""
 
 
+def _captures(configuration: Configuration) -> bool:
+    return bool(configuration.inputs_used & InputBit.CAPTURE.value)
+
+
 def _used_low(configuration: Configuration, mask: int) -> bool:
     return bool(configuration.inputs_used & ~configuration.active_high & mask)
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
-    ConfigurationRow(
-        "starting speed",
-        lambda configuration, _: configuration.starting_speed > BASE_MAX,
-        f"the PCL601's base speed goes up to {BASE_MAX} steps/s",
-    ),
-    ConfigurationRow(
-        "capture input",
-        lambda configuration, options: (
-            bool(configuration.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject"
-        ),
-        "captures are polled, and option capture rejects that",
-    ),
-    ConfigurationRow(
-        "capture input",
-        lambda configuration, options: (
-            bool(configuration.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs"
-        ),
-        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures",
-    ),
-    ConfigurationRow(
-        "backplane home proximity",
+    ConfigurationRow("starting speed", lambda configuration, _: configuration.starting_speed > BASE_MAX,
+        f"the PCL601's base speed goes up to {BASE_MAX} steps/s"),
+    ConfigurationRow("capture input",
+        lambda configuration, options: _captures(configuration) and options.capture == "reject",
+        "captures are polled, and option capture rejects that"),
+    ConfigurationRow("capture input",
+        lambda configuration, options: _captures(configuration) and options.limit_sense == "inputs",
+        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures"),
+    ConfigurationRow("backplane home proximity",
         lambda configuration, options: configuration.backplane_proximity and options.proximity != "jumper",
-        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
-    ),
+        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits"),
     no_feedback("PCL601"),
-    ConfigurationRow(
-        "CW/CCW pulses",
-        lambda configuration, _: not configuration.step_and_direction,
-        "the PCL601 has clock and direction outputs",
-    ),
+    ConfigurationRow("CW/CCW pulses", lambda configuration, _: not configuration.step_and_direction,
+        "the PCL601 has clock and direction outputs"),
     no_marker("PCL601"),
-    ConfigurationRow(
-        "normally closed end limit",
-        lambda configuration, options: (
-            _used_low(configuration, EITHER_LIMIT) and options.limit_sense != "inputs"
-        ),
-        "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead",
-    ),
-    ConfigurationRow(
-        "normally closed home switch or emergency stop",
+    ConfigurationRow("normally closed end limit",
+        lambda configuration, options:
+            _used_low(configuration, EITHER_LIMIT) and options.limit_sense != "inputs",
+        "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead"),
+    ConfigurationRow("normally closed home switch or emergency stop",
         lambda configuration, _: _used_low(configuration, GROUNDED),
-        "home and emergency stop are wired to inputs that act when grounded",
-    ),
+        "home and emergency stop are wired to inputs that act when grounded"),
 )
+# fmt: on
 
 
 def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
@@ -108,8 +94,13 @@ def external_sets_mark(configuration: Configuration, options: Pcl601Options) -> 
 
 
 def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
-    """Whether the controller would count from an input below the minimum distance, too."""
+    """Whether the controller would also count from an input below the minimum distance."""
     return minimum > 0 and external_sets_mark(configuration, options)
+
+
+def _registers_too_early(request: AxisRequest, options: Pcl601Options) -> bool:
+    registers = request.feature is Feature.REGISTRATION
+    return registers and counts_too_early(request.configuration, request.minimum_registration, options)
 
 
 def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
@@ -126,58 +117,39 @@ def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
     return target * PICO < stop + late
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
-    CommandRow(
-        Feature.ENCODER_MOVE,
-        "encoder move",
-        unless(encoder_move="polled"),
-        PROFILE,
-        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
-    ),
+    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless(encoder_move="polled"), PROFILE,
+        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read"),
     no_follower("PCL601"),
     no_blend("PCL601"),
     no_speed_change("PCL601"),
     too_fast("PCL601", SPEED_MAX),
     CommandRow(TIMED, "speed", _one_step_per_second, PROFILE, "the PCL601's slowest motion is 2 steps/s"),
-    CommandRow(
-        RAMPED,
-        "different rates",
-        lambda request, options: options.strict and _rates_differ(request, options),
-        PROFILE,
-        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
-    ),
+    CommandRow(RAMPED, "different rates",
+        lambda request, options: options.strict and _rates_differ(request, options), PROFILE,
+        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both"),
     CommandRow(Feature.MOVE, "distance", _too_far, PROFILE, f"the PCL601 indexes by up to {STEPS_MAX} steps"),
-    CommandRow(
-        Feature.REGISTRATION,
-        "registration distance",
-        _too_short_to_stop,
-        PROFILE,
-        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)",
-    ),
+    CommandRow(Feature.REGISTRATION, "registration distance", _too_short_to_stop, PROFILE,
+        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)"),
 )
+# fmt: on
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
-    SubstitutionRow(
-        "different rates",
-        _rates_differ,
-        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer",
-    ),
-    SubstitutionRow(
-        "S-curve",
+    SubstitutionRow("different rates", _rates_differ,
+        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer"),
+    SubstitutionRow("S-curve",
         lambda request, _: has_ramps(request) and request.command.shape is not Shape.CONSTANT,
-        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
-    ),
-    SubstitutionRow(
-        "minimum registration distance",
-        lambda request, options: (
-            request.feature is Feature.REGISTRATION
-            and counts_too_early(request.configuration, request.minimum_registration, options)
-        ),
+        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long"),
+    SubstitutionRow("minimum registration distance", _registers_too_early,
         "input 2 would count from the external input at once: the move stops when the input counts, "
-        "and continues with the steps that are left; option registration = jumper does without the stop",
-    ),
+        "and continues with the steps that are left; option registration = jumper does without the stop"),
 )
+# fmt: on
 
 
 class Pcl601Capabilities(RowCapabilities[Pcl601Options]):

@@ -54,52 +54,34 @@ def _levels_of_ext1_differ(configuration: Configuration, options: Pmc006Options)
     return both and configuration.active_high & SHARED not in (0, SHARED)
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
-    ConfigurationRow(
-        "home_stroke",
-        lambda configuration, options: options.home_stroke is None,
-        "option home_stroke is missing: how far Find Home may go, in steps",
-    ),
-    ConfigurationRow(
-        "starting speed",
+    ConfigurationRow("home_stroke", lambda configuration, options: options.home_stroke is None,
+        "option home_stroke is missing: how far Find Home may go, in steps"),
+    ConfigurationRow("starting speed",
         lambda configuration, _: not START_MIN <= configuration.starting_speed <= START_MAX,
-        f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s",
-    ),
-    ConfigurationRow(
-        "capture input",
+        f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s"),
+    ConfigurationRow("capture input",
         lambda configuration, options: _uses(configuration, InputBit.CAPTURE) and options.capture != "fset",
-        "the PMC006 has no input for it; option capture = fset uses FSET",
-    ),
-    ConfigurationRow(
-        "external input",
-        lambda configuration, options: (
-            _uses(configuration, InputBit.EXTERNAL) and options.hold != "immediate"
-        ),
-        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
-    ),
-    ConfigurationRow(
-        "FSET",
+        "the PMC006 has no input for it; option capture = fset uses FSET"),
+    ConfigurationRow("external input",
+        lambda configuration, options:
+            _uses(configuration, InputBit.EXTERNAL) and options.hold != "immediate",
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp"),
+    ConfigurationRow("FSET",
         lambda configuration, _: sum(_uses(configuration, bit) for bit in FSET_INPUTS) > 1,
-        "FSET has one use: capture, external input or emergency stop",
-    ),
-    ConfigurationRow(
-        "backplane home proximity",
-        lambda configuration, _: configuration.backplane_proximity,
-        "the PMC006 has no home proximity that a PLC could set",
-    ),
-    ConfigurationRow(
-        "encoder",
-        lambda configuration, _: configuration.quadrature_encoder,
-        "the PMC006 tells no encoder position",
-    ),
+        "FSET has one use: capture, external input or emergency stop"),
+    ConfigurationRow("backplane home proximity", lambda configuration, _: configuration.backplane_proximity,
+        "the PMC006 has no home proximity that a PLC could set"),
+    ConfigurationRow("encoder", lambda configuration, _: configuration.quadrature_encoder,
+        "the PMC006 tells no encoder position"),
     no_feedback("PMC006"),
     no_marker("PMC006"),
-    ConfigurationRow(
-        "levels of home switch and CCW limit",
-        _levels_of_ext1_differ,
-        "home switch and CCW limit share EXT1, so both have to be active at the same level",
-    ),
+    ConfigurationRow("levels of home switch and CCW limit", _levels_of_ext1_differ,
+        "home switch and CCW limit share EXT1, so both have to be active at the same level"),
 )
+# fmt: on
 
 
 def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
@@ -112,6 +94,15 @@ def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
     return gentler and has_ramps(request) and min(parameters.acceleration, parameters.deceleration) < RATE_MIN
 
 
+def _segment_rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
+    gentler = options.accel_rounding == "gentler"
+    return gentler and has_ramps(request) and request.command.parameters.acceleration < RATE_MIN
+
+
+def _final_rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
+    return options.accel_rounding == "gentler" and 0 < request.command.words[5] & 0x3FFF < RATE_MIN
+
+
 def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
     """Whether the steps of a registration are fewer than a poll and the ramp down take."""
     nearest = options.accel_rounding == "nearest"
@@ -120,75 +111,34 @@ def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
     return (request.command.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
 
 
+# One row of the table is one row here; the formatter would spread each over many lines.
+# fmt: off
 COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
-    CommandRow(
-        Feature.ENCODER_MOVE, "encoder move", always, PROFILE, "the PMC006 can't end a move by an encoder"
-    ),
+    CommandRow(Feature.ENCODER_MOVE, "encoder move", always, PROFILE,
+        "the PMC006 can't end a move by an encoder"),
     no_follower("PMC006"),
-    CommandRow(
-        Feature.PRESET_ENCODER, "preset encoder", always, FUNCTION, "the PMC006 tells no encoder position"
-    ),
+    CommandRow(Feature.PRESET_ENCODER, "preset encoder", always, FUNCTION,
+        "the PMC006 tells no encoder position"),
     no_blend("PMC006"),
-    CommandRow(
-        Feature.REGISTRATION,
-        "registration move",
-        unless(registration="polled"),
-        PROFILE,
-        "the PMC006 can't count steps from an input; option registration = polled stops in between",
-    ),
+    CommandRow(Feature.REGISTRATION, "registration move", unless(registration="polled"), PROFILE,
+        "the PMC006 can't count steps from an input; option registration = polled stops in between"),
     no_speed_change("PMC006"),
-    CommandRow(
-        Feature.HOLD,
-        "hold",
-        unless(hold="immediate"),
-        FUNCTION,
-        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
-    ),
-    CommandRow(
-        Feature.HOME,
-        "find home CW",
-        lambda request, _: bool(request.command.msw & FIND_HOME_CW),
-        HOMING,
-        "the PMC006 homes backward only, which is CCW",
-    ),
+    CommandRow(Feature.HOLD, "hold", unless(hold="immediate"), FUNCTION,
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp"),
+    CommandRow(Feature.HOME, "find home CW",
+        lambda request, _: bool(request.command.msw & FIND_HOME_CW), HOMING,
+        "the PMC006 homes backward only, which is CCW"),
     too_fast("PMC006", SPEED_MAX),
     CommandRow(TIMED, "speed", _too_slow, PROFILE, f"the PMC006's slowest motion is {START_MIN} steps/s"),
-    CommandRow(
-        Feature.BLEND_SEGMENT,
-        "acceleration",
-        lambda request, options: (
-            options.accel_rounding == "gentler"
-            and has_ramps(request)
-            and request.command.parameters.acceleration < RATE_MIN
-        ),
-        PROFILE,
-        RATE_TOO_LOW,
-    ),
-    CommandRow(
-        Feature.BLEND,
-        "final deceleration",
-        lambda request, options: (
-            options.accel_rounding == "gentler" and 0 < request.command.words[5] & 0x3FFF < RATE_MIN
-        ),
-        PROFILE,
-        RATE_TOO_LOW,
-    ),
+    CommandRow(Feature.BLEND_SEGMENT, "acceleration", _segment_rate_too_low, PROFILE, RATE_TOO_LOW),
+    CommandRow(Feature.BLEND, "final deceleration", _final_rate_too_low, PROFILE, RATE_TOO_LOW),
     CommandRow(RAMPED, "rate", _rate_too_low, PROFILE, RATE_TOO_LOW),
-    CommandRow(
-        Feature.REGISTRATION,
-        "registration distance",
-        _too_short_to_stop,
-        PROFILE,
-        "the distance is shorter than the ramp down, and the way until it begins",
-    ),
-    CommandRow(
-        RAMPED,
-        "ramps",
-        lambda request, options: options.strict and has_ramps(request),
-        PROFILE,
-        "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one",
-    ),
+    CommandRow(Feature.REGISTRATION, "registration distance", _too_short_to_stop, PROFILE,
+        "the distance is shorter than the ramp down, and the way until it begins"),
+    CommandRow(RAMPED, "ramps", lambda request, options: options.strict and has_ramps(request), PROFILE,
+        "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one"),
 )
+# fmt: on
 
 
 SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (

@@ -24,7 +24,7 @@ class CutShort(Operation):
     Args:
         cut: the motion, whose name and beginning it keeps.
         completion: the completion bit at the end, or 0.
-        how: the outcome, for the recording.
+        how: the outcome, for the trace.
     """
 
     limits: ClassVar[Limits] = Limits.OWN  # a limit can't cut it again

@@ -30,7 +30,6 @@ from .manual_move import MANUAL_BIT
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
 RESET = CommandMsw.RESET_ERRORS.value
-"""Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
 
 
 class EncoderFollower(Operation):
@@ -146,7 +145,7 @@ class EncoderFollower(Operation):
             return max(-most, min(most, owed))
         self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
         if owed:
-            self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # between two steps, too
+            self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # also between two steps
         self._phase += self._speed_msps * elapsed_ns
         steps = _whole(self._phase, PICO)
         if owed >= 0:

@@ -25,7 +25,7 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
 "Reversed" means by an end limit. Before that the opposite limit counts by its
 change, since one that is active at the start has no effect [note 2]. Only
 an axis that would begin with BACK into that limit does not start: HOM-05
-(reading A-106). Home has precedence over a limit of the same tick, so a limit can be the home switch, too.
+(reading A-106). Home has precedence over a limit of the same tick, so a limit can also be the home switch.
 """
 
 from __future__ import annotations

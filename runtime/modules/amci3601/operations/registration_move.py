@@ -94,7 +94,7 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Show an error; before the registration input, stop, too (reading A-54)."""
+        """Show an error; before the registration input, also stop (reading A-54)."""
         if self.registered:
             self.host.fire(now_ns, "CMD-07")
         else:
