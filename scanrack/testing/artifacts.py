@@ -104,7 +104,7 @@ class TestArtifacts:
             error = AssertionError() if call.excinfo is None else call.excinfo.value
             self._failed = self._failed or error
         elif report.when == "call" and not of_subtest:
-            error = self._failed  # of a subtest, which makes the test fail, too
+            error = self._failed  # of a subtest: the test fails with it
         if error is not None and not self._ended:
             self._ended = not of_subtest
             if self._opened:

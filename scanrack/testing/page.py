@@ -46,11 +46,11 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     from scanrack.watch.share.failure import Failure
 
     page = trace.with_suffix(".html")
-    answered = tags if scan < WITH_ANSWERS else ()
-    failure = Failure(test.name, test.message, next(iter(answered), None), test.passed)
-    wish = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=answered, failure=failure)
+    answers = tags if scan < WITH_ANSWERS else ()
+    failure = Failure(test.name, test.message, next(iter(answers), None), test.passed)
+    last = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=answers, failure=failure)
     try:
-        share(trace, page, wish)
+        share(trace, page, last)
     except Exception as error:  # a report must not fail itself
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

@@ -78,7 +78,7 @@ class RoutineTest(pytest.Item):
         """Return the failure in terms of the program, without Python's traceback."""
         error = excinfo.value
         if isinstance(error, CpuFault):
-            return f"{_said(error)}\n{self._picture}".rstrip()
+            return f"{_fault_text(error)}\n{self._picture}".rstrip()
         has_message = isinstance(error, (ValueError, AssertionError))
         return str(error) if has_message else super().repr_failure(excinfo, style)
 
@@ -87,7 +87,7 @@ class RoutineTest(pytest.Item):
         return self.path, self._file.routines[self.name] - 1, self.name
 
 
-def _said(error: CpuFault) -> str:
+def _fault_text(error: CpuFault) -> str:
     """Return a fault with the line and the instruction of the program."""
     fault = error.__cause__
     if not isinstance(fault, LadderFault):

@@ -79,6 +79,6 @@ class WordWrite:
         return (self.sets,) if self.value is None else self.value.options
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:
-        """Return whether it may happen in a step, and whether it happens in each scan of it."""
+        """Return whether it may happen in a step, and whether it happens in each scan of that step."""
         there, sure = self.steps.get(machine, (None, self.when == TRUE))
         return there is None or step in there, sure

@@ -46,9 +46,9 @@ class Images:
 
     def note(self) -> None:
         """Note the mistakes of all functions."""
-        for function in (*self._functions, *self._functions):  # pass 2 knows the parameters from pass 1
+        for function in (*self._functions, *self._functions):  # twice: a call may pass a parameter on
             for call in nodes_in(function, ast.Call):
-                self._hand_on(call, self.locals_of(function))
+                self._note_arguments(call, self.locals_of(function))
         for function in self._functions:
             local = self.locals_of(function)
             for node in ast.walk(function):
@@ -97,7 +97,7 @@ class Images:
 
     # --- what names are
 
-    def _hand_on(self, call: ast.Call, local: Mapping[str, What]) -> None:
+    def _note_arguments(self, call: ast.Call, local: Mapping[str, What]) -> None:
         """Note what a call passes to a function in this text."""
         name = last_name(call.func)
         for function in self._functions:

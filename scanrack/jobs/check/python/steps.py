@@ -24,7 +24,7 @@ from .nodes import assignments_in, is_stored, last_name, nodes_in
 from .scans import KINDS as CLASSES
 from .walk import Walk, WalkPlace
 
-TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
+END_SIGNS = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
 """Finds, in the text of a value, signs that a motion has ended or that time has passed."""
 
 START = "__init__"
@@ -168,14 +168,14 @@ class PythonSteps:
         name = _last(part.name)
         if name in StatusMsw.__members__:
             return shows_end(name, on=part.on)
-        return part.on and any(map(self._tells, self._walk.values.get(base_of(part.name), ())))
+        return part.on and any(map(self._may_show_end, self._walk.values.get(base_of(part.name), ())))
 
-    def _tells(self, value: ast.expr) -> bool:
+    def _may_show_end(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
         local = self._images.locals_of(self._walk.function)
         parts = (self._images.what(node, local) for node in ast.walk(value) if isinstance(node, ast.expr))
         reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
-        return reads or TELLING.search(ast.unparse(value)) is not None
+        return reads or END_SIGNS.search(ast.unparse(value)) is not None
 
 
 def _last(name: str) -> str:

@@ -51,6 +51,7 @@ class WalkPlace:
 
 
 Statement = tuple[ast.Assign | ast.AugAssign | ast.Call, WalkPlace]
+"""A statement that ends the walk's way through functions and conditions, with its place."""
 
 
 class Walk:

@@ -155,12 +155,12 @@ def without_position(subject: Subject) -> Iterator[Violation]:
     """Find absolute moves of axes that never home and whose position is never set."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, ("move_to",))
-        knowing = [command for command in commands if command.kind in ("home", "set_position")]
-        if first is not None and not knowing:
+        positioning = [command for command in commands if command.kind in ("home", "set_position")]
+        if first is not None and not positioning:
             text = "needs a valid position, and nothing searches for home or sets the position"
             yield Violation(first.place, f"{first.text} {text}")
         moves = [each for each in commands if each.kind == "move_to"]
-        for move, other in first_before(knowing, moves) if first is not None else ():
+        for move, other in first_before(positioning, moves) if first is not None else ():
             what = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
             text = f"{move.text} needs a valid position, and {what}: {_section('CMD-06')}"
             yield Violation(move.place, text)
@@ -217,7 +217,7 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
     for _, slot in subject.steppers:
         own = [command for command in subject.facts.commands if command.slot == slot.number]
         home = _home_range(slot.machine)
-        if home is None or not _knows_from_home(own, subject.configurations(slot.number)):
+        if home is None or not _is_positioned_by_home(own, subject.configurations(slot.number)):
             continue
         for each in own:
             if each.kind == "move_to":
@@ -232,11 +232,11 @@ def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
     return homes[0].first, homes[0].last
 
 
-def _knows_from_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
+def _is_positioned_by_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
     """Whether an axis gets its position only from a search for the home switch, not for a marker."""
-    knows = {command.kind for command in commands if command.kind in ("home", "set_position")}
+    kinds = {command.kind for command in commands if command.kind in ("home", "set_position")}
     is_by_switch = bool(configurations) and not any(each.marker_home for each in configurations)
-    return knows == {"home"} and is_by_switch
+    return kinds == {"home"} and is_by_switch
 
 
 def _beyond_limit(

@@ -153,7 +153,8 @@ def _note_reached(each: Subscript, limits: Sequence[Point], resets: Sequence[Poi
 
 def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
     """Return the value that a subscript reaches before its only comparison resets it; None if unknown."""
-    if len({id(each.step) for each in limits}) != 1 or not all(_asks(each.condition, key) for each in resets):
+    is_single = len({id(limit.step) for limit in limits}) == 1
+    if not is_single or not all(_tests(reset.condition, key) for reset in resets):
         return None
     match [leaf for leaf in leaves(limits[0].own) if isinstance(leaf, Compare)]:
         case [Compare(relation=">" | ">=" | "=" as relation) as found] if resets and compares(found, key):
@@ -161,7 +162,7 @@ def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> floa
     return None
 
 
-def _asks(condition: Condition, key: str) -> bool:
+def _tests(condition: Condition, key: str) -> bool:
     """Whether a condition compares a number."""
     return any(compares(leaf, key) for leaf in leaves(condition))
 

@@ -150,7 +150,7 @@ class Values:
         return (*constants, *filter(None, [self.initial(operand)]))
 
     def written(self, place: Place) -> list[Range]:
-        """Return the ranges of what is written to a number; empty if unknown values are written, too."""
+        """Return the ranges of the values written to a number; empty if any of them is unknown."""
         if self._is_other(place):
             return []
         return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._writes(place)]

@@ -146,9 +146,8 @@ class WriteReader:
         place = self._view.place(line)
         for step in line.all_steps:
             for operand in written_by(step):
-                target = self.target(operand)
-                if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
-                    slot, word = target
+                slot, word = self.target(operand) or (0, 0)
+                if slot in self._slots and not self._is_staged_copy(step, operand):
                     plain = Write(place, slot, word, site=step.site)
                     yield from self._written(
                         step, operand, plain, _in_series(line, plain) if is_rung else plain
@@ -158,7 +157,7 @@ class WriteReader:
                 if target is not None:
                     yield Write(place, target[0], 0, clears=UNSIGNED_MAX, known=False)
 
-    def _hands_on(self, step: LoweredStep, operand: object) -> bool:
+    def _is_staged_copy(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
         source = first_of(step, COPIES)
         is_copy = isinstance(source, Place | Group) and output_word(operand) is not None

@@ -139,17 +139,17 @@ class Steps:
 
     def use(self, machine: str, step: Step) -> StepUse:
         """Return what the program does in a step."""
-        here = list(self._asking(machine, step))
+        here = list(self._testing(machine, step))
         works = any(not is_only_of(own, machine) or point.value != TRUE for point, own in here)
         return StepUse(bool(here), works, chosen=any(not point.is_rung for point, _ in here))
 
-    def _asking(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
+    def _testing(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
         """Yield the instructions that act only in one step, each with what it tests and needs."""
         steps = self._machines[machine]
         for point in self._points:
             own = AllOf((point.condition, point.own))
-            is_asking = any(compares(leaf, machine) for leaf in leaves(own))
-            if is_asking and self._there(own, machine, steps) == frozenset({step}):
+            is_testing = any(compares(leaf, machine) for leaf in leaves(own))
+            if is_testing and self._there(own, machine, steps) == frozenset({step}):
                 yield point, own
 
     # --- machines

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.io_images.amci3601 import CommandMsw, Limits
+from scanrack.io_images.image import signed_word
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
 from ..facts import Violation
@@ -47,7 +48,7 @@ def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -
         ranges = word_ranges(profile_in(slots.values(), write.slot).limits)
         if not write.known or write.word not in ranges:
             continue
-        value = write.sets - (1 << 16) * (write.sets >> 15)
+        value = signed_word(write.sets)
         least, most = ranges[write.word]
         if not least <= value <= most:
             text = f"slot {write.slot}: output word {write.word} is {value}: must be {least} to {most}"
