@@ -403,12 +403,10 @@ class Layout:
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
         head = tag_in(name)
-        tag = self.declarations.get(head)
         if leaf.slot is not None and name in self.boxed:
             found = spot_of(leaf.type, (), "", self.boxed[name])
-        elif head in self.boxed and isinstance(tag, Tag):
-            rest, in_bytes = name[len(head) + 1 :], head in self.in_bytes
-            found = spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=in_bytes)
+        elif head in self.boxed and isinstance(self.declarations.get(head), Tag):
+            found = self._boxed_spot(head, name)
         elif head in self.rests and name not in self.rests[head].variables:
             found = self.rest_spot(leaf)
         else:
@@ -429,12 +427,14 @@ class Layout:
         name = path.upper()
         known = self._spots.get(name)
         if known is None and tag_in(name) in self.in_bytes:
-            head = tag_in(name)
-            tag = self.declarations[head]
-            assert isinstance(tag, Tag)
-            known = spot_of(tag.type, tag.dims, name[len(head) + 1 :], self.boxed[head], in_bytes=True)
-            self._spots[name] = known
+            known = self._spots[name] = self._boxed_spot(tag_in(name), name)
         return known
+
+    def _boxed_spot(self, head: str, name: str) -> Spot:
+        tag = self.declarations[head]
+        assert isinstance(tag, Tag)
+        rest = name[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=head in self.in_bytes)
 
     @property
     def size(self) -> tuple[int, int, int]:

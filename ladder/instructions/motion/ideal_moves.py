@@ -134,8 +134,8 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
     dynamics, merge = _profile(axis, call, 1)
-    speed = dynamics.speed * (-1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1)
-    axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=speed, merge=merge)
+    goal = dynamics.speed * call.sign(0)
+    axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=goal, merge=merge)
     call.under_way()
 
 
@@ -239,9 +239,8 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
 
 
 def _watch(axis: IdealAxis, call: MotionCall) -> None:
-    way = -1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1
     settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
-    axis.hide(watch=way, watched=call.number(1), watch_claim=call.motion.claim, active=True)
+    axis.hide(watch=call.sign(0), watched=call.number(1), watch_claim=call.motion.claim, active=True)
     axis.bits(BITS, WatchEventArmedStatus=True, WatchEventStatus=False)
     call.motion.set(DN=True, IP=True)
 
