@@ -251,7 +251,7 @@ class Layout:
         made = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
         return made
 
-    def _ask(self, name: str) -> Leaf | None:
+    def _request(self, name: str) -> Leaf | None:
         """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
         head = tag_in(name)
         tag = self._folded.get(head)
@@ -264,7 +264,7 @@ class Layout:
             del self._folded[head]
         return self._row_leaf(tag, name, row)
 
-    def ask_below(self, path: str) -> None:
+    def request_below(self, path: str) -> None:
         """Create all leaves of a part of a tag."""
         name = path.upper()
         head = tag_in(name)
@@ -273,7 +273,7 @@ class Layout:
             start = f"{name}."[len(head) + 1 :]
             for rest in _rows(tag.type):
                 if rest.startswith(start) and f"{head}.{rest}" not in self._leaves:
-                    self._ask(f"{head}.{rest}")
+                    self._request(f"{head}.{rest}")
 
     def ending(self, member: str) -> list[Leaf]:
         """Return the leaves whose path ends in a member, in the order of tags."""
@@ -330,7 +330,7 @@ class Layout:
         name = path.upper()
         found = self._leaves.get(name)
         if found is None and self._folded:
-            found = self._ask(name)
+            found = self._request(name)
         return found
 
     def words(self, slot: int, *, output: bool) -> int:

@@ -149,13 +149,13 @@ STOPS = {
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
-    what, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
-    planner, kind = STOPS.get(what, ("whole", Kind.STOP))
+    stop_type, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
+    planner, kind = STOPS.get(stop_type, ("whole", Kind.STOP))
     if call.yes(1):
         down = scaled(call.number(2), call.word(3, RATE_UNITS), down)
-    if not what:
+    if not stop_type:
         raise MotionError(OUT_OF_RANGE)
-    stands = what != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
+    stands = stop_type != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
     moving = not stands and stop(axis, call.now_ns, planner, down, call.motion.claim)
     call.motion.set(DN=True, IP=moving, PC=not moving)
 
