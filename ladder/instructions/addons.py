@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
@@ -49,26 +50,16 @@ def _write_copies(rungs: RungWriter, copies: tuple[tuple[Node, ...], ...]) -> No
     rungs.values.site = site
 
 
-def _prescan(machine: Interpreter, call: AddOnCall) -> None:
-    """Copy the inputs, prescan Logic, run Prescan, and copy the outputs."""
-    _special(machine, call, machine.prescan, call.prescan, prescan=True)
-
-
-def _postscan(machine: Interpreter, call: AddOnCall) -> None:
-    """Copy the inputs, postscan Logic, run Postscan, and copy the outputs."""
-    _special(machine, call, machine.postscan, call.postscan, prescan=False)
-
-
-def _special(
-    machine: Interpreter, call: AddOnCall, scan: Callable[[str], None], then: str | None, *, prescan: bool
-) -> None:
+def _special(machine: Interpreter, call: AddOnCall, *, prescan: bool) -> None:
+    """Copy the inputs, scan Logic, run the routine for prescan or postscan, and copy the outputs."""
     machine.copy_parameters(call.inputs, prescan=prescan)
     machine.put(call.enable_in, False)
     machine.put(call.enable_out, False)
+    scan, routine = (machine.prescan, call.prescan) if prescan else (machine.postscan, call.postscan)
     with machine.within(call):
         scan(call.logic)
-        if then is not None:
-            machine.call(then, ())
+        if routine is not None:
+            machine.call(routine, ())
     machine.copy_parameters(call.outputs, prescan=prescan)
 
 
@@ -77,8 +68,8 @@ ADD_ON_CALL = always(
     run=_run,
     write=_write,
     prove=lambda machine, power, call: machine.call_add_on(power, call),
-    prescan=_prescan,
-    postscan=_postscan,
+    prescan=partial(_special, prescan=True),
+    postscan=partial(_special, prescan=False),
     decides=True,
 )
 OFF = "__EnableInFalse"

@@ -8,16 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.operand_checks import require_type
 from ..model.operands import Group
 from ..model.spec import Spec, Use, action
-from ..model.types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER
+from ..model.types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure
 from . import timing
 from .prescans import prescan_sets
 from .timing import one_count, put, put_done, write_done, write_get, write_one_count, write_set
+
+
+def _block(name: str, kind: Structure, **parts: Any) -> Spec:
+    return action(name, Use.BLOCK, check=partial(require_type, kind=kind), in_rungs=False, **parts)
 
 
 def _get(machine: Interpreter, block: Group, name: str) -> bool:
@@ -62,15 +67,7 @@ def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
             with rungs.writer.block("else:"):
                 of_rungs.write(rungs, write_get(rungs, timer, "TimerEnable"), timer)
 
-    return action(
-        name,
-        Use.BLOCK,
-        run=run,
-        write=write,
-        prescan=of_rungs.prescan,
-        check=partial(require_type, kind=FBD_TIMER),
-        in_rungs=False,
-    )
+    return _block(name, FBD_TIMER, run=run, write=write, prescan=of_rungs.prescan)
 
 
 # --- CTUD: counts up on a rising CUEnable, down on a rising CDEnable, not at all on both
@@ -125,15 +122,8 @@ def _one_shot(name: str, *, rising: bool) -> Spec:
         write_set(rungs, shot, EnableOut=True)
         write_set(rungs, shot, **{"OutputBit": fires, "~before": now})
 
-    return action(
-        name,
-        Use.BLOCK,
-        run=run,
-        write=write,
-        prescan=prescan_sets(0, **{"OutputBit": False, "~before": rising}),
-        check=partial(require_type, kind=FBD_ONESHOT),
-        in_rungs=False,
-    )
+    prescan = prescan_sets(0, **{"OutputBit": False, "~before": rising})
+    return _block(name, FBD_ONESHOT, run=run, write=write, prescan=prescan)
 
 
 # --- the rows
@@ -141,14 +131,12 @@ def _one_shot(name: str, *, rising: bool) -> Spec:
 TONR = _timer("TONR", timing.TON)
 TOFR = _timer("TOFR", timing.TOF, full=True)
 RTOR = _timer("RTOR", timing.RTO)
-CTUD = action(
+CTUD = _block(
     "CTUD",
-    Use.BLOCK,
+    FBD_COUNTER,
     run=_ctud,
     write=_write_ctud,
     prescan=prescan_sets(0, **{"~up": True, "~down": True}),
-    check=partial(require_type, kind=FBD_COUNTER),
-    in_rungs=False,
 )
 OSRI = _one_shot("OSRI", rising=True)
 OSFI = _one_shot("OSFI", rising=False)

@@ -338,10 +338,8 @@ def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool
 def _write_act(rungs: RungWriter, chart: LoweredChart, each: ChartAction, _tag: Group) -> str:
     """Write code for the common cases: N in its step, and a pulse that is off."""
     values, bits = rungs.values, each.bits
-    call, on = (
-        f"interpret({values.site})",
-        f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {each.index}",
-    )
+    call = f"interpret({values.site})"
+    on = f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {each.index}"
     if each.qualifier is Qualifier.P1 or each.qualifier is Qualifier.P:
         return f"(({values.read(each.node.bits['new'])} or ({on})) and {call})"
     if each.qualifier is Qualifier.P0:

@@ -69,23 +69,18 @@ def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
     return answers
 
 
-def _prescan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
-    """Prescan the routine; prescan a recursive routine only once."""
-    _once(machine, call.routine, machine.prescan)
+def _once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
+    """Return the prescan or postscan of a call; a recursive routine is scanned only once."""
 
+    def run(machine: Interpreter, call: Call, *_values: Resolved) -> None:
+        if call.routine in machine.prescanned:
+            return
+        if call.routine in machine.lowered.recursive:
+            machine.prescanned.add(call.routine)
+        scan(machine, call.routine)
+        machine.prescanned.discard(call.routine)
 
-def _postscan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
-    """Postscan the routine; postscan a recursive routine only once."""
-    _once(machine, call.routine, machine.postscan)
-
-
-def _once(machine: Interpreter, routine: str, scan: Callable[[str], None]) -> None:
-    if routine in machine.prescanned:
-        return
-    if routine in machine.lowered.recursive:
-        machine.prescanned.add(routine)
-    scan(routine)
-    machine.prescanned.discard(routine)
+    return run
 
 
 @contextmanager
@@ -262,8 +257,8 @@ JSR = action(
     run=lambda machine, call: machine.take(call.returns, _call(machine, call)),
     write=_write_jsr,
     prove=lambda machine, power, call: machine.call_with(power, call),
-    prescan=_prescan_jsr,
-    postscan=_postscan_jsr,
+    prescan=_once(lambda machine, routine: machine.prescan(routine)),
+    postscan=_once(lambda machine, routine: machine.postscan(routine)),
     captions=("Routine", "Inputs"),
 )
 RET = action(
@@ -304,8 +299,8 @@ FOR = action(
     run=_for,
     prove=lambda machine, power, *operands: machine.loop_call(power, *operands),
     write=_write_for,
-    prescan=_prescan_jsr,
-    postscan=_postscan_jsr,
+    prescan=_once(lambda machine, routine: machine.prescan(routine)),
+    postscan=_once(lambda machine, routine: machine.postscan(routine)),
 )
 BRK = action(
     "BRK",

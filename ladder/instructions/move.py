@@ -69,9 +69,9 @@ def _check_btd(
         (target_bit, 0, target.type.bits - 1, "destination bit"),
         (length, 1, target.type.bits, "length"),
     )
-    for given, low, high, what in limits:
-        if not low <= given.value <= high:
-            raise OperandError(f"{what} {given.value} is out of range", f"must be {low} to {high}")
+    for operand, low, high, name in limits:
+        if not low <= operand.value <= high:
+            raise OperandError(f"{name} {operand.value} is out of range", f"must be {low} to {high}")
 
 
 def _btd(

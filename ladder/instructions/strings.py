@@ -93,7 +93,8 @@ def _row(
 
 
 def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
-    return all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))
+    layout = rungs.writer.layout
+    return all(layout.byte_spot(each.path) is not None for each in operands if isinstance(each, Group))
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
@@ -182,10 +183,6 @@ _INLINE = {
 
 _NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}
 """Instructions that have a result for all operands."""
-
-
-def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
-    return rungs.writer.layout.byte_spot(operand.path) is not None
 
 
 def _put(machine: Interpreter, target: Place, result: int) -> None:

@@ -61,20 +61,10 @@ class Argument:
         return self._tag
 
     def _member(self, name: str) -> Place:
-        place = _member(self._tag, name) if isinstance(self._tag, Group) else None
+        place = self._tag.find_member(name) if isinstance(self._tag, Group) else None
         if place is None:
             raise ValueError(f"{self.name} has no member {name}")
         return place
-
-
-def _member(group: Group, name: str) -> Place | None:
-    """Return a member with a single value, which may be a bit of a host; None if there is none."""
-    member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
-    if member is None or member.dims or isinstance(member.type, Structure):
-        return None
-    assert isinstance(group.type, Structure)
-    packed = member.name in group.type.packed
-    return group.member(member.name if packed or not member.at else member.at.partition(".")[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,13 +78,13 @@ class TimedCall:
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
     for each in operands:
-        if isinstance(each, Group) and _member(each, "EN") and _member(each, "DN"):
+        if isinstance(each, Group) and each.find_member("EN") and each.find_member("DN"):
             assert isinstance(each.type, Structure)
             noted = any(hidden.name == STARTED for hidden in each.type.hidden)
-            bits = {name: place for name in ("EN", "DN", "ER", "IP", "PC") if (place := _member(each, name))}
-            return TimedCall(
-                bits, _member(each, "ERR"), each.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
-            )
+            places = {name: each.find_member(name) for name in ("EN", "DN", "ER", "IP", "PC")}
+            bits = {name: place for name, place in places.items() if place}
+            started = each.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
+            return TimedCall(bits, each.find_member("ERR"), started)
     raise OperandError(
         "no operand has EN and DN, which would show that it is done", "let the stub say false or true"
     )
@@ -164,7 +154,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
         if isinstance(stub, Ending):
             return stub, _timed(resolver, operands)
         assert isinstance(stub, InPython)  # a consumed tag is not an instruction, see `replaces`
-        shown = (str(said) if each is None else each for each, said in zip(operands, given, strict=True))
+        shown = (str(text) if each is None else each for each, text in zip(operands, given, strict=True))
         return stub, resolver.function(name, stub.function), *shown
 
     return Spec(name, InstructionKind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)

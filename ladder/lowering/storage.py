@@ -57,7 +57,7 @@ def choose_bytes(lowered: LoweredProgram) -> None:
         _pass_bits(lowered, uses.calls)
     for path in uses.wholes:
         if tag_in(path).upper() not in layout.boxed:
-            layout.ask_below(path)
+            layout.request_below(path)
     for tag in filter(_is_large, layout.begun):
         layout.fold_rest(tag.name.upper())
 

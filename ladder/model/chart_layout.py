@@ -44,7 +44,7 @@ def layout_of(chart: Chart) -> ChartLayout:
 class _Visit(NamedTuple):
     """A step or transition to place; `by` is the transition, and `column` None is the next free column."""
 
-    what: str
+    kind: str
     name: str
     by: int
     column: int | None
@@ -82,9 +82,9 @@ class _Placing:
         todo: list[_Visit] = [_Visit("step", start, -1, column)]
         while todo:
             visit = todo.pop()
-            if visit.what == "left":
+            if visit.kind == "left":
                 open_steps.discard(visit.name)
-            elif visit.what == "transition":
+            elif visit.kind == "transition":
                 todo += reversed(self._targets(visit))
             elif visit.name in self._columns:
                 if visit.name in open_steps:
@@ -92,7 +92,7 @@ class _Placing:
             else:
                 self._columns[visit.name] = found = self._column(visit)
                 open_steps.add(visit.name)
-                todo.append(visit._replace(what="left"))
+                todo.append(visit._replace(kind="left"))
                 leaving = [each for each in self._leaving[visit.name] if each not in self._of_transitions]
                 todo += reversed(
                     [

@@ -247,8 +247,8 @@ class ExpressionParser(Scanner):
         if found is None:
             self.fail("a bit after /")
         self.at = found.end()
-        what = found.group(1)
-        return SlashStep(self._index(what)) if what.isdigit() else MemberStep(what)
+        bit = found.group(1)
+        return SlashStep(self._index(bit)) if bit.isdigit() else MemberStep(bit)
 
     def _index(self, digits: str) -> int:
         if len(digits) > _INDEX_DIGITS:

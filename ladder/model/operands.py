@@ -104,6 +104,14 @@ class Group:
         leaf = self.layout.leaf(f"{self.path}.{host}")
         return Place(leaf, self.indices, None if bit is None else constant(bit), f"{self.text}.{path}")
 
+    def find_member(self, name: str) -> Place | None:
+        """Return an elementary member by name, in any case; None if there is none."""
+        member = None if self.dims or isinstance(self.type, Elementary) else self.type.member(name)
+        if member is None or member.dims or not isinstance(member.type, Elementary):
+            return None
+        host, _, bit = member.at.partition(".")
+        return self.member(host if host and not bit.isdecimal() else member.name)
+
     @property
     def length(self) -> Place:
         """LEN of a STRING; messages show the string's name."""

@@ -387,8 +387,8 @@ class Resolver:
     def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
         given: tuple[Operand, ...] = (number(step.index),) if isinstance(step, WordStep) else step.indices
         if len(given) != len(here.dims):
-            what = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
-            text = f"{here.path} {what}, {len(given)} subscripts are given"
+            shape = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
+            text = f"{here.path} {shape}, {len(given)} subscripts are given"
             raise AddressError(text, "give one per dimension")
         indices = tuple(self._index(each, here.path) for each in given)
         for index, length in zip(indices, here.dims, strict=True):
@@ -423,8 +423,8 @@ class Resolver:
     def _bit(self, here: Group, step: BitStep | SlashStep) -> Place:
         whole = self._leaf(here)
         if isinstance(whole, Group) or not whole.type.is_integer:
-            what = "an array" if here.dims else here.type.name
-            raise AddressError(f"{here.path} is {what} and has no bits", "use a BOOL or a bit of an integer")
+            kind = "an array" if here.dims else here.type.name
+            raise AddressError(f"{here.path} is {kind} and has no bits", "use a BOOL or a bit of an integer")
         index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, here.path)
         bits = whole.type.bits
         if isinstance(index, Constant) and not 0 <= index.value < bits:

@@ -12,8 +12,9 @@ STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
 
-A rack file may also give the reply of a message, and what a consumed tag gets: a constant, a table over time,
-or a tag of another rack. It is a `DataSource`, a function of time alone, so that any scan can be run again.
+A rack file may also give the reply of a message, and the data of a consumed tag: a constant, a table over
+time, or a tag of another rack. It is a `DataSource`, a function of time alone, so that any scan can be run
+again.
 """
 
 from __future__ import annotations
@@ -83,8 +84,8 @@ class Ending:
     def __str__(self) -> str:
         if self.after_ns >= NEVER:
             return "waits"
-        what = f"error 16#{self.error:04X}" if self.error else "done"
-        after = f"{what} after {time_text(self.after_ns)}"
+        result = f"error 16#{self.error:04X}" if self.error else "done"
+        after = f"{result} after {time_text(self.after_ns)}"
         return after if self.reply is None else f"{after} with {self.reply}"
 
 

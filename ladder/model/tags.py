@@ -251,7 +251,7 @@ class Layout:
         made = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
         return made
 
-    def _ask(self, name: str) -> Leaf | None:
+    def _request(self, name: str) -> Leaf | None:
         """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
         head = tag_in(name)
         tag = self._folded.get(head)
@@ -264,7 +264,7 @@ class Layout:
             del self._folded[head]
         return self._row_leaf(tag, name, row)
 
-    def ask_below(self, path: str) -> None:
+    def request_below(self, path: str) -> None:
         """Create all leaves of a part of a tag."""
         name = path.upper()
         head = tag_in(name)
@@ -273,7 +273,7 @@ class Layout:
             start = f"{name}."[len(head) + 1 :]
             for rest in _rows(tag.type):
                 if rest.startswith(start) and f"{head}.{rest}" not in self._leaves:
-                    self._ask(f"{head}.{rest}")
+                    self._request(f"{head}.{rest}")
 
     def ending(self, member: str) -> list[Leaf]:
         """Return the leaves whose path ends in a member, in the order of tags."""
@@ -330,7 +330,7 @@ class Layout:
         name = path.upper()
         found = self._leaves.get(name)
         if found is None and self._folded:
-            found = self._ask(name)
+            found = self._request(name)
         return found
 
     def words(self, slot: int, *, output: bool) -> int:
@@ -403,12 +403,10 @@ class Layout:
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
         head = tag_in(name)
-        tag = self.declarations.get(head)
         if leaf.slot is not None and name in self.boxed:
             found = spot_of(leaf.type, (), "", self.boxed[name])
-        elif head in self.boxed and isinstance(tag, Tag):
-            rest, in_bytes = name[len(head) + 1 :], head in self.in_bytes
-            found = spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=in_bytes)
+        elif head in self.boxed and isinstance(self.declarations.get(head), Tag):
+            found = self._boxed_spot(head, name)
         elif head in self.rests and name not in self.rests[head].variables:
             found = self.rest_spot(leaf)
         else:
@@ -429,12 +427,14 @@ class Layout:
         name = path.upper()
         known = self._spots.get(name)
         if known is None and tag_in(name) in self.in_bytes:
-            head = tag_in(name)
-            tag = self.declarations[head]
-            assert isinstance(tag, Tag)
-            known = spot_of(tag.type, tag.dims, name[len(head) + 1 :], self.boxed[head], in_bytes=True)
-            self._spots[name] = known
+            known = self._spots[name] = self._boxed_spot(tag_in(name), name)
         return known
+
+    def _boxed_spot(self, head: str, name: str) -> Spot:
+        tag = self.declarations[head]
+        assert isinstance(tag, Tag)
+        rest = name[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=head in self.in_bytes)
 
     @property
     def size(self) -> tuple[int, int, int]:

@@ -138,7 +138,7 @@ class Operation:
     operands: tuple[Operand, ...]
 
     def __str__(self) -> str:
-        return _expression_text(self)
+        return _text_at(self, 0)
 
 
 Operand = Number | Characters | Unknown | Address | Operation
@@ -160,10 +160,6 @@ LEVEL = {operator: level for level, operators in enumerate(PRECEDENCE) for opera
 ATOM = len(PRECEDENCE)
 WORDS = ("MOD", "AND", "OR", "XOR")
 """Operators that are words between spaces."""
-
-
-def _expression_text(node: Operand) -> str:
-    return _text_at(node, 0)
 
 
 def _text_at(node: Operand, level: int) -> str:

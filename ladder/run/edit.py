@@ -59,8 +59,8 @@ class Edit:
         )
 
     def __str__(self) -> str:
-        said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
-        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *said])
+        parts = [f"{title}: {', '.join(names)}" for title, names in self.groups if names]
+        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *parts])
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
@@ -170,14 +170,14 @@ def retain(engine: Engine, text: str) -> list[str]:
     """Load retained tags to a fresh engine; return a sentence per rejected value, or raise a LadderError."""
     stored = _stored(text)
     tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
-    said = [f"{name} is no longer a tag of the program" for name in stored if name.upper() not in tags]
+    sentences = [f"{name} is no longer a tag of the program" for name in stored if name.upper() not in tags]
     known = {name.upper(): entry for name, entry in stored.items()}
     for name, tag in tags.items():
         if name not in known:
-            said.append(f"{tag.name} is not in the file")
+            sentences.append(f"{tag.name} is not in the file")
         else:
-            said += _take(engine, tag, *known[name])
-    return said
+            sentences += _take(engine, tag, *known[name])
+    return sentences
 
 
 def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:

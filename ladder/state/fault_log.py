@@ -83,8 +83,8 @@ class FaultLog:
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
             at = self._lowered.sites[site]
-            what = {"rung": "JMP", "line": "loop"}.get(at.unit, "chart")
-            raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
+            tag = {"rung": "JMP", "line": "loop"}.get(at.unit, "chart")
+            raise LadderFault(at, tag, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     @property
     def jumps_left(self) -> int:

@@ -22,7 +22,17 @@ from scanrack.io_images.enip.listing import (
 
 from ..model.tags import Alias, Layout, Tag, program_of
 from ..model.tree import Address
-from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of
+from ..model.types import (
+    BOOL,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+    fields_of,
+    members_at,
+    size_of,
+)
 
 MOST_ALIASES = 20
 """Maximum chained aliases."""
@@ -126,8 +136,5 @@ def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[i
         return
     for member, at, _ in members_at(kind):
         size = size_of(member.type) if member.type is not BOOL else 0
-        count = 1
-        for length in member.dims:
-            count *= length
         for place, room in tuple(string_rooms(member.type)):
-            yield from ((at + number * size + place, room) for number in range(count))
+            yield from ((at + number * size + place, room) for number in range(count_of(member.dims)))

@@ -46,6 +46,10 @@ class MotionCall(NamedTuple):
         """Whether a keyword operand says Yes."""
         return self.word(place, NO_YES) == "YES"
 
+    def sign(self, place: int) -> int:
+        """Return the sign of a direction operand: -1 for Reverse, else 1."""
+        return -1 if self.word(place, ("Forward", "Reverse")) == "REVERSE" else 1
+
     def under_way(self) -> None:
         """Set the bits that show that the motion has begun."""
         self.motion.set(DN=True, IP=True, AC=True)

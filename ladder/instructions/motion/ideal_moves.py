@@ -134,8 +134,8 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
     dynamics, merge = _profile(axis, call, 1)
-    speed = dynamics.speed * (-1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1)
-    axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=speed, merge=merge)
+    goal = dynamics.speed * call.sign(0)
+    axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=goal, merge=merge)
     call.under_way()
 
 
@@ -149,13 +149,13 @@ STOPS = {
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
-    what, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
-    planner, kind = STOPS.get(what, ("whole", Kind.STOP))
+    stop_type, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
+    planner, kind = STOPS.get(stop_type, ("whole", Kind.STOP))
     if call.yes(1):
         down = scaled(call.number(2), call.word(3, RATE_UNITS), down)
-    if not what:
+    if not stop_type:
         raise MotionError(OUT_OF_RANGE)
-    stands = what != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
+    stands = stop_type != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
     moving = not stands and stop(axis, call.now_ns, planner, down, call.motion.claim)
     call.motion.set(DN=True, IP=moving, PC=not moving)
 
@@ -239,9 +239,8 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
 
 
 def _watch(axis: IdealAxis, call: MotionCall) -> None:
-    way = -1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1
     settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
-    axis.hide(watch=way, watched=call.number(1), watch_claim=call.motion.claim, active=True)
+    axis.hide(watch=call.sign(0), watched=call.number(1), watch_claim=call.motion.claim, active=True)
     axis.bits(BITS, WatchEventArmedStatus=True, WatchEventStatus=False)
     call.motion.set(DN=True, IP=True)
 

@@ -114,13 +114,13 @@ class IdealSystem(MotionSpot):
         self.set_end("from", self.path(now_ns))
         self.course.begin(now_ns, kind, dynamics, claim, goal=left, entry=present.speed)
 
-    def rest(self, now_ns: int, *, all_of_it: bool = True) -> None:
+    def rest(self, now_ns: int, *, pending: bool = True) -> None:
         """End the path at the present position, also on the axes that follow it, and the pending path."""
         self.set_end("from", self.positions(now_ns))
         self.course.end()
         for _, axis in self._led():
             axis.courses["whole"].end()
-        if all_of_it:
+        if pending:
             self.drop_pending()
 
     def drop_pending(self) -> None:
@@ -161,7 +161,7 @@ class IdealSystem(MotionSpot):
 
     def _end(self, now_ns: int) -> None:
         self.course.settle(PC=True)
-        self.rest(now_ns, all_of_it=False)
+        self.rest(now_ns, pending=False)
         if self["~waiting"]:
             dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in DYNAMICS))
             claim = int(self["~next_claim"])
@@ -218,11 +218,8 @@ def _numbers(call: MotionCall, place: int) -> list[float]:
 def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> float:
     """Return a number in a structure operand; the default if it has no such member."""
     operand = call.operands[place]
-    if isinstance(operand, Group) and isinstance(operand.type, Structure):
-        member = operand.type.member(name)
-        if member is not None and not member.at and not member.dims and isinstance(member.type, Elementary):
-            return float(call.machine.get(operand.member(name)))
-    return default
+    member = operand.find_member(name) if isinstance(operand, Group) else None
+    return default if member is None else float(call.machine.get(member))
 
 
 def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float]:
@@ -293,11 +290,11 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
-    what = call.word(0, ("All", "Coordinated Move", "Coordinated Transform"))
-    if what in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
+    motion_type = call.word(0, ("All", "Coordinated Move", "Coordinated Transform"))
+    if motion_type in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
         settle(system.memory, system.ideal, int(system["~transform"]), IP=False)
         system.hide(transform=0)
-    if what == "COORDINATEDTRANSFORM" or system.kind is Kind.NOTHING:
+    if motion_type == "COORDINATEDTRANSFORM" or system.kind is Kind.NOTHING:
         call.motion.set(DN=True, PC=True)
         return
     now = system.course.dynamics

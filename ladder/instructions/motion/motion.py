@@ -13,11 +13,12 @@ is an ideal axis (`ideal_axis`); `checks` reports it.
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 from ...interpreter import Interpreter
 from ...model.operands import Group, Resolved
 from ...model.predefined.motion_types import COORDINATE_SYSTEM, MOTION_INSTRUCTION, is_axis
 from ...model.spec import InstructionKind, Spec, Use
-from ...model.types import Structure
 from . import ideal_moves, ideal_systems
 from .axis_3601 import Axis
 from .calls import MotionCall
@@ -81,9 +82,7 @@ def _begin_ideal(
 ) -> None:
     """Begin an instruction on an ideal axis, a coordinate system or a group."""
     motion.begin(motion.ticket % MOST_TICKETS + 1)
-    others = [
-        each for each in operands[1:] if not (isinstance(each, Group) and each.type == MOTION_INSTRUCTION)
-    ]
+    others = [each for each in operands[1:] if not _is_control(each)]
     call = MotionCall(machine, motion, name, others)
     ideal, first = machine.lowered.ideal, operands[0]
     ideal_systems.catch_up(machine.memory, ideal, machine.now_ns)
@@ -116,13 +115,11 @@ def _prescan(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _control_of(machine: Interpreter, operands: tuple[Resolved, ...]) -> MotionControl:
-    return next(
-        MotionControl(machine, each) for each in operands if isinstance(each, Group) and _is_control(each)
-    )
+    return next(MotionControl(machine, each) for each in operands if _is_control(each))
 
 
-def _is_control(operand: Group) -> bool:
-    return isinstance(operand.type, Structure) and operand.type == MOTION_INSTRUCTION
+def _is_control(operand: Resolved) -> TypeGuard[Group]:
+    return isinstance(operand, Group) and operand.type == MOTION_INSTRUCTION
 
 
 def _row(name: str, operands: str, *, optional: int = 0) -> Spec:

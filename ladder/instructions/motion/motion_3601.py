@@ -147,9 +147,9 @@ def _dynamics(axis: Axis, *operands: Given) -> tuple[int, int, int]:
     return axis.speed(numbers[0], words[0]), up, down
 
 
-def _stop(axis: Axis, motion: MotionControl, what: Given, *_others: Given) -> None:
-    named = word_of(axis.machine, what, STOP_TYPES)
-    if named == "ALL" or axis.under_way in (*STOPPED_BY.get(named, ()), HALT):
+def _stop(axis: Axis, motion: MotionControl, operand: Given, *_others: Given) -> None:
+    stop_type = word_of(axis.machine, operand, STOP_TYPES)
+    if stop_type == "ALL" or axis.under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
         motion.set(DN=True, IP=True)
         axis.request(motion, HALT)
     else:

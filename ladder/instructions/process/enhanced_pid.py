@@ -149,10 +149,6 @@ def _set_error(loop: _PidLoop, point: float) -> None:
     block.set(SPPercent=(point - low) * 100 / span, PVPercent=(value - low) * 100 / span)
 
 
-def _gains(block: FunctionBlock) -> list[float]:
-    return [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
-
-
 def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float, float]]:
     """Return the last two values of the error and of PV, newest first; store the present values."""
     block = loop.block
@@ -168,7 +164,7 @@ def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float
 def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.block.delta_t
-    gains = _gains(block)
+    gains = [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
     now = {"e": loop.error, "q": percent}
     past = _past_errors(loop, now)

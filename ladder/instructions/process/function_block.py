@@ -176,21 +176,21 @@ class FunctionBlock(Members):
 
     def clear_requests(self) -> None:
         """Clear the operator's requests, and with ProgValueReset also the program's."""
-        whose = ("Oper", "Prog") if self.on("ProgValueReset") else ("Oper",)
-        self.set(**dict.fromkeys(_requests(self._group.type.name, whose), False))
+        sides = ("Oper", "Prog") if self.on("ProgValueReset") else ("Oper",)
+        self.set(**dict.fromkeys(_requests(self._group.type.name, sides), False))
 
 
 @cache
-def _requests(kind: str, whose: tuple[str, ...]) -> tuple[str, ...]:
+def _requests(kind: str, sides: tuple[str, ...]) -> tuple[str, ...]:
     names = [each.name for each in BLOCK_TYPES[kind].members if each.name.endswith("Req")]
-    return tuple(name for name in names if name.startswith(whose))
+    return tuple(name for name in names if name.startswith(sides))
 
 
 Converters = dict[str, Callable[[Any], Any]]
 
 
 class CompiledBlock(FunctionBlock):
-    """A block whose values are passed by a compiled program."""
+    """A block sides values are passed by a compiled program."""
 
     def __init__(
         self,

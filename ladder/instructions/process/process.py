@@ -80,10 +80,10 @@ def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
         loop.set(SP=min(max(loop.real("SP"), low), high))
     error = loop.real("SP") - loop.real("PV")
     loop.set(ERR=-error if loop.bit("CA") else error)
-    _tell(loop)
+    _set_alarms(loop)
 
 
-def _tell(loop: _Loop) -> None:
+def _set_alarms(loop: _Loop) -> None:
     value, error = loop.real("PV"), loop.real("SP") - loop.real("PV")
     loop.set(
         PVHA=value >= loop.real("PVH") - (loop.real("PVDB") if loop.bit("PVHA") else 0.0),

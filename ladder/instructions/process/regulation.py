@@ -78,9 +78,8 @@ def _capture(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock
 
 def _latch(*, set_dominates: bool) -> Callable[[FunctionBlock], None]:
     def step(block: FunctionBlock) -> None:
-        first, second = (True, False) if set_dominates else (False, True)
-        inputs = {True: block.on("Set"), False: block.on("Reset")}
-        out = first if inputs[first] else second if inputs[second] else block.on("Out")
+        sets, resets = block.on("Set"), block.on("Reset")
+        out = set_dominates if sets and resets else sets or (block.on("Out") and not resets)
         block.set(Out=out, OutNot=not out)
 
     return step

@@ -111,11 +111,10 @@ def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> Non
     x, y = number(machine, a), number(machine, b)
     if y == 0:
         store(machine, target, machine.infinity(x))
-        return
-    if not _is_whole(a, b):
+    elif _is_whole(a, b):
+        _whole_quotient(machine, machine.whole(x), machine.whole(y), target)
+    else:
         store(machine, target, x / y)
-        return
-    _whole_quotient(machine, machine.whole(x), machine.whole(y), target)
 
 
 def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
@@ -124,8 +123,8 @@ def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
     dividend = Status(machine).register
     if divisor == 0:
         store(machine, target, machine.infinity(dividend))
-        return
-    _whole_quotient(machine, dividend, divisor, target)
+    else:
+        _whole_quotient(machine, dividend, divisor, target)
 
 
 def _whole_quotient(machine: Interpreter, x: int, y: int, target: Place) -> None:

@@ -29,12 +29,15 @@ class StoredValue:
     set: bool = False  # whether SSV may set it
 
 
+def _zeros(size: int, *names: str) -> dict[str, StoredValue]:
+    """Return attributes that start at 0 and that SSV may not set."""
+    return {name: StoredValue(size) for name in names}
+
+
 def _settings(size: int, *names: str) -> dict[str, StoredValue]:
-    """Return attributes that SSV may set and that start at 0."""
+    """Return attributes that start at 0 and that SSV may set."""
     return {name: StoredValue(size, set=True) for name in names}
 
-
-_SCAN_TIMES = {"LASTSCANTIME": StoredValue(DINT, set=True), "MAXSCANTIME": StoredValue(DINT, set=True)}
 
 OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
     "ADDONINSTRUCTIONDEFINITION": {
@@ -42,29 +45,29 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "MAJORREVISION": StoredValue(DINT, 1),
         "MINORREVISION": StoredValue(DINT),
         "REVISIONEXTENDEDTEXT": StoredValue(STRING),
-        "SAFETYSIGNATUREID": StoredValue(DINT),
-        "SIGNATUREID": StoredValue(DINT),
+        **_zeros(DINT, "SAFETYSIGNATUREID", "SIGNATUREID"),
         "VENDOR": StoredValue(STRING),
     },
     "CONTROLLER": {
         "AUDITVALUE": StoredValue(LINT),
         "CANUSERPIFROMPRODUCER": StoredValue(DINT),
         "CHANGESTODETECT": StoredValue(LINT, set=True),
-        "CONTROLLERLOGEXECUTIONMODIFICATIONCOUNT": StoredValue(DINT, set=True),
-        "CONTROLLERLOGTOTALENTRYCOUNT": StoredValue(DINT, set=True),
-        "CONTROLLERLOGUNSAVEDENTRYCOUNT": StoredValue(DINT, set=True),
+        **_settings(
+            DINT,
+            "CONTROLLERLOGEXECUTIONMODIFICATIONCOUNT",
+            "CONTROLLERLOGTOTALENTRYCOUNT",
+            "CONTROLLERLOGUNSAVEDENTRYCOUNT",
+        ),
         "DATATABLEPADPERCENTAGE": StoredValue(INT),
         "IGNOREARRAYFAULTSDURINGPOSTSCAN": StoredValue(SINT, set=True),
         "INHIBITAUTOMATICFIRMWAREUPDATE": StoredValue(INT, set=True),
-        "KEEPTESTEDITSONSWITCHOVER": StoredValue(SINT),
-        "REDUNDANCYENABLED": StoredValue(SINT),
+        **_zeros(SINT, "KEEPTESTEDITSONSWITCHOVER", "REDUNDANCYENABLED"),
         "SHAREUNUSEDTIMESLICE": StoredValue(INT, 1, set=True),
         "TIMESLICE": StoredValue(INT, 20, set=True),
     },
     "CONTROLLERDEVICE": {
         "DEVICENAME": StoredValue(33),
-        "PRODUCTCODE": StoredValue(INT),
-        "PRODUCTREV": StoredValue(INT),
+        **_zeros(INT, "PRODUCTCODE", "PRODUCTREV"),
         "SERIALNUMBER": StoredValue(DINT),
         "STATUS": StoredValue(INT, 0x3060),
         "TYPE": StoredValue(INT, 14),
@@ -88,15 +91,11 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "MINORFAULTBITS": StoredValue(DINT, set=True),
     },
     "HARDWARESTATUS": {  # no fans, sensors or UPS: the first SINT of each array is their number, 0
-        "FANSPEEDS": StoredValue(SINT),
-        "FANSTATUS": StoredValue(SINT),
-        "TEMPERATUREFAULTLEVELS": StoredValue(SINT),
-        "TEMPERATURES": StoredValue(SINT),
-        "UPSBATTERYFAILURE": StoredValue(SINT),
-        "UPSBUFFERING": StoredValue(SINT),
-        "UPSINHIBITED": StoredValue(SINT),
-        "UPSREADY": StoredValue(SINT),
-        "UPSSUPPORTED": StoredValue(SINT),
+        **_zeros(
+            SINT,
+            *("FANSPEEDS", "FANSTATUS", "TEMPERATUREFAULTLEVELS", "TEMPERATURES"),
+            *("UPSBATTERYFAILURE", "UPSBUFFERING", "UPSINHIBITED", "UPSREADY", "UPSSUPPORTED"),
+        ),
     },
     "MESSAGE": {
         "CONNECTIONPATH": StoredValue(130, set=True),
@@ -107,8 +106,7 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "ENTRYSTATUS": StoredValue(INT, RUNNING),
         "FAULTCODE": StoredValue(INT),
         "FAULTINFO": StoredValue(DINT),
-        "FIRMWARESUPERVISORSTATUS": StoredValue(INT),
-        "FORCESTATUS": StoredValue(INT),
+        **_zeros(INT, "FIRMWARESUPERVISORSTATUS", "FORCESTATUS"),
         "INSTANCE": StoredValue(DINT),
         "LEDSTATUS": StoredValue(INT, 3),
         "MODE": StoredValue(INT, set=True),
@@ -119,7 +117,7 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "INSTANCE": StoredValue(DINT),
         "MINORFAULTRECORD": StoredValue(44, set=True),
         "SFCRESTART": StoredValue(INT, set=True),
-        **_SCAN_TIMES,
+        **_settings(DINT, "LASTSCANTIME", "MAXSCANTIME"),
     },
     "REDUNDANCY": {
         "CHASSISREDUNDANCYSTATE": StoredValue(INT),
@@ -129,19 +127,14 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "LASTDATATRANSFERSIZE": StoredValue(DINT),
         "MAXDATATRANSFERSIZE": StoredValue(DINT, set=True),
         "PARTNERCHASSISREDUNDANCYSTATE": StoredValue(INT),
-        "PARTNERKEYSWITCH": StoredValue(DINT),
-        "PARTNERMINORFAULTS": StoredValue(DINT),
-        "PARTNERMODULEREDUNDANCYSTATE": StoredValue(INT),
-        "PHYSICALCHASSISID": StoredValue(INT),
-        "SRMSLOTNUMBER": StoredValue(INT),
+        **_zeros(DINT, "PARTNERKEYSWITCH", "PARTNERMINORFAULTS"),
+        **_zeros(INT, "PARTNERMODULEREDUNDANCYSTATE", "PHYSICALCHASSISID", "SRMSLOTNUMBER"),
         "PARTNERMODE": StoredValue(DINT),
         "QUALIFICATIONINPROGRESS": StoredValue(INT),
     },
     "ROUTINE": {
         "INSTANCE": StoredValue(DINT),
-        "SFCPAUSED": StoredValue(INT, set=True),
-        "SFCRESUMING": StoredValue(INT, set=True),
-        "SFCRESUMEBITS": StoredValue(INT, set=True),
+        **_settings(INT, "SFCPAUSED", "SFCRESUMING", "SFCRESUMEBITS"),
     },
     "SAFETY": {
         "SAFETYLOCKEDSTATE": StoredValue(SINT),
@@ -153,24 +146,19 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "BAUDRATE": StoredValue(DINT, 19_200),
         "DATABITS": StoredValue(SINT, 8),
         "PARITY": StoredValue(SINT),
-        "RTSOFFDELAY": StoredValue(INT),
-        "RTSSENDDELAY": StoredValue(INT),
+        **_zeros(INT, "RTSOFFDELAY", "RTSSENDDELAY"),
         "STOPBITS": StoredValue(SINT, 1),
         **_settings(SINT, "PENDINGDATABITS", "PENDINGPARITY", "PENDINGSTOPBITS"),
         **_settings(INT, "PENDINGRTSOFFDELAY", "PENDINGRTSSENDDELAY"),
         **_settings(DINT, "PENDINGBAUDRATE"),
     },
     "TASK": {
-        "DISABLEUPDATEOUTPUTS": StoredValue(DINT, set=True),
-        "ENABLETIMEOUT": StoredValue(DINT, set=True),
-        "INHIBITTASK": StoredValue(DINT, set=True),
+        **_settings(DINT, "DISABLEUPDATEOUTPUTS", "ENABLETIMEOUT", "INHIBITTASK"),
         "INSTANCE": StoredValue(DINT),
-        "MAXINTERVAL": StoredValue(LINT, set=True),
-        "MININTERVAL": StoredValue(LINT, set=True),
-        "STARTTIME": StoredValue(LINT, set=True),
+        **_settings(LINT, "MAXINTERVAL", "MININTERVAL", "STARTTIME"),
         "STATUS": StoredValue(DINT, set=True),
         "WATCHDOG": StoredValue(DINT, 500_000, set=True),
-        **_SCAN_TIMES,
+        **_settings(DINT, "LASTSCANTIME", "MAXSCANTIME"),
     },
     "TIMESYNCHRONIZE": {
         "CLOCKTYPE": StoredValue(INT),

@@ -29,7 +29,7 @@ def block_structure(
         inputs: its input parameters, see `members_of`; `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
         faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None without Status.
-        hidden: what it remembers from call to call.
+        hidden: its members that keep values from call to call, see `members_of`.
         more: names of bits 1, 2, ... of Status2, if there are two words.
     """
     words = [] if faults is None else ["Status1", "Status2"] if more else ["Status"]
