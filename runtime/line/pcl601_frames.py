@@ -33,6 +33,7 @@ def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
 def request(unit: int, pdu: ModbusPDU) -> LineRequest:
     """Return a request of `pcl601_pdus` to a unit, as a frame.
 
+    >>> from scanrack.io_images.pcl601 import Code
     >>> request(1, pdus.command(Code.GO)).frame.hex(" ")
     '01 06 00 00 00 01 48 0a'
     """
