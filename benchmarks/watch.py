@@ -45,7 +45,7 @@ from scanrack.runtime.live.tap import PipeInbox, Tap
 from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.runtime.loop.realtime import frozen_collector
 from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
-from scanrack.watch.history.watched_program import LadderNotes
+from scanrack.watch.history.watched_program import LadderNotes, written_to
 from scanrack.watch.monitor_supervisor import MonitorSupervisor
 from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.session_monitor import Setup
@@ -138,7 +138,7 @@ def watched(way: str, speed: float | None) -> Iterator[Turn]:
         figures = MachineFigures(run.rack)
         ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
         tap = Tap(ring, run.rack, run.cpu.period_ns, figures)
-        tap.notes = LadderNotes(debugger, ring.snapshots)
+        tap.notes = LadderNotes(debugger, written_to(ring.snapshots))
         mine, _theirs = socket.socketpair()
         keeper = None
         if way == "nobody":
