@@ -301,10 +301,10 @@ _LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
 """Fields that a message leaves out while they are empty or false."""
 
 
-def said_of(order: Action) -> dict[str, Any]:
+def message_of(order: Action) -> dict[str, Any]:
     """Return an order as a message, which `action_of` reads."""
-    said = {"do": NAMES[type(order)], **asdict(order)}
-    return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
+    message = {"do": NAMES[type(order)], **asdict(order)}
+    return {key: value for key, value in message.items() if value or key not in _LEFT_OUT}
 
 
 def text_of(order: Action) -> str:
@@ -313,7 +313,7 @@ def text_of(order: Action) -> str:
     >>> text_of(Press(1, "home", True))
     '{"do":"press","slot":1,"name":"home","on":true}'
     """
-    return json.dumps(said_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(message_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def parsed(text: str | bytes) -> Any:
@@ -322,14 +322,14 @@ def parsed(text: str | bytes) -> Any:
     Raises:
         ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
     """
-    said = json_value(text, parse_constant=_refuse_constant)
-    _refuse_oddities(said)
-    return said
+    value = json_value(text, parse_constant=_refuse_constant)
+    _refuse_oddities(value)
+    return value
 
 
-def _refuse_oddities(said: object) -> None:
+def _refuse_oddities(value: object) -> None:
     """Refuse JSON that can't be shown: deep nesting, unpaired surrogates."""
-    level = [said]
+    level = [value]
     for _ in range(DEEPEST + 1):
         for text in level:
             if isinstance(text, str) and not _is_unicode(text):

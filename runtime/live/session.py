@@ -258,9 +258,9 @@ class Session:
         while not self._repeats and not self.over and self.inbox.pending():
             number: object = None
             try:
-                said = parsed(self.inbox.take())
-                number = said["id"]
-                order = action_of(said["order"], GIVEN)
+                message = parsed(self.inbox.take())
+                number = message["id"]
+                order = action_of(message["order"], GIVEN)
                 if isinstance(order, actions.ToEditor):
                     self.ask_editor(order, self._answer_to(number))
                     continue

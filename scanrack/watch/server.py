@@ -134,10 +134,10 @@ class Server:
 
     async def _gives_key(self, connection: ServerConnection) -> bool:
         try:
-            said = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
+            message = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
         except (ValueError, TimeoutError, ConnectionClosed):
             return False
-        return isinstance(said, dict) and self._gate.fits(said.get("key"))
+        return isinstance(message, dict) and self._gate.fits(message.get("key"))
 
     async def _serve(self, connection: ServerConnection) -> None:
         page = Page()
@@ -161,11 +161,11 @@ class Server:
             page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
             return
         try:
-            said = parsed(text)
+            message = parsed(text)
         except ValueError as error:
             page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
             return
-        ask(self._monitor, page, said)
+        ask(self._monitor, page, message)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
         """Send messages that are due. A slow page delays only itself, and gets fewer frames."""

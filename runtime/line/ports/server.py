@@ -35,10 +35,10 @@ class Server(Protocol):
 class LineListener(Protocol):
     """Called with the bytes that pass on a line."""
 
-    def heard(self, now_ns: int, data: bytes) -> None:
+    def received(self, now_ns: int, data: bytes) -> None:
         """Receive bytes on their way to the device."""
 
-    def said(self, now_ns: int, data: bytes) -> None:
+    def sent(self, now_ns: int, data: bytes) -> None:
         """Receive bytes that the device has sent."""
 
 
@@ -62,25 +62,25 @@ class LineServer(Server):
     def step(self, longest_s: float) -> None:
         data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
         now_ns = self._clock.now_ns()
-        said = self._device.advance(now_ns)
+        sent = self._device.advance(now_ns)
         if data:
             self._device.receive(now_ns, data)
-            said += self._device.advance(now_ns)
-        if said:
-            self._port.send(said)
-        self._tell(now_ns, data, said)
+            sent += self._device.advance(now_ns)
+        if sent:
+            self._port.send(sent)
+        self._tell(now_ns, data, sent)
         self._port.follow(self._device.line_format)
 
     @override
     def close(self) -> None:
         self._port.close()
 
-    def _tell(self, now_ns: int, heard: bytes, said: bytes) -> None:
+    def _tell(self, now_ns: int, received: bytes, sent: bytes) -> None:
         if self._listener is not None:
-            if heard:
-                self._listener.heard(now_ns, heard)
-            if said:
-                self._listener.said(now_ns, said)
+            if received:
+                self._listener.received(now_ns, received)
+            if sent:
+                self._listener.sent(now_ns, sent)
 
 
 class PduServer(Server):
@@ -120,9 +120,9 @@ class PduServer(Server):
         self._device.advance(now_ns)
         reply = self._answer_pdu(unit, pdu)
         if self._listener is not None:
-            self._listener.heard(now_ns, bytes((unit,)) + pdu)
+            self._listener.received(now_ns, bytes((unit,)) + pdu)
             if reply is not None:
-                self._listener.said(now_ns, bytes((unit,)) + reply)
+                self._listener.sent(now_ns, bytes((unit,)) + reply)
         return reply
 
 
@@ -154,23 +154,23 @@ class GatewayServer(Server):
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._tell(now_ns, frame, heard=True)
+            self._tell(now_ns, frame, received=True)
             refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
             if refused is not None:
                 replies.append(((connection, frame), refused))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)
-            self._tell(now_ns, reply, heard=False)
+            self._tell(now_ns, reply, received=False)
             self._port.send(connection, reply)
 
     @override
     def close(self) -> None:
         self._port.close()
 
-    def _tell(self, now_ns: int, frame: bytes, *, heard: bool) -> None:
+    def _tell(self, now_ns: int, frame: bytes, *, received: bool) -> None:
         if self._listener is not None:
-            (self._listener.heard if heard else self._listener.said)(now_ns, frame[HEADER.size - 1 :])
+            (self._listener.received if received else self._listener.sent)(now_ns, frame[HEADER.size - 1 :])
 
 
 class Stop:

@@ -13,7 +13,7 @@ from scanrack.runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, Faul
 from scanrack.runtime.machine.spec import MachineSpec, input_name
 from scanrack.runtime.modules.record import Trait
 
-from .picture import said_values
+from .picture import described_values
 
 Json = dict[str, Any]
 
@@ -57,7 +57,7 @@ def slot_of(slot: SlotSpec) -> Json:
         "title": _title(slot),
         "words": {"in": len(words.inputs), "out": len(words.outputs)},
         "bits": bits_of(slot.number, words),
-        "values": said_values(words),
+        "values": described_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}

@@ -156,7 +156,7 @@ class Monitor(ABC):
         return []
 
     @abstractmethod
-    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
         """Process an order of a page; raise ValueError if it is not an order, or orders are refused."""
 
     @abstractmethod

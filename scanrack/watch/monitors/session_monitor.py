@@ -13,7 +13,7 @@ from typing import Any
 from scanrack.jobs.load.loading import LoadedRack, load_job
 from scanrack.jobs.record.program_versions import folders_of, forget
 from scanrack.jobs.trust.attachments import load_files
-from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, said_of
+from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, message_of
 from scanrack.runtime.live.ring import Ring, RingShape, Rows
 from scanrack.runtime.live.session import GIVEN
 from scanrack.runtime.loop.pace import wall_ns
@@ -206,15 +206,13 @@ class SessionMonitor(Monitor):
         scan = int(row["scan"])
         rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
         reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
-        said = {
-            "tag": bit.address,
-            "text": rule["text"] if rule else "",
-            "rule": rule["rule"] if rule else "",
-        }
-        self._error = bit, {**reported, **said}
+        reported |= {"tag": bit.address, "text": "", "rule": ""}
+        if rule is not None:
+            reported |= {"text": rule["text"], "rule": rule["rule"]}
+        self._error = bit, reported
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
-            page.send({"error": {**reported, **said, "stopped": page.stops}})
+            page.send({"error": {**reported, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
         """Report the latest error bit to a new page if it is still on."""
@@ -362,11 +360,13 @@ class SessionMonitor(Monitor):
         return [(each["scan"], each["order"]) for each in kept if "order" in each and each["scan"] <= scan]
 
     @override
-    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        if said.get("do") not in GIVEN:
+    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        if message.get("do") not in GIVEN:
             known = ", ".join((*GIVEN, *QUESTIONS))
-            raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
-        order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
+            raise ValueError(
+                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {known}"
+            )
+        order = action_of({key: value for key, value in message.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
@@ -376,9 +376,9 @@ class SessionMonitor(Monitor):
 
     def _pass_on(self, order: Action) -> None:
         self._orders += 1
-        passed_on = {"id": self._orders, "order": said_of(order)}
-        message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
-        self._pipe.send_bytes(message.encode())
+        passed_on = {"id": self._orders, "order": message_of(order)}
+        text = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
+        self._pipe.send_bytes(text.encode())
         self._ring.orders += 1
 
 

@@ -22,7 +22,7 @@ BYTES_MOST = 60_000
 
 OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares all of it
 
-TOLD = {
+EDITING = {
     "columns": COLUMNS,
     "allowed": {key: allowed for key, (_, allowed) in FIELDS.items()},
     "kinds": {
@@ -89,7 +89,7 @@ class KeptPanel:
         Args:
             lacks: why a page can't save it; "" if it can.
         """
-        empty: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
+        empty: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **EDITING}
         try:
             content = self.content()
             panel = parse_panel(content.decode())
