@@ -14,7 +14,7 @@ from scanrack.jobs.load.loading import LoadedRack, load_job
 from scanrack.jobs.record.program_versions import folders_of, forget
 from scanrack.jobs.trust.attachments import load_files
 from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, message_of
-from scanrack.runtime.live.ring import Ring, RingShape, Rows
+from scanrack.runtime.live.ring import ORDERS, REQUESTS, Ring, RingShape, Rows
 from scanrack.runtime.live.session import GIVEN
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.scan import ScanFlag
@@ -118,7 +118,7 @@ class SessionMonitor(Monitor):
         self._left = setup.started > 0  # pages of the previous monitor may have left buttons pressed
         self._let_go: list[Json] = []  # orders that release these buttons
         self._index_to = self._ticks = 0
-        ring.requests += 1  # request initial values and the state
+        ring.head[REQUESTS] += 1  # request initial values and the state
 
     def _add(self, ran: SessionProgram) -> None:
         self.ran = ran
@@ -229,7 +229,7 @@ class SessionMonitor(Monitor):
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
-            self._ring.requests += 1  # the lost messages may have included the state
+            self._ring.head[REQUESTS] += 1  # the lost messages may have included the state
         for message in messages:
             for kind, content in json.loads(message).items():
                 _TAKE[kind](self, content)
@@ -379,7 +379,7 @@ class SessionMonitor(Monitor):
         passed_on = {"id": self._orders, "order": message_of(order)}
         text = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(text.encode())
-        self._ring.orders += 1
+        self._ring.head[ORDERS] += 1
 
 
 def _is_of(rule: Json, bit: ErrorBit) -> bool:
