@@ -367,7 +367,7 @@ class Session:
             raise ValueError(f"no breakpoint at {order.at}; there are {there}")
         if order.at == ALL:
             self._with_breakpoints().clear_breakpoints()
-        elif order.at.upper() not in map(str.upper, left):  # Main.3 and main.3 are one breakpoint
+        elif not any(_is_same(order.at, other) for other in left):
             self._with_breakpoints().remove_breakpoint(*_place_of(order.at))
         self.state.breakpoints = left
 
@@ -406,6 +406,11 @@ _WITHOUT_SCANS = ("accept", "cancel", "save")
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
 """A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""
+
+
+def _is_same(one: str, other: str) -> bool:
+    """Whether two texts mean the same breakpoint, as `Main.3` and `main.3` do."""
+    return one == other or (one.upper() == other.upper() and _RUNG.fullmatch(one) is not None)
 
 
 def _place_of(at: str) -> tuple[str, int | None, str]:
