@@ -191,7 +191,7 @@ class Editor:
         programs = self._programs
         try:
             job = programs.usable(programs.from_disk(), restart)
-            edition = programs.with_copy(version_of(job))
+            edition = programs.versions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, programs.file)
             return Exchange(lambda: self._tell({"mistake": mistake}))

@@ -13,7 +13,11 @@ MODESTY = 10
 
 
 def main(module: str) -> None:
-    """Call `answer` of a module with pickled arguments from standard input."""
+    """Call `answer` of a module with pickled arguments from standard input; a ValueError is a refusal."""
     if hasattr(os, "nice"):
         os.nice(MODESTY)
-    sys.stdout.write(json.dumps(import_module(module).answer(*pickle.load(sys.stdin.buffer))))
+    try:
+        answer = import_module(module).answer(*pickle.load(sys.stdin.buffer))
+    except ValueError as error:
+        answer = {"refused": str(error)}
+    sys.stdout.write(json.dumps(answer))

@@ -22,7 +22,7 @@ from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.reader import open_trace
 
 from ..history.catalog import NOTHING_SHOWN
-from .fields import Question, strip_in
+from .fields import Question, step_in, strip_in
 from .monitor import Json, Monitor
 from .page import Page
 
@@ -235,10 +235,7 @@ def compare(monitor: Monitor, page: Page, question: Question) -> Json:
 
 def difference(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the next or previous scan in which the set of differing words changes."""
-    scan, way = question.get("from"), question.get("way")
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
-    found, searched = _comparison(page).next_difference(scan, way)
+    found, searched = _comparison(page).next_difference(*step_in(question))
     return {"scan": found, "searched": searched}
 
 

@@ -14,12 +14,13 @@ from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import scoped
 from scanrack.runtime.live.actions import Online, action_of
 
-from ..history.catalog import COLUMNS, Catalog
+from ..history.catalog import Catalog
 from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch
-from .fields import Question
+from .fields import Question, columns_in
 from .monitor import Json, Monitor
 from .page import Page
+from .question_process import effects
 from .stretched import ReplayPackage
 
 LOOKED_BACK_NS = 10_000_000_000
@@ -50,9 +51,7 @@ def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
 def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Check and draw edited rungs."""
     program, catalog = _edited(monitor)
-    columns = question.get("columns")
-    if type(columns) is not int or columns not in COLUMNS:
-        raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
+    columns = columns_in(question)
     draft = _draft(program, question, ("columns",))
     assert program.file is not None
     edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
@@ -117,7 +116,7 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
         first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
         ran, draft.rungs, draft.tags,
     )  # fmt: skip
-    monitor.elsewhere.effects(page, question.get("id"), given)
+    monitor.elsewhere.ask(page, question.get("id"), effects(given))
 
 
 def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> Online:

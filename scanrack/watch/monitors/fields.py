@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..history.catalog import COLUMNS
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from .monitor import Json, Monitor
@@ -67,6 +68,22 @@ def scans_in(question: Question) -> tuple[int, int]:
     if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + SCANS_MOST:
         raise ValueError(f"from and to must be scan numbers, at most {SCANS_MOST:,} scans apart")
     return first, last
+
+
+def step_in(question: Question) -> tuple[int, int]:
+    """Return the scan from which a question searches, and the direction: 1 forwards, -1 backwards."""
+    scan, way = question.get("from"), question.get("way")
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    return scan, way
+
+
+def columns_in(question: Question) -> int:
+    """Return the width for which rungs are drawn, columns."""
+    columns = question.get("columns", 88)
+    if type(columns) is not int or columns not in COLUMNS:
+        raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
+    return columns
 
 
 def strip_in(monitor: Monitor, question: Question) -> Json:

@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.jobs.bench.of_trace import lines_of_trace
-from scanrack.jobs.trust.trust import UntrustedError
-from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.reader import open_trace
 
@@ -20,17 +18,17 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, first: int, last: int, more: Columns, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the lines that were executed in scans of a recording, or a refusal.
+    """Return the lines that were executed in scans of a recording.
 
     Args:
         more: the latest scans, which may not be written yet.
         latest: orders, see `lines_of_trace`.
+
+    Raises:
+        ValueError: the recording or its program can't be used.
     """
-    try:
-        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            found = lines_of_trace(trace, Path(folder), (first, last), more, latest)
-    except (ValueError, TraceError, UntrustedError) as error:
-        return {"refused": str(error)}
+    with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        found = lines_of_trace(trace, Path(folder), (first, last), more, latest)
     changes: list[tuple[int, tuple[int, ...]]] = []
     for scan in range(first, last + 1):
         lines = found.lines.get(scan, ())

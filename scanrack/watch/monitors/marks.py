@@ -17,11 +17,9 @@ from scanrack.io_images.module_words import ModuleWords
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 
-from ..history.recorded_events import RecordedEvents
+from ..history.recorded_events import Json, RecordedEvents
 from ..history.timeline import Timeline
 from .troubles import ErrorBit, ErrorWatch
-
-Json = dict[str, Any]
 
 PIECE = 32_768
 """Number of scans that are searched at once; this takes about 10 ms."""

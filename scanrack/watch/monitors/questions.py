@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
+from ..history.catalog import MOST_HITS, tag_hits
 from ..history.event_table import piece_of
 from ..history.lanes import MOST_LANES
-from . import comparison, drafts
+from . import comparison, drafts, question_process
 from .fields import (
     Question,
     addresses_in,
+    columns_in,
     names_in,
     own_name,
     program_of,
     scans_in,
+    step_in,
     strip_in,
     text_in,
 )
@@ -37,10 +39,7 @@ def show(monitor: Monitor, page: Page, question: Question) -> Json:
     """Draw a routine; later frames include its power and tags."""
     program = program_of(monitor, page)
     if program.catalog is not None:
-        columns = question.get("columns", 88)
-        if type(columns) is not int or columns not in COLUMNS:
-            raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
-        operands = question.get("operands") is True
+        columns, operands = columns_in(question), question.get("operands") is True
         shown, answer = program.catalog.show(text_in(question, "routine"), columns, operands=operands)
         if monitor.about.kind == "rack":
             answer["base"] = program.digest
@@ -164,9 +163,7 @@ def marks(monitor: Monitor, page: Page, _question: Question) -> Json:
 
 def mark(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the next mark after a scan, or the previous one."""
-    scan, way, found = question.get("from"), question.get("way"), _marks_of(monitor)
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
+    found, (scan, way) = _marks_of(monitor), step_in(question)
     following = found.next(scan, way)
     return {"mark": following and following.fields, "whole": found.whole}
 
@@ -204,7 +201,8 @@ def share(monitor: Monitor, page: Page, question: Question) -> None:
         raise ValueError("no trace yet; start with --record")
     trusted = monitor.subject.programs.at(page.past).logic is not None
     rack = "" if monitor.about.kind == "trace" else monitor.about.path
-    monitor.elsewhere.share(page, question.get("id"), str(trace), int(row["scan"]), trust=trusted, rack=rack)
+    sharing = question_process.share(str(trace), int(row["scan"]), trust=trusted, rack=rack)
+    monitor.elsewhere.ask(page, question.get("id"), sharing)
 
 
 def xref(monitor: Monitor, page: Page, question: Question) -> Json:

@@ -12,21 +12,22 @@ from typing import Any
 
 from scanrack.jobs.bench.owner_acts import acts_in_trace
 from scanrack.jobs.record.order_repeater import RecordedOrder, orders_of
-from scanrack.jobs.trust.trust import UntrustedError
 from scanrack.jobs.why.acts import Acts
 from scanrack.runtime.live.actions import RECORDED, action_of, parsed
 from scanrack.runtime.loop.faults import CpuFault
-from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.reader import open_trace
 
 
 def answer(
     path: str, tag: str, wanted: object, scan: int, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the answers for a scan of a recording, or a refusal.
+    """Return the answers for a scan of a recording.
 
     Args:
         latest: orders of the session up to the scan, each with the scan before which it acts and its text.
+
+    Raises:
+        ValueError: the recording or its program can't be used, or the controller has faulted.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
@@ -35,9 +36,7 @@ def answer(
             orders += [each for each in given if each not in orders]
             found = list(acts_in_trace(trace, Path(folder), tag, wanted, scan, orders, trust=True))
     except CpuFault as error:
-        return {"refused": f"the controller has faulted in {error}: ask before that scan"}
-    except (ValueError, TraceError, UntrustedError) as error:
-        return {"refused": str(error)}
+        raise ValueError(f"the controller has faulted in {error}: ask before that scan") from error
     return {"scan": scan, "answers": [_described(each) for each in found]}
 
 

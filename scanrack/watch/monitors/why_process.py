@@ -12,8 +12,6 @@ from typing import Any
 from scanrack.jobs.bench import NotReachedError
 from scanrack.jobs.bench.moment import ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
-from scanrack.jobs.trust.trust import UntrustedError
-from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.reader import open_trace
 
@@ -21,17 +19,20 @@ from .chain_answer import links_of
 
 
 def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
-    """Return the answer to a question about a scan of a recording, or a refusal.
+    """Return the answer to a question about a scan of a recording.
 
     Args:
         more: the latest scans, which may not be written yet; the question is about the last one.
+
+    Raises:
+        ValueError: the recording or its program can't be used, or the scan can't be reached.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             at = ScanChoice(at=str(more.scan[-1]))
             queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
-    except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
-        return {"refused": str(error)}
+    except NotReachedError as error:
+        raise ValueError(str(error)) from error
     lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
     chain = [] if queried.chain is None else links_of(queried.chain)
     return {

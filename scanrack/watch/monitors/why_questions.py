@@ -8,6 +8,7 @@ from scanrack.ladder.debug.inquiry import Inquiry
 from scanrack.runtime.live.ring import Row
 
 from ..history.timeline import columns_of
+from . import question_process
 from .fields import Question, own_name, text_in
 from .monitor import BACK, Json, Monitor
 from .page import Page
@@ -86,7 +87,7 @@ def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan
     if program.number:
         raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    monitor.elsewhere.why(page, question.get("id"), str(trace), tag, columns_of(rows))
+    monitor.elsewhere.ask(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
 
 
 def ran(monitor: Monitor, page: Page, question: Question) -> None:
@@ -104,7 +105,8 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
     last = min(scan + LINES_AROUND, extent[1], monitor.subject.programs.end_of(program))
     rows = monitor.subject.timeline.between(max(0, scan - BACK), last)
     orders = monitor.latest_orders(last)
-    monitor.elsewhere.lines(page, question.get("id"), str(trace), (first, last), columns_of(rows), orders)
+    lines = question_process.lines(str(trace), (first, last), columns_of(rows), orders)
+    monitor.elsewhere.ask(page, question.get("id"), lines)
 
 
 def want(monitor: Monitor, page: Page, question: Question) -> None:
@@ -118,6 +120,5 @@ def want(monitor: Monitor, page: Page, question: Question) -> None:
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    monitor.elsewhere.want(
-        page, question.get("id"), str(trace), (tag, requested, scan), monitor.latest_orders(scan)
-    )
+    wanting = question_process.want(str(trace), tag, requested, scan, monitor.latest_orders(scan))
+    monitor.elsewhere.ask(page, question.get("id"), wanting)

@@ -13,7 +13,7 @@ from scanrack.ladder.debug.causes import Causes
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.machine.spec import INPUT_NAMES
 
-from ..history.catalog import Catalog, PageRoutine
+from ..history.catalog import Catalog, Json, PageRoutine
 from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
@@ -35,8 +35,6 @@ OTHER_ANSWERS = 2
 
 MOST_EVENTS = 20_000
 """Largest number of events in a page; the latest are kept."""
-
-Json = dict[str, Any]
 
 
 class SharedStretch(NamedTuple):
