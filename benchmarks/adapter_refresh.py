@@ -36,6 +36,7 @@ from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.line import pcl601_frames as pcl601
 from scanrack.runtime.line import pmc006_frames as pmc006
 from scanrack.runtime.line.master import LineTiming
+from scanrack.runtime.line.pcl601_pdus import read_registers
 from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_TIMING as PCL601_MANNERS
 from scanrack.runtime.modules.adapters.pmc006.driver import LINE_TIMING as PMC006_MANNERS
@@ -63,7 +64,11 @@ class Kind:
 
 KINDS = (
     Kind(
-        "pcl601-adapter", "pcl601", {}, PCL601_MANNERS, pcl601.read_registers(1, Register.POSITION, 2).frame
+        "pcl601-adapter",
+        "pcl601",
+        {},
+        PCL601_MANNERS,
+        pcl601.request(1, read_registers(Register.POSITION, 2)).frame,
     ),
     Kind(
         "pmc006-adapter",

@@ -60,22 +60,10 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
 
 
 def _peak_speed(steps: int, profile: Profile) -> int:
-    """Return the speed that a move over a distance reaches, in 1e-9 step/s, rounded down.
-
-    It is the programmed speed, or the speed that a triangular profile reaches in the distance N:
-
-        Vp^2 = Vo^2 + 2*N / (k * (1/a + 1/d))
-
-    from equating chapter 2's two distances with N [calculation note 2].
-    """
+    """Return the speed that a move over a distance reaches, in 1e-9 step/s, rounded down."""
     if not profile.has_ramps:
         return NANO * profile.speed_sps
-    up, down, shape = profile.acceleration_spmss, profile.deceleration_spmss, profile.shape
-    if isinstance(shape, Jerk):
-        return _peak_with_jerk(NANO * profile.base_sps, Fraction(steps), profile)
-    # a and d are 1000 steps/s/s for a rate of 1
-    gain = int(2 * steps * 1000 * up * down * shape.denominator * NANO**2 // ((up + down) * shape.numerator))
-    return min(NANO * profile.speed_sps, isqrt((NANO * profile.base_sps) ** 2 + gain))
+    return _peak_from(NANO * profile.base_sps, steps, profile)
 
 
 def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
@@ -240,19 +228,22 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     return course.ended(motion.direction, motion.origin)
 
 
-def _peak_from(speed_nsps: int, steps: Fraction, profile: Profile) -> int:
-    """Return the peak speed on the way from a speed to rest, in 1e-9 step/s, rounded down.
+def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
+    """Return the peak speed on the way from a speed v to rest, in 1e-9 step/s, rounded down.
+
+    It is the programmed speed, or the speed that a triangular profile reaches in the distance N:
 
         Vp^2 = (2*N*a*d/k + d*v^2 + a*Vo^2) / (a + d)
 
-    from equating the distances of both ramps with N; `_peak_speed` is the case v = Vo.
+    from equating chapter 2's two distances with N [calculation note 2].
     """
-    if isinstance(profile.shape, Jerk):
-        return _peak_with_jerk(speed_nsps, steps, profile)
+    shape = profile.shape
+    if isinstance(shape, Jerk):
+        return _peak_with_jerk(speed_nsps, Fraction(steps), profile)
     up, down = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
-    made = 2 * steps * up * down * NANO**2 / profile.shape.factor
-    squares = down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2
-    return min(NANO * profile.speed_sps, isqrt((made + squares) // (up + down)))
+    made = 2 * steps * up * down * NANO**2 * shape.denominator
+    squares = (down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2) * shape.numerator
+    return min(NANO * profile.speed_sps, isqrt(int((made + squares) // ((up + down) * shape.numerator))))
 
 
 def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:

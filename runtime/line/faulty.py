@@ -57,7 +57,7 @@ def hits_of(value: str) -> Hits:
     count, of = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
     whole = match is not None and (match[2] is None or 1 <= count <= of)
     if not whole or max(count, of) > MOST_REPLIES:
-        raise ValueError(f"{value!r} is no number of replies: it has to be N, or N/M for N of every M")
+        raise ValueError(f"{value!r} is no number of replies: must be N, or N/M for N of every M")
     return Hits(count, of)
 
 
@@ -144,5 +144,5 @@ class FaultInjector(Device):
 
 def _delay_ms(value: str) -> int:
     if not (value.isascii() and value.isdecimal() and int(value[:9]) <= LONGEST_DELAY_MS):
-        raise ValueError(f"delay={value}: it has to be 0 to {LONGEST_DELAY_MS:,} ms")
+        raise ValueError(f"delay={value}: must be 0 to {LONGEST_DELAY_MS:,} ms")
     return int(value)

@@ -23,7 +23,7 @@ def split_address(text: str) -> tuple[str, int]:
     """
     match = _ADDRESS.fullmatch(text)
     if match is None or int(match["port"]) > HIGHEST_PORT:
-        allowed = f"it has to be HOST:PORT or PORT, and a port is 0 to {HIGHEST_PORT}"
+        allowed = f"must be HOST:PORT or PORT, and a port is 0 to {HIGHEST_PORT}"
         raise ValueError(f"{text}: {allowed}; IPv6 needs brackets, as in [::1]:502")
     return match["v6"] or match["host"] or "", int(match["port"])
 

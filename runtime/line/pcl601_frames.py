@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 
 from pymodbus.pdu import ModbusPDU
-from scanrack.io_images.pcl601 import Code, Register
 
 from . import pcl601_pdus as pdus
 from .master import LineRequest, Reply, Verdict
@@ -32,41 +30,12 @@ def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
     return Verdict.UNFINISHED if len(data) < size else Verdict.FOREIGN
 
 
-def _request(unit: int, pdu: ModbusPDU) -> LineRequest:
+def request(unit: int, pdu: ModbusPDU) -> LineRequest:
+    """Return a request of `pcl601_pdus` to a unit, as a frame.
+
+    >>> request(1, pdus.command(Code.GO)).frame.hex(" ")
+    '01 06 00 00 00 01 48 0a'
+    """
     pdu.dev_id = unit
     size = AROUND + (pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu))
     return LineRequest(frame(unit, encoded(pdu)), size, partial(_read, request=pdu, size=size))
-
-
-def read_registers(unit: int, first: Register, words: int) -> LineRequest:
-    """Return the request for registers, beginning with the first word of a value."""
-    return _request(unit, pdus.read_registers(first, words))
-
-
-def read_inputs(unit: int) -> LineRequest:
-    """Return the request for the input register."""
-    return _request(unit, pdus.read_input_register())
-
-
-def write_registers(unit: int, first: Register, words: Sequence[int]) -> LineRequest:
-    """Return the request that writes unsigned words, beginning with the first word of a value."""
-    return _request(unit, pdus.write_registers(first, words))
-
-
-def write_command(unit: int, code: Code) -> LineRequest:
-    """Return the request that carries out a command code.
-
-    >>> write_command(1, Code.GO).frame.hex(" ")
-    '01 06 00 00 00 01 48 0a'
-    """
-    return _request(unit, pdus.command(code))
-
-
-def write_output(unit: int, output: int, on: bool) -> LineRequest:
-    """Return the request that switches an output, 1 to 8."""
-    return _request(unit, pdus.write_output(output, on))
-
-
-def report_id(unit: int) -> LineRequest:
-    """Return the request for address and firmware."""
-    return _request(unit, pdus.report_id())

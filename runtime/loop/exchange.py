@@ -24,9 +24,10 @@ time: `exchange_early` lets the next exchange happen in the middle of it.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 from scanrack.io_images.image import Image
 from typing_extensions import override
@@ -38,35 +39,47 @@ RPI_NS = 2_000_000
 """The 3601's requested packet interval on a CompactLogix: fixed at 2 ms [specifications]."""
 
 
-class Exchange(Protocol):
+class Exchange(ABC):
     """The backplane, as the scan loop uses it."""
+
+    __slots__ = ("_lines", "_memory", "_outlook", "_rack", "_sent")
 
     def attach(self, rack: Rack) -> None:
         """Connect to a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
+        self._rack, self._memory = rack, rack.memory
+        self._sent = bytearray(len(rack.memory))
+        self._lines = _lines(rack, self._sent)
+        self._outlook = RackPrediction(rack, _images(rack, self._sent))
 
+    @abstractmethod
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance the modules and write their inputs at `now_ns`; return whether there was an exchange."""
 
+    @abstractmethod
     def latch_outputs(self) -> None:
         """Send the output images in the rack's memory."""
 
+    @abstractmethod
     def start(self) -> None:
         """Inform the modules that the PLC runs, together with the latest outputs."""
 
     def stop(self) -> None:
         """Inform the modules at once that the PLC does not run; the last outputs stay in force."""
+        _tell_modules(self._rack, False)
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
         """Call `notice` before anything other than this exchange acts on a module."""
+        self._outlook.tell_before_change(notice)
 
     def exchange_early(self, end_ns: int) -> bool:
         """Exchange within a scan that ends at `end_ns`; return whether an exchange is due by then."""
         return False
 
+    @abstractmethod
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
         """Return the number of foreseen scans from `now_ns` on with unchanged outputs; 0 = none."""
-        return 0
 
+    @abstractmethod
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
         """Return the scans that begin with the one at `now_ns`.
 
@@ -74,8 +87,8 @@ class Exchange(Protocol):
             count: their number, at most `calm_scans`.
             most_rows: maximum number of scans if an axis moves.
         """
-        return Block([], 0)
 
+    @abstractmethod
     def catch_up(self, now_ns: int) -> None:
         """Advance the modules to the scan at `now_ns` after foreseen scans."""
 
@@ -87,16 +100,14 @@ Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
 class EndOfScan(Exchange):
     """Inputs at the beginning of the scan, outputs at its end, like a MicroLogix."""
 
-    __slots__ = ("_latest_ns", "_lines", "_memory", "_outlook", "_rack", "_sent")
+    __slots__ = ("_latest_ns",)
 
     @override
     def attach(self, rack: Rack) -> None:
-        self._rack, self._memory = rack, rack.memory
-        self._sent = bytearray(len(rack.memory))
-        self._lines = _lines(rack, self._sent)
-        self._outlook = RackPrediction(rack, _images(rack, self._sent))
+        super().attach(rack)
         self._latest_ns = 0
 
+    @override
     def latch_inputs(self, now_ns: int) -> bool:
         """Advance every module to `now_ns` and take its inputs."""
         self._latest_ns = now_ns
@@ -104,6 +115,7 @@ class EndOfScan(Exchange):
             inputs[:] = update(now_ns, outputs).raw
         return True
 
+    @override
     def latch_outputs(self) -> None:
         """Send all outputs; they take effect at the instant of the scan."""
         self._sent[:] = self._memory
@@ -112,14 +124,6 @@ class EndOfScan(Exchange):
     def start(self) -> None:
         """Inform the modules at the end of this scan."""
         _tell_modules(self._rack, True)
-
-    @override
-    def stop(self) -> None:
-        _tell_modules(self._rack, False)
-
-    @override
-    def tell_before_change(self, notice: Callable[[], None]) -> None:
-        self._outlook.tell_before_change(notice)
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
@@ -174,17 +178,7 @@ class EveryRpi(Exchange):
         ValueError: the interval is not positive.
     """
 
-    __slots__ = (
-        "_lines",
-        "_memory",
-        "_next_ns",
-        "_outlook",
-        "_rack",
-        "_sent",
-        "_starting",
-        "_waiting",
-        "rpi_ns",
-    )
+    __slots__ = ("_next_ns", "_starting", "_waiting", "rpi_ns")
 
     def __init__(self, rpi_ns: int = RPI_NS) -> None:
         if rpi_ns < 1:
@@ -194,14 +188,12 @@ class EveryRpi(Exchange):
     @override
     def attach(self, rack: Rack) -> None:
         """Take the slots; the first exchange is at 0."""
-        self._rack, self._memory = rack, rack.memory
+        super().attach(rack)
         self._waiting = bytearray(len(rack.memory))
-        self._sent = bytearray(len(rack.memory))
-        self._lines = _lines(rack, self._sent)
-        self._outlook = RackPrediction(rack, _images(rack, self._sent))
         self._next_ns = 0
         self._starting = False
 
+    @override
     def latch_inputs(self, now_ns: int) -> bool:
         """Carry out all exchanges due by `now_ns`; between exchanges the inputs do not change."""
         due = self._next_ns <= now_ns
@@ -210,6 +202,7 @@ class EveryRpi(Exchange):
             self._next_ns += self.rpi_ns
         return due
 
+    @override
     def latch_outputs(self) -> None:
         """Queue all outputs for the next exchange."""
         self._waiting[:] = self._memory
@@ -230,11 +223,7 @@ class EveryRpi(Exchange):
     @override
     def stop(self) -> None:
         self._starting = False
-        _tell_modules(self._rack, False)
-
-    @override
-    def tell_before_change(self, notice: Callable[[], None]) -> None:
-        self._outlook.tell_before_change(notice)
+        super().stop()
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:

@@ -179,6 +179,8 @@ def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], 
                 assert (plc.Write(name, value).Status, plc.Read(name).Value) == ("Success", value), name
         assert plc.Write("Dints[0]", list(range(3000))).Status == "Success"
         assert plc.Read("Dints[0]", 3000).Value == list(range(3000))
+        assert plc.Write("Dints[1000]", list(range(2000))).Status == "Success"
+        assert plc.Read("Dints[500]", 2500).Value == [*range(500, 1000), *range(2000)]
         assert plc.Write("Locked", 5).Status == "Privilege violation"
         assert [each.Status for each in plc.Read(["Scan", "C1"])] == ["Success"] * 2
     assert rack.debugger.tags["Locked"] == 7

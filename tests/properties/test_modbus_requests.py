@@ -20,6 +20,7 @@ from pymodbus.pdu import ModbusPDU
 from scanrack.io_images.pcl601 import MAP, WORDS, Code, Register
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.line import pcl601_frames as frames
+from scanrack.runtime.line import pcl601_pdus as pdus
 from scanrack.runtime.line.clients.link import BadResponseError
 from scanrack.runtime.line.clients.modbus import AnswerDecoder, ModbusExceptionError, check
 from scanrack.runtime.line.master import LineRequest, Reply, Verdict
@@ -515,16 +516,17 @@ def asked_on_a_line(draw: random.Random) -> LineRequest:
     """Return a request of those that the adapter of a PCL601 sends."""
     register = draw.choice([row.register for row in MAP if row.writable])
     words = [draw.randrange(1 << 16) for _ in range(draw.randint(1, 10))]
-    return draw.choice(
+    pdu = draw.choice(
         (
-            frames.report_id(UNIT),
-            frames.read_inputs(UNIT),
-            frames.read_registers(UNIT, register, draw.randint(1, 5)),
-            frames.write_registers(UNIT, register, words),
-            frames.write_command(UNIT, draw.choice(list(Code))),
-            frames.write_output(UNIT, draw.randint(1, 8), draw.random() < 0.5),
+            pdus.report_id(),
+            pdus.read_input_register(),
+            pdus.read_registers(register, draw.randint(1, 5)),
+            pdus.write_registers(register, words),
+            pdus.command(draw.choice(list(Code))),
+            pdus.write_output(draw.randint(1, 8), draw.random() < 0.5),
         )
     )
+    return frames.request(UNIT, pdu)
 
 
 @given(SEEDS)

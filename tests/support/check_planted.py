@@ -5,7 +5,7 @@
 import re
 from typing import NamedTuple
 
-from check_sound import SOUND
+from check_programs import SOUND
 
 
 class Planted(NamedTuple):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from check_planted import OF_THE_RACK, PLANTED, Planted
-from check_sound import SOUND
+from check_programs import SOUND
 from scanrack.jobs.check import RULES, Rule
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"

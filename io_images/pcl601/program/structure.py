@@ -22,7 +22,7 @@ def check_structure(program: Program, lines: Sequence[int] | None = None) -> Non
     for step, reason in _mistakes(program):
         raise ProgramError(reason, None if lines is None else lines[step])
     if not program.steps or program.steps[-1].name != "END":
-        raise ProgramError("END is missing: it has to be the last instruction", lines[-1] if lines else None)
+        raise ProgramError("END is missing: it must be the last instruction", lines[-1] if lines else None)
     if program.size > CAPACITY_BYTES:
         raise ProgramError(f"it takes {program.size} bytes: program memory holds {CAPACITY_BYTES}")
 
@@ -51,7 +51,7 @@ def _loops(program: Program) -> Iterator[tuple[int, str]]:
             continue
         loop = _Loop(program.labels[str(step.target)], index, step.name == "LOOP INNER")
         if loop.start > index:
-            yield index, f"label {step.target} has to be above the loop"
+            yield index, f"label {step.target} must be above the loop"
         for other in loops:
             if other.end > loop.start and (other.inner == loop.inner or not other.inner):
                 yield index, _nested(other, loop)

@@ -17,8 +17,8 @@ from .inputs import Inputs
 from .motor import EncoderModel, Motor
 from .pcl601_motor import SimulatedPcl601Axis
 from .pins import Pcl601Pins
+from .program.machine import ProgramMachine
 from .register_values import Values
-from .stored import ProgramRunner
 from .wiring import Wiring
 
 
@@ -52,7 +52,7 @@ class Pcl601Controller:
         self.protocol = Protocol.MODBUS
         self.outputs = 0  # output register, bit 0 is output 1
         self.errors = NO_ERROR
-        self.runner: ProgramRunner | None = None  # the stored program, None if the memory is empty
+        self.runner: ProgramMachine | None = None  # the stored program, None if the memory is empty
         self.autorun = False  # whether the program starts at power-up; non-volatile
         self._aim = Aim.STEPS
         self._last_distance = 0
@@ -77,7 +77,7 @@ class Pcl601Controller:
         self.errors = NO_ERROR
         self._aim, self._last_distance = Aim.STEPS, 0
         self._sent.clear()
-        if self.autorun and self.runner is not None and not self.runner.is_empty:
+        if self.autorun and self.runner is not None:
             self.runner.start(now_ns)
         self.settle(now_ns)
 
@@ -353,7 +353,7 @@ class Pcl601Controller:
     # program
 
     def _start_program(self) -> bool:
-        if self.runner is None or self.runner.is_empty:
+        if self.runner is None:
             return self.refuse(Error.MEMORY_COMMAND)
         self.runner.start(self._now_ns)
         return True

@@ -18,7 +18,7 @@ from .controller import Pcl601Controller, Protocol
 from .direct import Direct
 from .modbus import Modbus
 from .motor import EncoderModel
-from .stored import ProgramRunner
+from .program.machine import ProgramMachine
 from .wiring import Wiring
 
 FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_ascii.LINE_FORMAT}
@@ -51,7 +51,7 @@ class Pcl601:
         address: int = 1,
         encoder: EncoderModel | None = None,
         wiring: Wiring | None = None,
-        runner: ProgramRunner | None = None,
+        runner: ProgramMachine | None = None,
         timing: Timing = SERIAL_TIMING,
     ) -> None:
         if not 0 <= address <= 99:

@@ -73,4 +73,4 @@ class Pcl601MemoryReader:
 def program_of(unit: Pcl601) -> Program | None:
     """Return the program in a unit's memory."""
     runner = unit.controller.runner
-    return runner.program if isinstance(runner, ProgramMachine) else None
+    return None if runner is None else runner.program

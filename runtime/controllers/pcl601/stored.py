@@ -1,18 +1,11 @@
-"""The interface between a stored program and the controller.
+"""The controller as a stored program sees it: the interface of its instructions.
 
-The controller knows a `ProgramRunner` and nothing of instructions; the runner
-knows the `Axis601` below and nothing of motion. `program/` has the runner, a
-virtual machine. The caller creates a runner of a stored program and gives it to
-the controller:
+`program/` has the virtual machine that runs a program. It knows this interface, and nothing of motion:
 
-    controller.load(runner)          # as if saved earlier; does not start it
-    code 12, autorun at power-up     # controller calls runner.start(now_ns)
-    code 5, ".", reset               # controller calls runner.stop()
+    code 12, autorun at power-up     controller calls runner.start(now_ns)
+    code 5, ".", reset               controller calls runner.stop()
 
-The controller reads `next_wake_ns` after every event and calls `advance` exactly
-at that instant, after motion and pins have been processed for that instant. The
-actions of a runner take effect at the `now_ns` of `advance`. A refused action
-ends the program: the controller sets the error bit, the runner stops itself.
+The actions of a program take effect at the `now_ns` of `ProgramMachine.advance`.
 """
 
 from __future__ import annotations
@@ -72,28 +65,3 @@ class Axis601(Protocol):
 
     def report(self, error: Error) -> None:
         """Set an error bit: MEMORY_COMMAND for RETURN without GOTO or an unknown instruction."""
-
-
-class ProgramRunner(Protocol):
-    """A stored program and its state."""
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether program memory is empty: then code 12 is refused with error 4096."""
-
-    @property
-    def running(self) -> bool:
-        """Whether the program has started and not ended."""
-
-    @property
-    def next_wake_ns(self) -> int | None:
-        """Instant of the next instruction, None unless running."""
-
-    def start(self, now_ns: int) -> None:
-        """Begin at line 1."""
-
-    def stop(self) -> None:
-        """Stop the program if it runs."""
-
-    def advance(self, now_ns: int, axis: Axis601) -> None:
-        """Carry out the instructions due at `now_ns`, which is not before `next_wake_ns`."""

@@ -94,6 +94,7 @@ class Link(Protocol):
 
     def pause(self, seconds: float) -> None:
         """Wait."""
+        Event().wait(seconds)
 
     def close(self) -> None:
         """Release the line."""
@@ -165,10 +166,6 @@ class SerialLink(Link):
             raise LinkError(f"{self._path} is gone: {reason(error)}") from error
 
     @override
-    def pause(self, seconds: float) -> None:
-        Event().wait(seconds)
-
-    @override
     def close(self) -> None:
         self._port.close()
 
@@ -216,10 +213,6 @@ class TcpLink(Link):
                 raise LinkError(f"{self._name} has closed the connection")
             data += came
         return data
-
-    @override
-    def pause(self, seconds: float) -> None:
-        Event().wait(seconds)
 
     @override
     def close(self) -> None:

@@ -9,6 +9,7 @@ value or quantity. Nothing is repeated here.
 
 from __future__ import annotations
 
+from threading import Event
 from typing import Protocol
 
 from pymodbus.pdu import ModbusPDU
@@ -99,6 +100,7 @@ class ModbusLine(Protocol):
 
     def pause(self, seconds: float) -> None:
         """Wait."""
+        Event().wait(seconds)
 
     def close(self) -> None:
         """Release the line."""

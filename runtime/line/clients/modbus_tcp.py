@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 import socket
 from queue import Empty, SimpleQueue
-from threading import Event
 
 from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ConnectionException, ModbusException
@@ -86,11 +85,6 @@ class ModbusTcpLine(ModbusLine):
         self._client.connect()
 
     @override
-    def pause(self, seconds: float) -> None:
-        """Wait."""
-        Event().wait(seconds)
-
-    @override
     def close(self) -> None:
         """Close the connection."""
         self._client.close()  # type: ignore[no-untyped-call]
@@ -139,10 +133,6 @@ class ModbusTcpLink(Link):
             return self._heard.get(timeout=seconds)
         except Empty:
             return b""
-
-    @override
-    def pause(self, seconds: float) -> None:
-        self._line.pause(seconds)
 
     @override
     def close(self) -> None:

@@ -18,6 +18,7 @@ from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
 from .. import pmc006_frames as pmc006
 from ..master import LineRequest, Reply
+from ..pcl601_pdus import report_id
 from ..wire import LineFormat
 from .link import SILENCE_S, Link, drain
 
@@ -92,13 +93,17 @@ def answer_to(link: Link, request: LineRequest) -> bool:
 
 def _rtu(opened: Opened, units: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
     line_format = rtu.LINE_FORMAT
-    for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, on_request):
+    for unit in _answering(opened, line_format, "Modbus RTU", units, _ask_identity, on_request):
         yield FoundDevice("PCL601", unit, "Modbus RTU", line_format)
 
 
 def _pmc006(opened: Opened, sites: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
     for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, on_request):
         yield FoundDevice("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
+
+
+def _ask_identity(unit: int) -> LineRequest:
+    return rtu.request(unit, report_id())
 
 
 def _ask_status(site: int) -> LineRequest:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Protocol
+from collections.abc import Callable
+from contextlib import closing
+from typing import Generic, Protocol, TypeVar
 
 from typing_extensions import override
 
@@ -42,7 +42,29 @@ class LineListener(Protocol):
         """Receive bytes that the device has sent."""
 
 
-class LineServer(Server):
+AnyPort = TypeVar("AnyPort", Port, ModbusTcpPort)
+
+
+class PortServer(Server, Generic[AnyPort]):
+    """A server with one port and a listener to the bytes that pass."""
+
+    def __init__(self, port: AnyPort, clock: Clock, listener: LineListener | None) -> None:
+        self._port: AnyPort = port
+        self._clock, self._listener = clock, listener
+
+    @override
+    def close(self) -> None:
+        self._port.close()
+
+    def _tell(self, now_ns: int, *, received: bytes = b"", sent: bytes = b"") -> None:
+        """Pass bytes to the listener."""
+        if self._listener is not None and received:
+            self._listener.received(now_ns, received)
+        if self._listener is not None and sent:
+            self._listener.sent(now_ns, sent)
+
+
+class LineServer(PortServer[Port]):
     """A device at a port that carries the bytes of its serial line.
 
     Args:
@@ -53,10 +75,8 @@ class LineServer(Server):
     def __init__(
         self, device: Device, port: Port, clock: Clock, listener: LineListener | None = None
     ) -> None:
+        super().__init__(port, clock, listener)
         self._device = device
-        self._port = port
-        self._clock = clock
-        self._listener = listener
 
     @override
     def step(self, longest_s: float) -> None:
@@ -68,22 +88,11 @@ class LineServer(Server):
             sent += self._device.advance(now_ns)
         if sent:
             self._port.send(sent)
-        self._tell(now_ns, data, sent)
+        self._tell(now_ns, received=data, sent=sent)
         self._port.follow(self._device.line_format)
 
-    @override
-    def close(self) -> None:
-        self._port.close()
 
-    def _tell(self, now_ns: int, received: bytes, sent: bytes) -> None:
-        if self._listener is not None:
-            if received:
-                self._listener.received(now_ns, received)
-            if sent:
-                self._listener.sent(now_ns, sent)
-
-
-class PduServer(Server):
+class PduServer(PortServer[ModbusTcpPort]):
     """A device at a Modbus TCP port: requests bypass its serial line, but its time runs.
 
     Args:
@@ -100,33 +109,26 @@ class PduServer(Server):
         clock: Clock,
         listener: LineListener | None = None,
     ) -> None:
-        self._listener = listener
+        super().__init__(port, clock, listener)
         self._device = device
         self._answer_pdu = answer
-        self._port = port
-        self._clock = clock
 
     @override
     def step(self, longest_s: float) -> None:
         self._port.serve(self._clock.seconds_until(self._device.next_wake_ns, longest_s), self._answer)
         self._device.advance(self._clock.now_ns())
 
-    @override
-    def close(self) -> None:
-        self._port.close()
-
     def _answer(self, unit: int, pdu: bytes) -> bytes | None:
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
         reply = self._answer_pdu(unit, pdu)
-        if self._listener is not None:
-            self._listener.received(now_ns, bytes((unit,)) + pdu)
-            if reply is not None:
-                self._listener.sent(now_ns, bytes((unit,)) + reply)
+        self._tell(
+            now_ns, received=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
+        )
         return reply
 
 
-class GatewayServer(Server):
+class GatewayServer(PortServer[ModbusTcpPort]):
     """A gateway on a Modbus TCP port, which passes requests to the serial line one at a time.
 
     Args:
@@ -141,10 +143,8 @@ class GatewayServer(Server):
         clock: Clock,
         listener: LineListener | None = None,
     ) -> None:
+        super().__init__(port, clock, listener)
         self._gateway = gateway
-        self._port = port
-        self._clock = clock
-        self._listener = listener
 
     @override
     def step(self, longest_s: float) -> None:
@@ -154,23 +154,15 @@ class GatewayServer(Server):
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._tell(now_ns, frame, received=True)
+            self._tell(now_ns, received=frame[HEADER.size - 1 :])
             refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
             if refused is not None:
                 replies.append(((connection, frame), refused))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)
-            self._tell(now_ns, reply, received=False)
+            self._tell(now_ns, sent=reply[HEADER.size - 1 :])
             self._port.send(connection, reply)
-
-    @override
-    def close(self) -> None:
-        self._port.close()
-
-    def _tell(self, now_ns: int, frame: bytes, *, received: bool) -> None:
-        if self._listener is not None:
-            (self._listener.received if received else self._listener.sent)(now_ns, frame[HEADER.size - 1 :])
 
 
 class Stop:
@@ -182,14 +174,6 @@ class Stop:
     def ask(self) -> None:
         """Request a stop after the present step."""
         self.asked = True
-
-
-@contextmanager
-def _closing(server: Server) -> Iterator[None]:
-    try:
-        yield
-    finally:
-        server.close()
 
 
 def serve_until_interrupted(
@@ -204,7 +188,7 @@ def serve_until_interrupted(
         each_step: called after every step.
     """
     stop = stop or Stop()
-    with _closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):
+    with closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):
         while not stop.asked:
             server.step(longest_s)
             each_step()

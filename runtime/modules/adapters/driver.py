@@ -134,14 +134,10 @@ class Driver(Exchanges[Drive]):
             yield from errand
         elif self.tasks:
             self.task = self.tasks.pop(0)
-            self._top_sps = self.top_sps(self.task.drive)
+            self._top_sps = self.task.drive.max_sps
             yield from self.carry_out(self.task)
         else:
             yield from self._look_around()
-
-    def top_sps(self, drive: Drive) -> int:
-        """Return the speed of a motion, steps/s."""
-        raise NotImplementedError
 
     def _set_up(self) -> Talk:
         self.forget()

@@ -62,6 +62,7 @@ class Exchanges(Generic[Drive]):
         self._good_ns = 0
         self._read_ns = 0
         self._top_sps = 0
+        self._zeroing = False  # a search for home runs, in which the controller sets its counter to 0
         self._rebasing_to: int | None = None
         self._is_final = False
 
@@ -151,11 +152,13 @@ class Exchanges(Generic[Drive]):
         yield from self.read_inputs()
 
     def note_position(self, position: int) -> None:
-        """Store a position read.
+        """Store a position read; ignore the zero that a controller sets at home.
 
         Raises:
             PowerLostError: it is near 0, and too far from the last one for the speed.
         """
+        if self._zeroing and abs(position) <= NEAR_ZERO:
+            return
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
         way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO

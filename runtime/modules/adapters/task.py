@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from ...kinematics import Motion
 
-Drive = TypeVar("Drive")
+
+class DriveSettings(Protocol):
+    """Speeds and ramps of a motion in a controller's terms."""
+
+    @property
+    def max_sps(self) -> int:
+        """Speed between the ramps, steps/s."""
+
+
+Drive = TypeVar("Drive", bound=DriveSettings)
 
 
 class TaskKind(Enum):

@@ -162,17 +162,6 @@ class Amci3601(SteppedModule):
         self._foresee()
         self.look_again()
 
-    def machine_at(self, now_ns: int) -> Machine:
-        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
-        self.axis.advance(now_ns)
-        return self.machine
-
-    def figures(self) -> tuple[int, int, int]:
-        """Return shaft position, encoder counts and energized inputs at the last `update`."""
-        self.before_change()
-        machine = self.machine_at(self._now_ns)
-        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
-
     @property
     def under_way(self) -> str | None:
         """The kind of the running motion, or None."""
@@ -303,9 +292,6 @@ class Amci3601(SteppedModule):
         if wake is not None:
             instant = min(instant, wake)
         return NEVER if instant == NEVER else max(self._tick_at_or_after(instant), tick_ns + self._tick_ns)
-
-    def _tick_at_or_after(self, instant_ns: int) -> int:
-        return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def _foresee(self) -> None:
         """Compute until when only the position can change."""

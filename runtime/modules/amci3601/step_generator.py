@@ -11,6 +11,7 @@ the module's count.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from ...kinematics import FOREVER, PICO, AnyShape, Motion, Profile, Rate, Segment, stopping_distance
@@ -391,10 +392,13 @@ class StepGenerator:
 
 
 class SteppedModule:
-    """Predictions of a module with a step generator between its changes; see `ForeseeingModule`."""
+    """A module with a step generator: its machine, and its predictions, see `ForeseeingModule`."""
 
     axis: StepGenerator
+    machine: Machine
+    before_change: Callable[[], None]
     _now_ns: int
+    _tick_ns: int
     _due_ns: int  # before this instant only position and count change
     _counting: bool
     _segment: Segment | None  # the segment whose position the image shows
@@ -419,6 +423,20 @@ class SteppedModule:
     def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Return the upper and the lower words of numbers."""
         raise NotImplementedError
+
+    def machine_at(self, now_ns: int) -> Machine:
+        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
+        self.axis.advance(now_ns)
+        return self.machine
+
+    def figures(self) -> tuple[int, int, int]:
+        """Return shaft position, encoder counts and energized inputs at the last `update`."""
+        self.before_change()
+        machine = self.machine_at(self._now_ns)
+        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
+
+    def _tick_at_or_after(self, instant_ns: int) -> int:
+        return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""

@@ -142,7 +142,7 @@ def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callab
         first, last = range_of(state)
     except ValueError:
         allowed = "on, off, or positions such as 9000.. or ..-3000 or 5..10"
-        raise ValueError(f"{name}={state}: it has to be {allowed}") from None
+        raise ValueError(f"{name}={state}: must be {allowed}") from None
     return partial(drive.machine.rewire, bit, [Switch(bit, first, last)])
 
 

@@ -205,17 +205,6 @@ class DriveUnit(SteppedModule):
 
     # -- the machine, the driver, the link -------------------------------------------------------
 
-    def machine_at(self, now_ns: int) -> Machine:
-        """Return the machine as it is at `now_ns`, the instant of the last call."""
-        self.axis.advance(now_ns)
-        return self.machine
-
-    def figures(self) -> tuple[int, int, int]:
-        """Return shaft position, encoder counts and energized inputs at the last call."""
-        self.before_change()
-        machine = self.machine_at(self._now_ns)
-        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
-
     def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine at the last call, see `Machine.operate`."""
         self.machine.operate(bit, energized, self._now_ns)
@@ -306,9 +295,6 @@ class DriveUnit(SteppedModule):
         instant = max(min(instants), at_ns + 1)
         self._tick_due_ns = NEVER if instant >= NEVER else self._tick_at_or_after(instant)
         self._stall_due_ns = self._next_stall(at_ns)
-
-    def _tick_at_or_after(self, instant_ns: int) -> int:
-        return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     # -- stall detection ------------------------------------------------------------------------
 

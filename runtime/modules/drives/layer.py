@@ -31,13 +31,13 @@ from scanrack.io_images.number_formats import NumberFormat
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
+from ..amci3601.state import HeldMove
 from ..amci3601.step_generator import StepGenerator
 from .drive_options import DriveOptions
 from .motions import (
     STOP_JOG,
     BlendMove,
     DriveEncoderMove,
-    DriveHeldMove,
     DriveMotion,
     DriveRegistrationMove,
     DwellMove,
@@ -130,7 +130,7 @@ class DriveLayer:
         self.status = StatusLatches()
         self.state = DriveState(self.status)
         self.operation: DriveMotion | None = None
-        self.held: DriveHeldMove | None = None
+        self.held: HeldMove | None = None
         self.armed: Callable[[int], None] | None = None
         self.session: AssembledSession | None = None
         self.in_configuration = False

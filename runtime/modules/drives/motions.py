@@ -7,7 +7,6 @@ by calling `MotionHost.finish`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 from typing import ClassVar, Protocol, cast
 
@@ -20,7 +19,7 @@ from ...kinematics import AnyShape, BlendLeg, Jerk, Profile, Shape, check_blend
 from ..amci3601.axis_protocol import BlendProgram
 from ..amci3601.operation import Host
 from ..amci3601.operations.homing import Homing
-from ..amci3601.state import NO_COMMAND
+from ..amci3601.state import NO_COMMAND, HeldMove
 from ..amci3601.step_generator import StepGenerator
 from .drive_options import DriveOptions
 from .state import DriveState, StatusLatches
@@ -40,14 +39,6 @@ def profile_of(command: DriveCommand, start_sps: int) -> Profile:
     return Profile(start_sps, command.speed, *command.rates, shape_of(command.jerk))
 
 
-@dataclass(frozen=True, slots=True)
-class DriveHeldMove:
-    """A held move: its name, and its target in steps."""
-
-    target: int
-    name: str
-
-
 class MotionHost(Protocol):
     """The interface of the drive to its motions, see `DriveLayer`."""
 
@@ -55,7 +46,7 @@ class MotionHost(Protocol):
     options: DriveOptions
     status: StatusLatches
     state: DriveState
-    held: DriveHeldMove | None
+    held: HeldMove | None
 
     @property
     def start_sps(self) -> int:
@@ -147,7 +138,7 @@ class Move(DriveMotion):
         """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
         if self.holding and self.axis.position != self.target:
             self.layer.finish(now_ns, StatusBit.HOLD_STATE, "held")
-            self.layer.held = DriveHeldMove(self.target, self.name)
+            self.layer.held = HeldMove(self.target, self.name)
         else:
             super().on_end(now_ns)
 

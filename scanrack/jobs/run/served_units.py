@@ -17,7 +17,7 @@ from scanrack.io_images.times import exact_ns
 from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.pinstates import connect
 from scanrack.runtime.controllers.pcl601.program import load, read_program
-from scanrack.runtime.controllers.pcl601.stored import ProgramRunner
+from scanrack.runtime.controllers.pcl601.program.machine import ProgramMachine
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
@@ -106,7 +106,7 @@ def pcl601_units(
         ValueError: an address is illegal, or a program or thumbwheel is unusable.
     """
     if not 0 < gap_ms <= GAP_MS_MAX:
-        raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
+        raise ValueError(f"--gap-ms {gap_ms:g}: must be above 0, and at most {GAP_MS_MAX}")
     timing = Timing(round(exact_ns(gap_ms, "ms", "--gap-ms") * max(speed, 1)), by_length=True)
     wirings = _wirings(addresses or [1], thumbwheels)
     devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
@@ -136,7 +136,7 @@ def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiri
         address, _, digits = text.rpartition(":")
         chosen = [each for each in addresses if not address or str(each) == address]
         if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
-            raise ValueError(f"--thumbwheel {text}: it has to be up to 7 digits, or ADDRESS:DIGITS")
+            raise ValueError(f"--thumbwheel {text}: must be up to 7 digits, or ADDRESS:DIGITS")
         wirings[chosen[0]] = Wiring(True, int(digits))
     return wirings
 
@@ -165,7 +165,7 @@ def _pcl601_status(device: Pcl601) -> dict[str, str]:
     }
 
 
-def _program_state(runner: ProgramRunner | None) -> str:
+def _program_state(runner: ProgramMachine | None) -> str:
     if runner is None:
         return NO_PROGRAM
     return "running" if runner.running else "stored"

@@ -64,7 +64,7 @@ class ControlChannel:
         try:
             request = json_value(text)
         except ValueError:
-            problem = f"{shortened(text.strip(), 80)}: it is not JSON; it has to be {ALLOWED}"
+            problem = f"{shortened(text.strip(), 80)}: it is not JSON; must be {ALLOWED}"
             raise EndOfTalkError(json.dumps({"error": problem})) from None
         if not known:
             self._admit(request)
@@ -79,7 +79,7 @@ class ControlChannel:
         key = request.get("key") if isinstance(request, dict) else None
         given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
         if not hmac.compare_digest(given, self.key.encode()):
-            problem = 'the first line has to be {"key": TEXT} with the key that was printed'
+            problem = 'the first line must be {"key": TEXT} with the key that was printed'
             raise EndOfTalkError(json.dumps({"error": problem}))
 
     def _carry_out(self, request: object, text: str) -> dict[str, object]:
@@ -91,7 +91,7 @@ class ControlChannel:
             case {"state": int(address), **rest} if not rest:
                 return self._state(address)
             case _:
-                raise ValueError(f"{text.strip()}: it has to be {ALLOWED}")
+                raise ValueError(f"{text.strip()}: must be {ALLOWED}")
         return {}
 
     def _state(self, address: int) -> dict[str, object]:

@@ -99,9 +99,7 @@ class ServedLine(LineService):
         gateway_ms: float = GATEWAY_MS,
     ) -> None:
         if not 0 < gateway_ms <= GATEWAY_MS_MAX:
-            raise ValueError(
-                f"--gateway-ms {gateway_ms:g}: it has to be above 0, and at most {GATEWAY_MS_MAX}"
-            )
+            raise ValueError(f"--gateway-ms {gateway_ms:g}: must be above 0, and at most {GATEWAY_MS_MAX}")
         self.units = self._line_units = units
         self._controller = controller
         self._timed = timed
@@ -126,7 +124,7 @@ class ServedLine(LineService):
         address, colon, fault = text.replace(" ", "").rpartition(":")
         chosen = [each for number, each in self._faulty.items() if not colon or str(number) == address]
         if not chosen:
-            raise ValueError(f"{text!r} is no fault of a unit: it has to be FAULT, or ADDRESS:FAULT")
+            raise ValueError(f"{text!r} is no fault of a unit: must be FAULT, or ADDRESS:FAULT")
         for each in chosen if not colon else chosen[:1]:
             each.set(fault)
 
@@ -217,7 +215,7 @@ def wire(units: Sequence[ServedUnit], text: str) -> None:
     address, colon, pin = name.rpartition(":")
     chosen = [unit for unit in units if not colon or str(unit.address) == address]
     if not equals or not chosen:
-        raise ValueError(f"{text!r} wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE")
+        raise ValueError(f"{text!r} wires no input: must be NAME=STATE, or ADDRESS:NAME=STATE")
     chosen[0].wire(pin, state)
 
 

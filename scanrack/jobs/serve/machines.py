@@ -115,7 +115,7 @@ def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
             raise ValueError(f"--machine {text}: no unit {address}; there is {there}")
         return int(address), file
     if len(addresses) > 1:
-        raise ValueError(f"--machine {text}: of several units it has to be ADDRESS:FILE")
+        raise ValueError(f"--machine {text}: of several units it must be ADDRESS:FILE")
     return addresses[0], text
 
 
@@ -150,9 +150,7 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
         if len(found) == 1:
             return found[0]
         if found:
-            raise ValueError(
-                f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
-            )
+            raise ValueError(f"--machine {file}: {len(found)} of its slots have an {module}; must be one")
     raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
 
 

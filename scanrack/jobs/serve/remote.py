@@ -137,7 +137,7 @@ def remote_job(
         ValueError: the file or time is unusable, or there is no such slot.
     """
     if not 0 < silence_ms <= SILENCE_MS_MAX:
-        raise ValueError(f"--silence {silence_ms:g}: it has to be above 0, at most {SILENCE_MS_MAX:,}")
+        raise ValueError(f"--silence {silence_ms:g}: must be above 0, at most {SILENCE_MS_MAX:,}")
     with tempfile.TemporaryDirectory() as folder:
         if rack is None:
             rack = str(Path(folder) / "remote-io.toml")
@@ -157,6 +157,6 @@ def _slot_of(modules: dict[int, str], slot: int | None) -> int:
     if slot is None and len(there) == 1:
         return there[0]
     if slot is None or slot not in there:
-        problem = "has to be given" if slot is None else f"{slot}: no {CATALOG}"
+        problem = "must be given" if slot is None else f"{slot}: no {CATALOG}"
         raise ValueError(f"--slot {problem}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
     return slot

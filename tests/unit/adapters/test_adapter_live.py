@@ -23,9 +23,10 @@ from scanrack.jobs import build_rack
 from scanrack.runtime import RackSpec, SlotSpec
 from scanrack.runtime.line.liveport import LiveLine, check_address, open_port
 from scanrack.runtime.line.pcl601_ascii import ask_address
-from scanrack.runtime.line.pcl601_frames import write_command
+from scanrack.runtime.line.pcl601_frames import LINE_FORMAT
+from scanrack.runtime.line.pcl601_frames import request as request_frame
+from scanrack.runtime.line.pcl601_pdus import command
 from scanrack.runtime.modules.adapters.live import LiveAdapter
-from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from typer.testing import CliRunner
 
 CONFIGURE = (0x843C, 63, 1, 0)
@@ -203,7 +204,7 @@ def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, 
     """Command code 11 is AA ASCII [Command Codes]; a line without parity carries both languages."""
     port, _ = shared
     link = open_port(port, LINE_FORMAT)
-    link.send(write_command(1, Code.SWITCH_TO_ASCII).frame)
+    link.send(request_frame(1, command(Code.SWITCH_TO_ASCII)).frame)
     assert len(link.receive(8, 1.0)) == 8
     link.close()
     with opened("pcl601-adapter", port) as module:
@@ -356,10 +357,14 @@ def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr("scanrack.runtime.line.clients.link.serial.Serial", Port)
     line = LiveLine(lambda: open_port("COM3", LINE_FORMAT))
-    for request in (write_command(1, Code.STOP_MOTION), ask_address(1), write_command(1, Code.STOP_MOTION)):
+    for request in (
+        request_frame(1, command(Code.STOP_MOTION)),
+        ask_address(1),
+        request_frame(1, command(Code.STOP_MOTION)),
+    ):
         line.send(request.frame, request.line_format or LINE_FORMAT)
     line.close()
-    stop = write_command(1, Code.STOP_MOTION).frame
+    stop = request_frame(1, command(Code.STOP_MOTION)).frame
     assert done == ["E", "E", stop, "N", b"@%\r", "E", stop]
 
 

@@ -165,7 +165,7 @@ def test_a_test_sets_faults_and_inputs_by_the_control_channel() -> None:
         assert isinstance(state, dict)
         assert (state["inputs"], state["base_speed"]) == (0b100, 500)
         refused = told(fault="2:reset")["error"]
-        assert refused == "'2:reset' is no fault of a unit: it has to be FAULT, or ADDRESS:FAULT"
+        assert refused == "'2:reset' is no fault of a unit: must be FAULT, or ADDRESS:FAULT"
 
 
 @pytest.fixture
@@ -177,8 +177,8 @@ def channel() -> Iterator[ControlChannel]:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"fault": 1}', 'it has to be {"fault": TEXT}'),
-        ('{"fault": "reset", "pin": "in1=high"}', 'it has to be {"fault": TEXT}'),
+        ('{"fault": 1}', 'must be {"fault": TEXT}'),
+        ('{"fault": "reset", "pin": "in1=high"}', 'must be {"fault": TEXT}'),
         ('{"state": 9}', "no unit at address 9: there is 1"),
         ('{"pin": "in9=high"}', "no input in9"),
     ],
@@ -198,7 +198,7 @@ def test_a_line_that_is_not_json_ends_the_control_channel(
 
 @pytest.mark.parametrize("text", ['{"pin": "in3=ground"}', '{"key": ""}', '{"key": 1}', '{"key": "é"}', "7"])
 def test_the_control_channel_asks_for_its_key_first(channel: ControlChannel, text: str) -> None:
-    with pytest.raises(EndOfTalkError, match="the first line has to be"):
+    with pytest.raises(EndOfTalkError, match="the first line must be"):
         channel.answer(text, known=False)
 
 
@@ -257,8 +257,8 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
     [
         ([], "give one of --pty, --serial DEVICE and --tcp HOST:PORT"),
         (["--pty", "--tcp", "0"], "give one of --pty"),
-        (["--tcp", "here"], "--tcp here: it has to be HOST:PORT or PORT"),
-        (["--tcp", "70000"], "--tcp 70000: it has to be HOST:PORT or PORT, and a port is 0 to 65535"),
+        (["--tcp", "here"], "--tcp here: must be HOST:PORT or PORT"),
+        (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, and a port is 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
         (["--pty", "--time-scale", "0"], "time scale 0: must be above 0"),
         (["--pty", "--address", "x"], "--address x: an address is a number"),
@@ -266,7 +266,7 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
         (["--pty", "--whole-writes"], "--whole-writes: pmc006 does not have it"),
         (["--pty", "--fault", "drop"], "'' is no number of replies"),
-        (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: it has to be above 0"),
+        (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: must be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),
         (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
     ],
@@ -283,7 +283,7 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
     [
         (["smd23e2"], "smd23e2: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both"),
         (["smd23e2", "--tcp", "0", "--pty"], "--pty: smd23e2 does not have it"),
-        (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: it has to be HOST:PORT or PORT"),
+        (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: must be HOST:PORT or PORT"),
         (
             ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
             "--ethernet-ip: the EDS file of one SMD23E2 is known",
@@ -391,7 +391,7 @@ def test_an_input_of_one_of_several_units_is_wired_by_its_address() -> None:
         ("in1=6V", "6V: voltage must be 0V to 5V"),
         ("in1=fullV", "fullV: voltage must be"),
         ("in2=2V", "'2V' is not a state of an input"),
-        ("in2", "'in2' wires no input: it has to be NAME=STATE"),
+        ("in2", "'in2' wires no input: must be NAME=STATE"),
         ("9:in2=ground", "'9:in2=ground' wires no input"),
     ],
 )
@@ -469,7 +469,7 @@ def test_sample_program_5_is_played_as_the_docs_say() -> None:
 
 @pytest.mark.parametrize("text", ["12345678", "x", "7:100", "1:"])
 def test_a_thumbwheel_that_is_none(text: str) -> None:
-    with pytest.raises(ValueError, match=f"--thumbwheel {text}: it has to be up to 7 digits"):
+    with pytest.raises(ValueError, match=f"--thumbwheel {text}: must be up to 7 digits"):
         pcl601_units([1, 2], [], 1.0, [text])
 
 
@@ -494,5 +494,5 @@ def test_a_frame_that_was_cut_does_not_cost_the_one_after_the_gap() -> None:
 
 
 def test_a_gap_that_is_none() -> None:
-    with pytest.raises(ValueError, match="--gap-ms -1: it has to be above 0, and at most 10000"):
+    with pytest.raises(ValueError, match="--gap-ms -1: must be above 0, and at most 10000"):
         pcl601_units([], [], 1.0, gap_ms=-1)

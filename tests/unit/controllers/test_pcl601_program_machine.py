@@ -59,7 +59,7 @@ def moves(text: str, **options: Any) -> list[str]:
 
 def test_a_program_that_has_not_been_started_stands_at_its_first_line() -> None:
     machine = ProgramMachine(parse_program("OUTPUTS 10000000\nEND"))
-    assert (machine.line, machine.running, machine.is_empty) == (0, False, False)
+    assert (machine.line, machine.running) == (0, False)
 
 
 def test_one_instruction_a_millisecond_and_a_wait_of_its_own_length() -> None:
@@ -191,10 +191,3 @@ def test_starting_begins_anew() -> None:
     machine.start(10 * MS)
     go_on(machine, axis, 1000)
     assert [asked for _, asked in axis.asked] == ["move 1"] + ["move 1"] * 2
-
-
-def test_nothing_runs_in_an_empty_memory() -> None:
-    machine = ProgramMachine()
-    machine.start(0)
-    assert machine.is_empty
-    assert not machine.running

@@ -32,11 +32,11 @@ MISTAKES = [
     ("GOTO X\nEND", "line 1: label X is unknown: the program has none"),
     ("LABEL A\nGOTO B\nEND", "line 2: label B is unknown: known are A"),
     ("LABEL A\n\nLABEL a\nEND", "line 3: label A is given twice"),
-    ("LOOP INNER 3 A\nLABEL A\nEND", "line 1: label A has to be above the loop"),
+    ("LOOP INNER 3 A\nLABEL A\nEND", "line 1: label A must be above the loop"),
     ("LABEL A\nLOOP INNER 2 A\nLOOP INNER 3 A\nEND", "line 3: an inner loop can't be inside an inner loop"),
     ("LABEL A\nLOOP OUTER 2 A\nLOOP OUTER 3 A\nEND", "line 3: an outer loop can't be inside an outer loop"),
     ("LABEL A\nLOOP OUTER 2 A\nLOOP INNER 3 A\nEND", "line 3: an outer loop can't be inside an inner loop"),
-    ("END\nMOVE 5", "line 2: END is missing: it has to be the last instruction"),
+    ("END\nMOVE 5", "line 2: END is missing: it must be the last instruction"),
     ("", "END is missing"),
 ]
 

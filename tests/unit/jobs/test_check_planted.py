@@ -2,9 +2,7 @@
 
 import pytest
 from check_planted import OF_THE_RACK, PLANTED, text_of
-from check_programs import SOUND as BASIC
-from check_programs import check
-from check_sound import SOUND
+from check_programs import QUICK, SOUND, check
 from scanrack.jobs.check import BY_ID
 
 
@@ -22,7 +20,7 @@ def test_a_planted_mistake_is_found(planted, tmp_path):
         assert planted.rule in [each[0] for each in found], report.findings
 
 
-NAMES = [name if name in BASIC else pytest.param(name, marks=pytest.mark.slow) for name in SOUND]
+NAMES = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SOUND]
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,9 +1,9 @@
 """`scanrack check` of programs that go from step to step: what a command finds when it is reached."""
 
 import pytest
-from check_programs import check
-from check_steps import FEEDER, PACKER
+from check_programs import SOUND, check
 
+FEEDER, PACKER = SOUND["feeder.rung"], SOUND["packer.py"]
 WAITS = "EQU(State,30)XIC(feed.status.MOVE_COMPLETE)MOV(10,State);"
 ZEROES = "    rung(step == 4, status.MOVING_CW, CLR(words[0]), MOV(5, step))\n"
 

@@ -27,7 +27,7 @@ def test_addresses(text: str, address: tuple[str, int]) -> None:
 
 @pytest.mark.parametrize("text", ["", "plc", "plc:", "plc:65536", "[::1]502", "[::1]", "plc:x", "p c:1"])
 def test_what_is_no_address(text: str) -> None:
-    with pytest.raises(ValueError, match=r"it has to be HOST:PORT or PORT.*\[::1\]:502"):
+    with pytest.raises(ValueError, match=r"must be HOST:PORT or PORT.*\[::1\]:502"):
         split_address(text)
 
 

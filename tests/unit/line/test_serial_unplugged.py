@@ -15,9 +15,9 @@ from scanrack.io_images import Image
 from scanrack.runtime import LineFormat
 from scanrack.runtime.line.clients.link import LinkError, SerialLink
 from scanrack.runtime.line.liveport import LiveLine
+from scanrack.runtime.line.pcl601_frames import LINE_FORMAT
 from scanrack.runtime.line.ports import PortError, PtyPort, SerialPort
 from scanrack.runtime.modules.adapters.live import LiveAdapter
-from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 from scanrack.runtime.modules.adapters.pcl601.pcl601_options import Pcl601Options
 

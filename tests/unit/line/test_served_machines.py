@@ -96,10 +96,10 @@ def test_other_pins_are_wired_by_hand(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("m.toml", "of several units it has to be ADDRESS:FILE"),
+        ("m.toml", "of several units it must be ADDRESS:FILE"),
         ("7:m.toml", "no unit 7; there is 1, 2"),
         ("1:none.toml", "none.toml"),
-        ("1:two.toml", "2 of its slots have an amci3601; it has to be one"),
+        ("1:two.toml", "2 of its slots have an amci3601; must be one"),
         ("1:card.toml", "no slot has a pcl601-adapter or an amci3601"),
         ("1:slips.toml", "slips and jams are simulated with module amci3601 only"),
     ],

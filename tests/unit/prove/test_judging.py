@@ -1,8 +1,7 @@
 """What `scanrack check` says where a proof decides: true for all inputs, and for numbers of any value."""
 
 import pytest
-from check_programs import check
-from check_sound import SOUND
+from check_programs import SOUND, check
 from scanrack.jobs.prove.serving import judging
 from scanrack.jobs.prove.serving.judging import verdicts
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.input_files import read_checked
 from scanrack.io_images.pcl601.program import Program, ProgramError, parse_program
 from scanrack.io_images.text_limits import TextKind, TextLimitError
 
-from ..controller import Pcl601Controller
 from .machine import ProgramMachine
+
+if TYPE_CHECKING:
+    from ..controller import Pcl601Controller
 
 
 def read_program(file: Path) -> Program:

@@ -25,10 +25,14 @@ INSTRUCTION_NS = 1_000_000
 
 
 class ProgramMachine:
-    """Runs one stored program; see `ProgramRunner`."""
+    """Runs one stored program.
 
-    def __init__(self, program: Program | None = None) -> None:
-        self.program = program  # the program in memory, None if it is empty
+    The controller reads `next_wake_ns` after every event and calls `advance` exactly at that instant, after
+    motion and pins. A refused action ends the program: the controller has set the error bit.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
         self.line = 0
         self.next_wake_ns: int | None = None  # instant of the next step; None while no program runs
         self._previous = 0
@@ -36,21 +40,16 @@ class ProgramMachine:
         self._passes: dict[int, int] = {}
 
     @property
-    def is_empty(self) -> bool:
-        """Whether program memory is empty."""
-        return self.program is None
-
-    @property
     def running(self) -> bool:
         """Whether the program has started and not ended."""
         return self.next_wake_ns is not None
 
     def start(self, now_ns: int) -> None:
-        """Begin at the first line; do nothing with an empty memory."""
+        """Begin at the first line."""
         self.line = self._previous = 0
         self._return = None
         self._passes.clear()
-        self.next_wake_ns = None if self.is_empty else now_ns
+        self.next_wake_ns = now_ns
 
     def stop(self) -> None:
         """Stop at the present line; a motion in progress continues."""
@@ -58,7 +57,7 @@ class ProgramMachine:
 
     def advance(self, now_ns: int, axis: Axis601) -> None:
         """Carry out the instruction that is due at `now_ns`."""
-        if self.program is None or self.next_wake_ns is None or now_ns < self.next_wake_ns:
+        if self.next_wake_ns is None or now_ns < self.next_wake_ns:
             return
         step = self.program.steps[self.line]
         line = self.line
@@ -100,15 +99,14 @@ class ProgramMachine:
     def _if(self, matches: bool) -> bool:
         """Continue with the next line, or skip one; after END the program ends."""
         self.line += 1 if matches else 2
-        return self.program is not None and self.line < len(self.program.steps)
+        return self.line < len(self.program.steps)
 
     def _goto(self, step: Step, _axis: Axis601) -> bool:
         self._return = self.line + 1
         return self._jump(step)
 
     def _jump(self, step: Step) -> bool:
-        if self.program is not None:
-            self.line = self.program.labels[str(step.target)]
+        self.line = self.program.labels[str(step.target)]
         return True
 
     def _return_from(self, _step: Step, axis: Axis601) -> bool:
@@ -127,8 +125,11 @@ class ProgramMachine:
         return True
 
     def _loops_to(self, label: str) -> list[int]:
-        steps = () if self.program is None else self.program.steps
-        return [i for i, step in enumerate(steps) if step.target == label and step.name.startswith("LOOP")]
+        return [
+            line
+            for line, step in enumerate(self.program.steps)
+            if step.target == label and step.name.startswith("LOOP")
+        ]
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
         """Go back to the label until the body has run the given number of times."""

@@ -6,11 +6,10 @@ from scanrack.io_images.amci3601 import Configuration
 from scanrack.io_images.drives.bits import StatusBit
 from typing_extensions import override
 
-from ....kinematics import AnyShape, Profile, Rate
-from ....kinematics import stop as plan_stop
+from ....kinematics import Profile
 from ...amci3601.axis_protocol import BlendProgram
 from ..exchanges import ControllerState
-from ..linked_axis import LinkedAxis
+from ..profile_driver import ProfileAxis
 from ..task import Task, TaskKind
 from .amci_drive_capabilities import AmciDriveCapabilities
 from .amci_drive_options import AmciDriveOptions
@@ -18,14 +17,13 @@ from .driver import RESETTABLE, AmciDriver
 from .units import DriveProfile, drive_profile
 
 
-class DriveAxis(LinkedAxis[DriveProfile]):
+class DriveAxis(ProfileAxis[DriveProfile]):
     """An `Axis` whose steps a networked drive makes."""
 
     def __init__(self, driver: AmciDriver, options: AmciDriveOptions) -> None:
         super().__init__(driver, AmciDriveCapabilities(options))
         self.driver = driver
         self._wired = options.wired
-        self._encoder_offset = 0
 
     @property
     def _start_sps(self) -> int:
@@ -58,11 +56,8 @@ class DriveAxis(LinkedAxis[DriveProfile]):
 
     @property
     @override
-    def encoder(self) -> int:
-        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
-        if self.configuration is None or not self.configuration.quadrature_encoder:
-            return super().encoder
-        return self.driver.encoder + self._encoder_offset
+    def counts(self) -> int:
+        return self.driver.encoder
 
     @property
     @override
@@ -93,29 +88,9 @@ class DriveAxis(LinkedAxis[DriveProfile]):
             self.driver.changed = True
 
     @override
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-        task = self.task
-        if task is None or task.model is None:
-            return 0
-        instant_ns = max(task.model.start_ns, now_ns)
-        profile = task.drive.profile
-        down, shape = profile.deceleration_spmss, profile.shape
-        halt = plan_stop(task.model, instant_ns, profile.start_sps, down, shape)
-        assert halt.final_steps is not None
-        return halt.final_steps - task.model.steps_at(instant_ns)
-
-    @override
     def watch_steps(self, steps: int) -> None:
         """Store the minimum distance for the registration move that begins."""
         self.driver.minimum = steps - 1
-
-    @override
-    def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the drive's own count is not changed."""
-        if self.configuration is not None and self.configuration.quadrature_encoder:
-            self._encoder_offset = value - self.driver.encoder
-        else:
-            super().preset_encoder(value)
 
     @override
     def reset_errors(self) -> None:

@@ -24,14 +24,12 @@ from scanrack.io_images.number_formats import NumberFormat
 from typing_extensions import override
 
 from ....kinematics import blend as plan_blend
-from ....kinematics import change_speed, move, register, run
-from ....kinematics import stop as plan_stop
+from ....kinematics import change_speed
 from ....line import drive_frames as frames
 from ....line.master import PUBLISH, LinePause, LineRequest, LineTiming, Reply, Step
 from ....line.wire import LineFormat
-from ..driver import Driver
-from ..exchanges import BIAS, NEAR_ZERO, LinkLostError, PowerLostError, Talk
-from ..findings import FindingKind
+from ..exchanges import BIAS, LinkLostError, PowerLostError, Talk
+from ..profile_driver import ProfileDriver, planned_end, planned_stop
 from ..task import Task, TaskKind
 from .amci_drive_options import AmciDriveOptions
 from .units import DriveProfile, segments_of
@@ -42,10 +40,6 @@ LINE_FORMAT = LineFormat(100_000_000)
 LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
 
 NS_PER_MS = 1_000_000
-COUNTER_END = 8_000_000
-ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
-
 STARTS = {
     TaskKind.INDEX: (CommandBit.RELATIVE_MOVE, CommandBit.RELATIVE_MOVE),
     TaskKind.SLEW: (CommandBit.JOG_CW, CommandBit.JOG_CCW),
@@ -95,7 +89,7 @@ IDLE = (0, ENABLED, *(0,) * (WORDS - 2))
 Words = tuple[int, ...]
 
 
-class AmciDriver(Driver[DriveProfile]):
+class AmciDriver(ProfileDriver[DriveProfile]):
     """The driver's view of a networked drive.
 
     Attributes:
@@ -130,7 +124,6 @@ class AmciDriver(Driver[DriveProfile]):
         self._taken: Words | None = None  # words written by the last answered exchange
         self._fresh = False  # the last image follows the words in force, and is still unprocessed
         self._counter = 0
-        self._zeroing = False
         self._unseen = self._began_at = 0  # images at rest still to be ignored; start of the motion
         self._holds = False  # a refused Hold is ignored: the move has already ended
         self._refuses = False
@@ -315,12 +308,6 @@ class AmciDriver(Driver[DriveProfile]):
         return self.read_status, self.read_position
 
     @override
-    def note_position(self, position: int) -> None:
-        """Store a position read; ignore the zero that the drive sets at home."""
-        if not (self._zeroing and abs(position) <= NEAR_ZERO):
-            super().note_position(position)
-
-    @override
     def write_position(self, position: int) -> Talk:
         upper, lower = NumberFormat.THOUSANDS.split(position)
         preset = (CommandBit.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
@@ -346,16 +333,10 @@ class AmciDriver(Driver[DriveProfile]):
     # -- motions ------------------------------------------------------------------------------
 
     @override
-    def top_sps(self, drive: DriveProfile) -> int:
-        return drive.speed_sps
-
-    @override
     def carry_out(self, task: Task[DriveProfile]) -> Talk:
         if self.status & RESETTABLE:
             yield from self._reset_errors()
-        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
-        if abs(self.position + task.direction * steps) > COUNTER_END:
-            yield from self.rebase(-task.direction * BIAS)
+        yield from self.make_room(task)
         program = task.drive.program
         good = program is None or (yield from self._store(task.drive))
         began_at = self.position
@@ -383,7 +364,7 @@ class AmciDriver(Driver[DriveProfile]):
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
         last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
         return _command(
-            command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last
+            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last
         )
 
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
@@ -414,15 +395,12 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def model(self, task: Task[DriveProfile]) -> None:
-        now_ns, drive = self.master.now_ns, task.drive
-        if drive.program is not None:
-            program = drive.program
-            legs, down, shape = program.segments, program.final_deceleration, program.final_shape
-            task.model = plan_blend(now_ns, 0, task.direction, drive.start_sps, legs, down, shape)
-        elif task.kind is TaskKind.INDEX:
-            task.model = move(now_ns, 0, task.direction * task.steps, drive.profile)
+        now_ns, start_sps, program = self.master.now_ns, task.drive.start_sps, task.drive.program
+        if program is None:
+            super().model(task)
         else:
-            task.model = run(now_ns, 0, task.direction, drive.profile)
+            legs, down, shape = program.segments, program.final_deceleration, program.final_shape
+            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, down, shape)
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:
@@ -434,13 +412,12 @@ class AmciDriver(Driver[DriveProfile]):
             if task.model is not None:
                 profile = drive.profile
                 rates = profile.acceleration_spmss, profile.deceleration_spmss
-                task.model = change_speed(task.model, now_ns, drive.speed_sps, *rates, profile.shape)
+                task.model = change_speed(task.model, now_ns, drive.max_sps, *rates, profile.shape)
             self.busy = True  # the image that ends the jog follows the change
         if not self.busy and self._unseen:
             self._unseen -= 1
             self.busy = not self._shows_an_end(task)
-        if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
-            self.findings.add(FindingKind.OUT_OF_RANGE)
+        yield from super().watch(task)
         if task.kind is TaskKind.HOME and not self.busy and not self.status & (StatusBit.AT_HOME | FAILED):
             self.busy = not (yield from self._rests_long())
 
@@ -468,14 +445,7 @@ class AmciDriver(Driver[DriveProfile]):
         if task.kind is TaskKind.SLEW and not task.registers:
             yield from self._keep(IDLE)
             if task.model is not None:
-                profile = task.drive.profile
-                task.model = plan_stop(
-                    task.model,
-                    self.master.now_ns,
-                    profile.start_sps,
-                    profile.deceleration_spmss,
-                    profile.shape,
-                )
+                task.model = planned_stop(task, self.master.now_ns)
         elif task.kind is TaskKind.INDEX:
             self._holds = True
             yield from self._put((CommandBit.HOLD_MOVE.value, *self._words_of(task)[1:]))
@@ -493,9 +463,7 @@ class AmciDriver(Driver[DriveProfile]):
         words = self._words_of(task)
         yield from self._keep((0, *words[1:]))
         if task.model is not None and task.model.end_ns is None:
-            profile, now_ns = task.drive.profile, self.master.now_ns
-            rate = profile.deceleration_spmss
-            task.model = register(task.model, now_ns, task.steps, profile.start_sps, rate, profile.shape)
+            task.model = planned_end(task, self.master.now_ns)
 
     def _find_zero(self, task: Task[DriveProfile]) -> Talk:
         """Set the counter to B at home, where the drive has set it to 0."""

@@ -32,7 +32,7 @@ class DriveProfile:
     """
 
     start_sps: int
-    speed_sps: int
+    max_sps: int
     acceleration: int
     deceleration: int
     jerk: int = 0
@@ -42,7 +42,7 @@ class DriveProfile:
     def profile(self) -> Profile:
         """The profile that the drive runs."""
         shape = Jerk(self.jerk) if self.jerk else Shape.CONSTANT
-        return Profile(self.start_sps, self.speed_sps, self.acceleration, self.deceleration, shape)
+        return Profile(self.start_sps, self.max_sps, self.acceleration, self.deceleration, shape)
 
 
 def exact_jerk(profile: Profile) -> Fraction:
@@ -73,7 +73,7 @@ def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
         start_sps: starting speed in the drive's configuration; slower motions run at it.
 
     >>> drive_profile(Profile(1000, 4000, 20, 10, Shape.TRIANGULAR), 1000)
-    DriveProfile(start_sps=1000, speed_sps=4000, acceleration=20, deceleration=10, jerk=333, program=None)
+    DriveProfile(start_sps=1000, max_sps=4000, acceleration=20, deceleration=10, jerk=333, program=None)
     """
     speed = max(start_sps, profile.speed_sps)
     if not profile.has_ramps:

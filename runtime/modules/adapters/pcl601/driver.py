@@ -9,31 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
+from pymodbus.pdu import ModbusPDU
 from scanrack.io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from typing_extensions import override
 
-from ....kinematics import Shape, change_speed, creep, move, register, run
-from ....kinematics import stop as plan_stop
+from ....kinematics import Shape, change_speed, creep
 from ....line import pcl601_ascii as ascii
 from ....line import pcl601_frames as frames
 from ....line import pcl601_pdus as pdus
 from ....line.master import PUBLISH, LineRequest, LineTiming, Reply, Step
-from ....line.wire import LineFormat
-from ..driver import Driver
 from ..exchanges import BIAS, LinkLostError, Talk
-from ..findings import FindingKind
+from ..profile_driver import ProfileDriver, planned_end, planned_stop
 from ..task import Task, TaskKind
 from .errors import ERRORS
 from .pcl601_options import Pcl601Options
 from .units import Drive
 
-LINE_FORMAT = LineFormat(38_400, "E")
-LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
+LINE_TIMING = LineTiming(frames.LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
 """A gap of 3.5 characters and a little; a reply may take 50 ms [adapters, timeouts]."""
-
-COUNTER_END = 8_000_000
-ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
 
 STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
@@ -56,7 +49,7 @@ BOTH_SIDES = 2
 """Value of `Pcl601Driver.limit_side`: a limit is on, its side is unknown."""
 
 
-class Pcl601Driver(Driver[Drive]):
+class Pcl601Driver(ProfileDriver[Drive]):
     """The driver's view of a PCL601.
 
     Args:
@@ -84,9 +77,15 @@ class Pcl601Driver(Driver[Drive]):
 
     # -- exchanges ----------------------------------------------------------------------------
 
+    def _request(self, pdu: ModbusPDU) -> LineRequest:
+        return frames.request(self.unit, pdu)
+
+    def _insist(self, pdu: ModbusPDU) -> Generator[Step, Reply | None, Reply]:
+        return self.insist(self._request(pdu))
+
     @override
     def identify(self) -> LineRequest:
-        return frames.report_id(self.unit)
+        return self._request(pdus.report_id())
 
     @override
     def restore_protocol(self) -> Talk:
@@ -121,17 +120,17 @@ class Pcl601Driver(Driver[Drive]):
         """Write registers that contain other words."""
         if self._written.get(first) == words:
             return
-        reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+        reply = yield from self._insist(pdus.write_registers(first, words))
         if reply.refused is not None:  # a program runs, or another master moves the axis: stop both
             yield from self._command(Code.STOP_MOTION)
-            reply = yield from self.insist(frames.write_registers(self.unit, first, words))
+            reply = yield from self._insist(pdus.write_registers(first, words))
             if reply.refused is not None:
                 self._disobeyed()
                 raise LinkLostError
         self._written[first] = words
 
     def _command(self, code: Code) -> Talk:
-        yield from self.insist(frames.write_command(self.unit, code))
+        yield from self._insist(pdus.command(code))
 
     @override
     def stop(self) -> Talk:
@@ -149,7 +148,7 @@ class Pcl601Driver(Driver[Drive]):
     def _take_marks_away(self) -> Talk:
         """Switch off the outputs that may be on; a refused one may still be on."""
         for output in [each for each in self._outputs if each in self._maybe_on]:
-            reply = yield from self.insist(frames.write_output(self.unit, output, False))
+            reply = yield from self._insist(pdus.write_output(output, False))
             if reply.refused is None:
                 self._maybe_on.discard(output)
 
@@ -188,7 +187,7 @@ class Pcl601Driver(Driver[Drive]):
     @override
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; complain about new error bits."""
-        reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
+        reply = yield from self._insist(pdus.read_registers(Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = reply.words
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
         fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
@@ -198,7 +197,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
-        reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
+        reply = yield from self._insist(pdus.read_registers(Register.POSITION, 2))
         return pdus.signed_pair(*reply.words)
 
     @override
@@ -209,7 +208,7 @@ class Pcl601Driver(Driver[Drive]):
     @override
     def read_inputs(self) -> Talk:
         """Read the input register, and determine the side of a hard limit."""
-        reply = yield from self.insist(frames.read_inputs(self.unit))
+        reply = yield from self._insist(pdus.read_input_register())
         (inputs,) = reply.words
         if self._begins_to_capture(inputs):
             yield from (self.read_status() if self.captures_encoder else self.read_position())
@@ -264,7 +263,7 @@ class Pcl601Driver(Driver[Drive]):
     @override
     def configure(self) -> Talk:
         """Clear errors, stop, switch every function off and the current on, set the counter to B."""
-        yield from self.insist(frames.report_id(self.unit))
+        yield from self._insist(pdus.report_id())
         yield from self.read_status()
         if self.errors:
             yield from self._clear_errors()
@@ -277,17 +276,13 @@ class Pcl601Driver(Driver[Drive]):
     # -- motions ------------------------------------------------------------------------------
 
     @override
-    def top_sps(self, drive: Drive) -> int:
-        return drive.speed_sps
-
-    @override
     def carry_out(self, task: Task[Drive]) -> Talk:
-        yield from self._make_room(task)
+        yield from self.make_room(task)
         yield from self._write_parameters(task)
         began_at = self.position
         if not (self.cut or task.stopping):
             self.direction = task.direction
-            yield from self.start(task, frames.write_command(self.unit, self._start_of(task)))
+            yield from self.start(task, self._request(pdus.command(self._start_of(task))))
             yield from self.accompany(task)
         if not self.cut:
             yield from self._tidy(task, began_at)
@@ -298,39 +293,18 @@ class Pcl601Driver(Driver[Drive]):
             return Code.HOME_TYPE_0
         return STARTS[task.kind]
 
-    def _make_room(self, task: Task[Drive]) -> Talk:
-        """Keep the counter within its range; a slew sets it only near the end."""
-        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
-        if abs(self.position + task.direction * steps) > COUNTER_END:
-            yield from self.rebase(-task.direction * BIAS)
-
     def _write_parameters(self, task: Task[Drive]) -> Talk:
         drive = task.drive
         registers = task.registers and not self.polls_marks
         yield from self._write(Register.INDEX_ON_FLY, int(registers))
         direction = int(task.direction > 0)
-        speeds = (*pdus.low_high(drive.accel_sps2), drive.base_sps, drive.speed_sps, drive.speed_sps)
+        speeds = (*pdus.low_high(drive.accel_sps2), drive.base_sps, drive.max_sps, drive.max_sps)
         if task.kind is TaskKind.INDEX or registers:
             self._written.pop(Register.ACCEL, None)
             yield from self._write(Register.STEPS, *pdus.low_high(task.steps), *speeds, direction)
         else:
             self._written.pop(Register.STEPS, None)
             yield from self._write(Register.ACCEL, *speeds, direction)
-
-    @override
-    def model(self, task: Task[Drive]) -> None:
-        now_ns, profile = self.master.now_ns, task.drive.profile
-        if task.kind is TaskKind.INDEX:
-            task.model = move(now_ns, 0, task.direction * task.steps, profile)
-        else:
-            task.model = run(now_ns, 0, task.direction, profile)
-
-    @override
-    def watch(self, task: Task[Drive]) -> Talk:
-        """Note that a slew has reached the end of the counter's range."""
-        if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
-            self.findings.add(FindingKind.OUT_OF_RANGE)
-        yield from ()
 
     @override
     def set_mark(self, task: Task[Drive]) -> Talk:
@@ -340,14 +314,14 @@ class Pcl601Driver(Driver[Drive]):
             return
         if task.model is not None and task.model.end_ns is None:
             drive, now_ns = task.drive, self.master.now_ns
-            base_sps, rate = drive.base_sps, drive.rate_spmss
             if task.kind is TaskKind.HOME:
-                task.model = change_speed(task.model, now_ns, base_sps, rate, rate, Shape.CONSTANT)
+                rate = drive.rate_spmss
+                task.model = change_speed(task.model, now_ns, drive.base_sps, rate, rate, Shape.CONSTANT)
             else:
-                task.model = register(task.model, now_ns, task.steps, base_sps, rate, Shape.CONSTANT)
+                task.model = planned_end(task, now_ns)
         output = MARKS[task.kind]
         self._maybe_on.add(output)
-        yield from self.insist(frames.write_output(self.unit, output, True))
+        yield from self._insist(pdus.write_output(output, True))
 
     @override
     def slow_down(self, task: Task[Drive]) -> Talk:
@@ -355,7 +329,7 @@ class Pcl601Driver(Driver[Drive]):
         yield from self._command(Code.STOP_SOFT)
         drive, now_ns, model = task.drive, self.master.now_ns, task.model
         assert model is not None
-        halt = plan_stop(model, now_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
+        halt = planned_stop(task, now_ns)
         if task.kind is not TaskKind.INDEX:
             task.model = halt
             return

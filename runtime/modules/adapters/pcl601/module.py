@@ -1,7 +1,8 @@
 """A PCL601 in the slot of a 3601."""
 
+from ....line.pcl601_frames import LINE_FORMAT
 from ..module import AdapterKind
-from .driver import LINE_FORMAT, Pcl601Driver
+from .driver import Pcl601Driver
 from .pcl601_axis import Pcl601Axis
 from .pcl601_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .pcl601_options import Pcl601Options

@@ -5,10 +5,9 @@ from __future__ import annotations
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from typing_extensions import override
 
-from ....kinematics import AnyShape, Profile, Rate, Shape
-from ....kinematics import stop as plan_stop
+from ....kinematics import Profile
 from ..exchanges import ControllerState
-from ..linked_axis import LinkedAxis
+from ..profile_driver import ProfileAxis
 from ..task import TaskKind
 from .driver import BOTH_SIDES, Pcl601Driver
 from .pcl601_capabilities import Pcl601Capabilities, polls_mark
@@ -34,7 +33,7 @@ LIMITS = {
 }
 
 
-class Pcl601Axis(LinkedAxis[Drive]):
+class Pcl601Axis(ProfileAxis[Drive]):
     """An `Axis` whose steps a PCL601 makes."""
 
     def __init__(self, driver: Pcl601Driver, options: Pcl601Options) -> None:
@@ -42,7 +41,6 @@ class Pcl601Axis(LinkedAxis[Drive]):
         self.driver = driver
         self._options = options
         self._limits_on_inputs = options.limit_sense == "inputs"
-        self._encoder_offset = 0
 
     @override
     def drive_for(self, profile: Profile) -> Drive:
@@ -57,11 +55,8 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @property
     @override
-    def encoder(self) -> int:
-        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
-        if self.configuration is None or not self.configuration.quadrature_encoder:
-            return super().encoder
-        return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
+    def counts(self) -> int:
+        return 0 if self.driver.clear_encoder else self.driver.encoder
 
     @property
     @override
@@ -83,17 +78,6 @@ class Pcl601Axis(LinkedAxis[Drive]):
         return self.driver.limit_side
 
     @override
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-        task = self.task
-        if task is None or task.model is None:
-            return 0
-        instant_ns = max(task.model.start_ns, now_ns)
-        drive = task.drive
-        halt = plan_stop(task.model, instant_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
-        assert halt.final_steps is not None
-        return halt.final_steps - task.model.steps_at(instant_ns)
-
-    @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Stop, and restart at the new speed; in homing the proximity slows down."""
         task = self.task
@@ -111,11 +95,9 @@ class Pcl601Axis(LinkedAxis[Drive]):
     @override
     def preset_encoder(self, value: int) -> None:
         """Set the present encoder count to `value`; the controller's own count is set to 0."""
-        if self.configuration is not None and self.configuration.quadrature_encoder:
+        if self.has_encoder:
             self.driver.clear_encoder = True
-            self._encoder_offset = value
-        else:
-            super().preset_encoder(value)
+        super().preset_encoder(value)
 
     @override
     def reset_errors(self) -> None:

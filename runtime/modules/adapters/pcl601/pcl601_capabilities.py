@@ -114,9 +114,9 @@ def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Option
 def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
     target = request.command.parameters.target or 0
     drive = drive_for(request.command.profile(request.configuration.starting_speed))
-    stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
+    stop = stopping_distance(MILLI * drive.max_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
     polled = polls_mark(request.configuration, request.minimum_registration, options)
-    late = PICO * drive.speed_sps * LATE_S if polled else 0
+    late = PICO * drive.max_sps * LATE_S if polled else 0
     return target * PICO < stop + late
 
 

@@ -27,7 +27,7 @@ class Drive:
     """Speeds and acceleration in the controller's registers."""
 
     base_sps: int  # speed at which a motion begins and ends
-    speed_sps: int  # maximum speed, above the base speed
+    max_sps: int  # above the base speed
     accel_sps2: int  # acceleration of both ramps, steps/s/s
 
     @property
@@ -38,16 +38,16 @@ class Drive:
     @property
     def profile(self) -> Profile:
         """The profile that the controller runs."""
-        return Profile(self.base_sps, self.speed_sps, self.rate_spmss, self.rate_spmss)
+        return Profile(self.base_sps, self.max_sps, self.rate_spmss, self.rate_spmss)
 
 
 def drive_for(profile: Profile) -> Drive:
     """Convert a profile; its speed is 2 to 50,000 steps/s.
 
     >>> drive_for(Profile(1000, 5000, 20, 10, Shape.TRAPEZOIDAL))
-    Drive(base_sps=1000, speed_sps=5000, accel_sps2=7500)
+    Drive(base_sps=1000, max_sps=5000, accel_sps2=7500)
     >>> drive_for(Profile(1000, 1000, 20, 20))
-    Drive(base_sps=999, speed_sps=1000, accel_sps2=9999999)
+    Drive(base_sps=999, max_sps=1000, accel_sps2=9999999)
     """
     if not profile.has_ramps:
         return Drive(max(1, profile.speed_sps - 1), max(2, profile.speed_sps), WITHOUT_RAMP)

@@ -12,22 +12,19 @@ from __future__ import annotations
 from collections.abc import Generator
 
 from scanrack.io_images.amci3601 import Configuration, InputBit, StatusMsw
-from scanrack.io_images.pmc006.frame import BAUD
 from scanrack.io_images.pmc006.status import Level, Status1, Status2
 from typing_extensions import override
 
 from ....controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
 from ....line.master import LineRequest, LineTiming, Reply, Step
-from ....line.wire import LineFormat
 from ..driver import Driver
-from ..exchanges import BIAS, NEAR_ZERO, Talk
+from ..exchanges import BIAS, Talk
 from ..task import Task, TaskKind
 from .pmc006_options import Pmc006Options
 from .units import START_MIN, fitted
 
-LINE_FORMAT = LineFormat(BAUD)
-LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000, second_ns=20_000_000)
+LINE_TIMING = LineTiming(frames.LINE_FORMAT, gap_ns=0, patience_ns=100_000_000, second_ns=20_000_000)
 
 EXT1_STOP, EXT2_STOP = 1, 2
 """Bits of instructions f and J."""
@@ -64,7 +61,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._start_sps = START_MIN
         self._limits = 0
         self._rising = 0
-        self._zeroing = False
         self._polls = 0
         self._ailments: dict[str, bool] = {}
         self._written: dict[str, int] = {}
@@ -153,12 +149,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         return frames.value_of(reply)
 
     @override
-    def note_position(self, position: int) -> None:
-        """Store a position read; ignore the zero that the controller sets at home."""
-        if not (self._zeroing and abs(position) <= NEAR_ZERO):
-            super().note_position(position)
-
-    @override
     def write_position(self, position: int) -> Talk:
         yield from self._do("set_position", position)
 
@@ -193,10 +183,6 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         yield from self.rebase(BIAS)
 
     # -- motions ------------------------------------------------------------------------------
-
-    @override
-    def top_sps(self, drive: Pmc006Speeds) -> int:
-        return drive.max_sps
 
     @override
     def carry_out(self, task: Task[Pmc006Speeds]) -> Talk:

@@ -1,7 +1,8 @@
 """A PMC006x3s in the slot of a 3601."""
 
+from ....line.pmc006_frames import LINE_FORMAT
 from ..module import AdapterKind
-from .driver import LINE_FORMAT, Pmc006Driver
+from .driver import Pmc006Driver
 from .pmc006_axis import Pmc006Axis
 from .pmc006_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .pmc006_options import Pmc006Options

@@ -1,0 +1,113 @@
+"""Driver and axis of a controller that runs a 3601's profile: a PCL601 or a networked drive.
+
+Such a controller counts up to 8,000,000 steps in either direction and has an encoder; its motions are planned
+by `kinematics`, as those of a 3601.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeVar
+
+from typing_extensions import override
+
+from ...kinematics import AnyShape, Motion, Profile, Rate, move, register, run, stop
+from .driver import Driver
+from .exchanges import BIAS, Talk
+from .findings import FindingKind
+from .linked_axis import LinkedAxis
+from .task import DriveSettings, Task, TaskKind
+
+COUNTER_END = 8_000_000
+ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
+"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
+
+
+class ProfileSettings(DriveSettings, Protocol):
+    """Speeds and ramps of a motion in a controller's terms."""
+
+    @property
+    def profile(self) -> Profile:
+        """The profile that the controller runs."""
+
+
+Settings = TypeVar("Settings", bound=ProfileSettings)
+
+
+def planned_stop(task: Task[Settings], now_ns: int) -> Motion:
+    """Return the motion of a task that begins to ramp down at an instant."""
+    assert task.model is not None
+    profile = task.drive.profile
+    return stop(task.model, now_ns, profile.start_sps, profile.deceleration_spmss, profile.shape)
+
+
+def planned_end(task: Task[Settings], now_ns: int) -> Motion:
+    """Return the motion of a registration move whose mark is set at an instant."""
+    assert task.model is not None
+    profile = task.drive.profile
+    ramp = profile.start_sps, profile.deceleration_spmss, profile.shape
+    return register(task.model, now_ns, task.steps, *ramp)
+
+
+class ProfileDriver(Driver[Settings]):
+    """The script of the exchanges with such a controller."""
+
+    def make_room(self, task: Task[Settings]) -> Talk:
+        """Keep the counter within its range; a slew sets it only near the end."""
+        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
+        if abs(self.position + task.direction * steps) > COUNTER_END:
+            yield from self.rebase(-task.direction * BIAS)
+
+    @override
+    def model(self, task: Task[Settings]) -> None:
+        now_ns, profile = self.master.now_ns, task.drive.profile
+        if task.kind is TaskKind.INDEX:
+            task.model = move(now_ns, 0, task.direction * task.steps, profile)
+        else:
+            task.model = run(now_ns, 0, task.direction, profile)
+
+    @override
+    def watch(self, task: Task[Settings]) -> Talk:
+        """Note that a slew has reached the end of the counter's range."""
+        if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
+            self.findings.add(FindingKind.OUT_OF_RANGE)
+        yield from ()
+
+
+class ProfileAxis(LinkedAxis[Settings]):
+    """An `Axis` whose steps such a controller makes."""
+
+    _encoder_offset = 0
+
+    @property
+    def counts(self) -> int:
+        """Last count of the controller's encoder."""
+        raise NotImplementedError
+
+    @property
+    def has_encoder(self) -> bool:
+        """Whether a quadrature encoder is configured."""
+        return self.configuration is not None and self.configuration.quadrature_encoder
+
+    @property
+    @override
+    def encoder(self) -> int:
+        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
+        return self.counts + self._encoder_offset if self.has_encoder else super().encoder
+
+    @override
+    def preset_encoder(self, value: int) -> None:
+        """Set the present encoder count to `value`; the controller's own count stays."""
+        if self.has_encoder:
+            self._encoder_offset = value - self.counts
+        else:
+            super().preset_encoder(value)
+
+    @override
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
+        task = self.task
+        if task is None or task.model is None:
+            return 0
+        instant_ns = max(task.model.start_ns, now_ns)
+        stopped = planned_stop(task, instant_ns)
+        assert stopped.final_steps is not None
+        return stopped.final_steps - task.model.steps_at(instant_ns)
