@@ -25,7 +25,7 @@ function built(text, title, say, chosenAt, notes = []) {
   for (const group of picture.querySelectorAll(".element"))
     pressable(group, () => select({ ...chosenAt(group), rung: group.dataset.at }));
   // the style sheet lights them by data-value
-  for (const lit of picture.querySelectorAll("[data-lit]")) if (lit.dataset.lit) place(lit, lit.dataset.lit, () => null);
+  for (const node of picture.querySelectorAll("[data-lit]:not([data-lit=''])")) place(node, node.dataset.lit, () => null);
   for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, say);
   return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": title },
     ...notes.map(note => el("p", { class: "comment" }, note)), picture);

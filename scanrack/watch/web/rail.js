@@ -192,7 +192,8 @@ function readings(hasEncoder, shaftName) {
     svg("circle", { r: 9.5 }),
     needle
   );
-  const node = el("div", { class: "figures" }, ...Object.values(figures).map(each => each.node), hasEncoder ? dial : null);
+  const nodes = Object.values(figures).map(each => each.node);
+  const node = el("div", { class: "figures" }, ...nodes, hasEncoder ? dial : null);
   const say = values => {
     figures.shaft.value.dataset.value = plain(values.shaft);
     for (const [name, { value: output }] of Object.entries(figures)) {

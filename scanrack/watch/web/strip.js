@@ -243,7 +243,8 @@ function drawn() {
 // stays.
 function busy(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
-  return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, edges]) => on || edges));
+  const has = ([, , on, changes]) => on || changes;
+  return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(has));
 }
 
 // Says how many lanes are empty, where they would be; a click unfolds them.
@@ -390,8 +391,9 @@ function isEdge(point, place, points) {
 }
 
 function edgeOf(point) {
-  const [time, , edgeCount] = point, value = valueOf(point), scan = Math.round(time / run.hello.period_ns);
-  const says = point.length === 4 ? value : point.length === 3 ? `${levelText(value)} after ${edgeCount} edges` : levelText(value);
+  const [time, , changes] = point, value = valueOf(point), scan = Math.round(time / run.hello.period_ns);
+  const after = point.length === 3 ? ` after ${changes} edges` : "";
+  const says = point.length === 4 ? value : levelText(value) + after;
   return el("li", { "data-scan": scan, "data-value": value }, `${clock(time)}  scan ${count(scan)}  ${says}`);
 }
 
