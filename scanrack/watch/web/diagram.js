@@ -24,8 +24,8 @@ function built(text, title, say, chosenAt, notes = []) {
   const picture = drawing(text);
   for (const group of picture.querySelectorAll(".element"))
     pressable(group, () => select({ ...chosenAt(group), rung: group.dataset.at }));
-  // the style sheet lights them by data-value
-  for (const node of picture.querySelectorAll("[data-lit]:not([data-lit=''])")) place(node, node.dataset.lit, () => null);
+  for (const node of picture.querySelectorAll("[data-lit]:not([data-lit=''])"))
+    place(node, node.dataset.lit, () => null); // the style sheet lights it by data-value
   for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, say);
   return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": title },
     ...notes.map(note => el("p", { class: "comment" }, note)), picture);
