@@ -124,7 +124,7 @@ def open_beside(path: Path) -> OpenedBeside:
     """
     with ExitStack() as stack:
         monitor = open_to_read(stack, path, trust=False)
-        stack.callback(monitor.elsewhere.close)
+        stack.callback(monitor.processes.close)
         return OpenedBeside(monitor, stack.pop_all().close)
 
 

@@ -71,7 +71,7 @@ class Server:
                 await self._pump()
                 await self._flush()
             finally:
-                self._monitor.elsewhere.close()
+                self._monitor.processes.close()
 
     async def _pump(self) -> None:
         """Call the monitor's `tick` at regular intervals."""
@@ -80,7 +80,7 @@ class Server:
         while not self._ended():
             due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
             await asyncio.sleep(due - loop.time())
-            self._monitor.elsewhere.tick()
+            self._monitor.processes.tick()
             while (self._monitor.tick() | self._monitor.tick_compared()) and loop.time() < due + BUSY_S:
                 await asyncio.sleep(0)
 

@@ -116,7 +116,7 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
         first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
         ran, draft.rungs, draft.tags,
     )  # fmt: skip
-    monitor.elsewhere.ask(page, question.get("id"), effects(given))
+    monitor.processes.ask(page, question.get("id"), effects(given))
 
 
 def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> Online:

@@ -47,11 +47,6 @@ class Mark(NamedTuple):
     name: str = ""  # name of the bit or rule
     tag: str = ""  # address of the bit
 
-    @property
-    def fields(self) -> Json:
-        """The fields for a page."""
-        return self._asdict()
-
 
 class Marks:
     """The marks of a recording, as far as it has been searched.

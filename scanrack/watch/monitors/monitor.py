@@ -137,7 +137,7 @@ class Monitor(ABC):
         self.about, self.subject, self.states, self.panel = about, subject, states, panel
         self.pages: list[Page] = []
         self._joined = 0
-        self.elsewhere = QuestionProcesses()
+        self.processes = QuestionProcesses()
         self.opener: Callable[[Path], Any] | None = None  # opens another recording, see `open_beside`
         self.marks: Marks | None = None  # marks of a recording
         self._table: EventTable | None = None

@@ -158,14 +158,14 @@ def marks(monitor: Monitor, page: Page, _question: Question) -> Json:
     found, row = _marks_of(monitor), monitor.row_of(page)
     failure = found.failure(int(row["scan"]) if row is not None else 0) if found.whole else None
     rest = {"total": len(found.all), "whole": found.whole}
-    return {"marks": found.shown(), **rest, "failure": failure and failure.fields}
+    return {"marks": found.shown(), **rest, "failure": failure and failure._asdict()}
 
 
 def mark(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the next mark after a scan, or the previous one."""
     found, (scan, way) = _marks_of(monitor), step_in(question)
     following = found.next(scan, way)
-    return {"mark": following and following.fields, "whole": found.whole}
+    return {"mark": following and following._asdict(), "whole": found.whole}
 
 
 def _marks_of(monitor: Monitor) -> Marks:
@@ -202,7 +202,7 @@ def share(monitor: Monitor, page: Page, question: Question) -> None:
     trusted = monitor.subject.programs.at(page.past).logic is not None
     rack = "" if monitor.about.kind == "trace" else monitor.about.path
     sharing = question_process.share(str(trace), int(row["scan"]), trust=trusted, rack=rack)
-    monitor.elsewhere.ask(page, question.get("id"), sharing)
+    monitor.processes.ask(page, question.get("id"), sharing)
 
 
 def xref(monitor: Monitor, page: Page, question: Question) -> Json:

@@ -143,17 +143,8 @@ class TraceMonitor(Monitor):
     @override
     def all_events(self) -> Sequence[Json]:
         """Return the events, and events for error bits that no event reports."""
-        own = [
-            {
-                "scan": each.scan,
-                "t": each.t,
-                "slot": each.slot,
-                "kind": each.kind,
-                "name": each.name,
-                "text": each.text,
-            }
-            for each in (self.marks.unexplained if self.marks.all else ())
-        ]
+        marks = self.marks.unexplained if self.marks.all else ()
+        own = [mark._asdict() for mark in marks]
         return sorted([*super().all_events(), *own], key=itemgetter("scan"))
 
     def run_once(self) -> None:

@@ -87,7 +87,7 @@ def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan
     if program.number:
         raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    monitor.elsewhere.ask(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
+    monitor.processes.ask(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
 
 
 def ran(monitor: Monitor, page: Page, question: Question) -> None:
@@ -106,7 +106,7 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
     rows = monitor.subject.timeline.between(max(0, scan - BACK), last)
     orders = monitor.latest_orders(last)
     lines = question_process.lines(str(trace), (first, last), columns_of(rows), orders)
-    monitor.elsewhere.ask(page, question.get("id"), lines)
+    monitor.processes.ask(page, question.get("id"), lines)
 
 
 def want(monitor: Monitor, page: Page, question: Question) -> None:
@@ -121,4 +121,4 @@ def want(monitor: Monitor, page: Page, question: Question) -> None:
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
     wanting = question_process.want(str(trace), tag, requested, scan, monitor.latest_orders(scan))
-    monitor.elsewhere.ask(page, question.get("id"), wanting)
+    monitor.processes.ask(page, question.get("id"), wanting)
