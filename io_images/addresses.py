@@ -139,16 +139,16 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     place = member_of(words.card, image, name) if words.card else None
     if place is not None:
         return _of_member(text, Address(slot, *place), match["bit"], words.data_bits)
-    channels = {each: at for each, at in words.profile_words.items() if at[0] == image}
-    by_name = {each.upper(): word for each, (_, word) in channels.items()}
+    channels = {own_name: at for own_name, at in words.profile_words.items() if at[0] == image}
+    by_name = {own_name.upper(): word for own_name, (_, word) in channels.items()}
     if name in by_name:
         return _word_of_profile(text, Address(slot, image, by_name[name], None), match["bit"])
     profile = words.profile if image == "I" and match["bit"] is None else {}
-    bits = {each.upper(): bit for each, bit in profile.items()}
+    bits = {own_name.upper(): bit for own_name, bit in profile.items()}
     if name not in bits:
         names = allowed(match["name"], (*profile, *members_of(words.card, image), *channels, "Data0"))
-        what = "input" if image == "I" else "output"
-        raise _refusal(text, f"slot {slot} has no {what} {match['name']!r}; {names}")
+        image_name = "input" if image == "I" else "output"
+        raise _refusal(text, f"slot {slot} has no {image_name} {match['name']!r}; {names}")
     return Address(slot, "I", 0, bits[name])
 
 
@@ -182,7 +182,7 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
         groups = {**groups, group: _of_image(groups, _DIRECTIONS[group])}
     if group not in groups:
         raise _refusal(text, f"no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
-    places = {each.upper(): place for each, place in groups[group].items()}
+    places = {own_name.upper(): place for own_name, place in groups[group].items()}
     if name not in places:
         raise _refusal(
             text, f"slot {slot} has no {group} bit {match['name']!r}; {_allowed_bit(name, groups[group])}"
@@ -206,8 +206,8 @@ def _check_slot(text: str, slot: int, slots: Mapping[int, ModuleWords]) -> None:
         raise _refusal(text, f"slot {slot} is empty; {allowed(slot, slots)}")
 
 
-def allowed(given: object, choices: Iterable[object]) -> str:
-    """Return the allowed values as text, beginning with the one closest to `given`.
+def allowed(value: object, choices: Iterable[object]) -> str:
+    """Return the allowed values as text, beginning with the one closest to `value`.
 
     >>> allowed("HOLD_MOVES", ["HOLD_MOVE", "RESUME_MOVE"])
     'did you mean HOLD_MOVE? Choose from HOLD_MOVE, RESUME_MOVE'
@@ -215,6 +215,6 @@ def allowed(given: object, choices: Iterable[object]) -> str:
     names = [str(choice) for choice in choices]
     import difflib  # imported late, because most names are right
 
-    close = difflib.get_close_matches(str(given), names, n=1)
+    close = difflib.get_close_matches(str(value), names, n=1)
     listed = f"hoose from {', '.join(names) or 'none'}"
     return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"

@@ -178,8 +178,8 @@ def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
     """
     tables = MEMBERS.values() if card is None else [MEMBERS.get(card, ())]
     key = name.upper(), image
-    found = {place for table in tables for each, place in table if (each.upper(), place.image) == key}
-    return found.pop() if len(found) == 1 else None
+    places = {place for table in tables for member, place in table if (member.upper(), place.image) == key}
+    return places.pop() if len(places) == 1 else None
 
 
 def members_of(card: str, image: str) -> list[str]:

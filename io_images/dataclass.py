@@ -115,24 +115,24 @@ def _init(cls: type[Any], name: str) -> Method:
     places: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
     parameters: dict[bool, list[str]] = {False: ["self"], True: []}
     body = []
-    for each in fields(cls):
-        value, default = _value_and_default(each, places)
-        if each.init:
-            parameters[bool(each.kw_only)].append(f"{each.name}={default}" if default else each.name)
+    for field in fields(cls):
+        value, default = _value_and_default(field, places)
+        if field.init:
+            parameters[bool(field.kw_only)].append(f"{field.name}={default}" if default else field.name)
         else:
-            value = f"new__{each.name}()" if default == "missing__" else default
-        if each.init or default == "missing__" or (default and slots):
-            body.append(f"set__(self, {each.name!r}, {value})" if frozen else f"self.{each.name} = {value}")
+            value = f"new__{field.name}()" if default == "missing__" else default
+        if field.init or default == "missing__" or (default and slots):
+            body.append(f"set__(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}")
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
     named = ["*", *parameters[True]] if parameters[True] else []
     init = _compiled(cls, name, [*parameters[False], *named], body or ["pass"], places)
-    init.__annotations__ = {each.name: each.type for each in fields(cls) if each.init} | {"return": None}
+    init.__annotations__ = {field.name: field.type for field in fields(cls) if field.init} | {"return": None}
     return init
 
 
 def _repr(cls: type[Any], name: str) -> Method:
-    shown = ", ".join(f"{each.name}={{self.{each.name}!r}}" for each in fields(cls) if each.repr)
+    shown = ", ".join(f"{field.name}={{self.{field.name}!r}}" for field in fields(cls) if field.repr)
     return recursive_repr()(
         _compiled(cls, name, ["self"], [f'return f"{{self.__class__.__qualname__}}({shown})"'])
     )
@@ -147,7 +147,7 @@ def _comparison(cls: type[Any], name: str) -> Method:
 
 
 def _compared(cls: type[Any], name: str, sign: str) -> Method:
-    compared = [each for each in fields(cls) if each.compare]
+    compared = [field for field in fields(cls) if field.compare]
     body = [
         "if other.__class__ is self.__class__:",
         f" return {_tuple('self', compared)} {sign} {_tuple('other', compared)}",
@@ -164,12 +164,12 @@ _MADE_LATER = (
 
 
 def _hash(cls: type[Any], name: str) -> Method:
-    hashed = [each for each in fields(cls) if (each.compare if each.hash is None else each.hash)]
+    hashed = [field for field in fields(cls) if (field.compare if field.hash is None else field.hash)]
     return _compiled(cls, name, ["self"], [f"return hash({_tuple('self', hashed)})"])
 
 
-def _tuple(of: str, those: Iterable[Field[Any]]) -> str:
-    return f"({''.join(f'{of}.{each.name},' for each in those)})"
+def _tuple(of: str, compared: Iterable[Field[Any]]) -> str:
+    return f"({''.join(f'{of}.{field.name},' for field in compared)})"
 
 
 def _compiled(
@@ -187,25 +187,25 @@ def _compiled(
     return made["making"](**places)  # type: ignore[no-any-return]
 
 
-def _refusal(cls: type[Any], name: str, what: str) -> Method:
+def _refusal(cls: type[Any], name: str, action: str) -> Method:
     """Return the method that refuses to assign, or delete, a field of a frozen class."""
-    names = frozenset(each.name for each in fields(cls))
+    names = frozenset(field.name for field in fields(cls))
 
     def refuse(self: object, attribute: str, *value: object) -> None:
         if type(self) is cls or attribute in names:
-            raise FrozenInstanceError(f"cannot {what} field {attribute!r}")
+            raise FrozenInstanceError(f"cannot {action} field {attribute!r}")
         getattr(super(cls, self), name)(attribute, *value)
 
     return refuse
 
 
 def _getstate(self: Any) -> list[Any]:
-    return [getattr(self, each.name) for each in fields(self)]
+    return [getattr(self, field.name) for field in fields(self)]
 
 
 def _setstate(self: Any, state: Iterable[Any]) -> None:
-    for each, value in zip(fields(self), state, strict=False):
-        object.__setattr__(self, each.name, value)
+    for field, value in zip(fields(self), state, strict=False):
+        object.__setattr__(self, field.name, value)
 
 
 if TYPE_CHECKING:

@@ -23,8 +23,8 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
     text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
     return {
         name.strip(): module
-        for module, several, one in _IMPORT.findall(text)
-        for name in (several or one).split(",")
+        for module, several, single in _IMPORT.findall(text)
+        for name in (several or single).split(",")
         if name.strip().isidentifier()
     }
 

@@ -120,9 +120,12 @@ class ModuleWords:
 
     def __post_init__(self) -> None:
         sizes = {"I": len(self.inputs), "O": len(self.outputs)}
-        for each in self.quantities:
-            if each.words not in (1, 2) or not 0 <= each.word <= sizes.get(each.image, 0) - each.words:
-                raise ValueError(f"{self.message}: {each}: must be 1 or 2 words of image I or O")
+        for number in self.quantities:
+            if (
+                number.words not in (1, 2)
+                or not 0 <= number.word <= sizes.get(number.image, 0) - number.words
+            ):
+                raise ValueError(f"{self.message}: {number}: must be 1 or 2 words of image I or O")
         for group, names in self.groups.items():
             _refuse_clashes(f"{self.message}: {group}", names, sizes)
 
@@ -132,11 +135,11 @@ class ModuleWords:
 
     def quantities_in(self, image: str) -> list[Quantity]:
         """Return the quantities of an image, "I" or "in", "O" or "out"."""
-        return [each for each in self.quantities if (each.image in INPUT) == (image in INPUT)]
+        return [quantity for quantity in self.quantities if (quantity.image in INPUT) == (image in INPUT)]
 
     def quantity(self, name: str) -> Quantity | None:
         """Return the quantity with a name, such as the position; None if the module has none."""
-        return next((each for each in self.quantities if each.name == name), None)
+        return next((quantity for quantity in self.quantities if quantity.name == name), None)
 
     @property
     def is_axis(self) -> bool:
@@ -145,17 +148,17 @@ class ModuleWords:
 
     def place(self, name: str) -> BitPlace | None:
         """Return the place of a named bit of the input image; None if the module has no such bit."""
-        found = (names[name] for names in self.groups.values() if name in names)
-        return next((at for at in found if at.image in INPUT), None)
+        places = (names[name] for names in self.groups.values() if name in names)
+        return next((at for at in places if at.image in INPUT), None)
 
     def covered(self, image: str) -> set[int]:
         """Return the words of an image that are shown as named bits, or as quantities of two words."""
-        numbers = (each for each in self.quantities_in(image) if each.words > 1)
-        found = {each.word + at for each in numbers for at in range(each.words)}
+        numbers = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
+        words = {quantity.word + at for quantity in numbers for at in range(quantity.words)}
         if self.modes is not None:
             named = (at for names in self.groups.values() for at in names.values())
-            found |= {at.word for at in named if (at.image in INPUT) == (image in INPUT)}
-        return found
+            words |= {at.word for at in named if (at.image in INPUT) == (image in INPUT)}
+        return words
 
     def configures(self, image: str, words: Sequence[int]) -> bool:
         """Return whether the words of an image are in configuration mode."""

@@ -52,8 +52,8 @@ class SignalRange:
         """Test signals: ends and middle, just beyond the ends, and far beyond."""
         beyond = (self.high - self.low) / 100
         middle = (self.low + self.high) / 2
-        found = (self.low, self.high, middle, self.high + beyond, self.low - beyond)
-        return tuple(map(float, dict.fromkeys((*found, self.most, self.least, Fraction(0), self.most + 1))))
+        near = (self.low, self.high, middle, self.high + beyond, self.low - beyond)
+        return tuple(map(float, dict.fromkeys((*near, self.most, self.least, Fraction(0), self.most + 1))))
 
 
 def _range(unit: str, low: int, high: int, least: str, most: str) -> tuple[str, SignalRange]:

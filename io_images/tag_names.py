@@ -65,14 +65,14 @@ def key_of(text: str) -> str | None:
     base = _BASE.match(text)
     if base is None:
         return None
-    found, at = [base.group().lower()], base.end()
+    parts, at = [base.group().lower()], base.end()
     while at < len(text):
         step = _STEP.match(text, at)
         if step is None:
             return None
-        found.append(_key_of_step(step))
+        parts.append(_key_of_step(step))
         at = step.end()
-    return "".join(found)
+    return "".join(parts)
 
 
 def _key_of_step(step: re.Match[str]) -> str:
@@ -116,8 +116,8 @@ def in_scope(text: str, known: Iterable[str]) -> str:
 
 def base_of(name: str) -> str:
     r"""Return the tag in a name: `\Main.Fill` in `\Main.Fill.ACC`."""
-    found = _BASE.match(name)
-    return found.group() if found else name
+    match = _BASE.match(name)
+    return match.group() if match else name
 
 
 def without_ranges(name: str) -> str:
@@ -169,7 +169,7 @@ class NamesByPattern:
         self._names = [self._fold(name) for name in names]
         self._by_part: dict[str, list[int]] = {}
         for place, name in enumerate(self._names):
-            for end in (*(each.start() for each in _PART_END.finditer(name)), len(name)):
+            for end in (*(part.start() for part in _PART_END.finditer(name)), len(name)):
                 self._by_part.setdefault(name[:end], []).append(place)
 
     def places(self, pattern: str) -> list[int]:
@@ -177,6 +177,6 @@ class NamesByPattern:
         pattern = self._fold(pattern)
         if not {"*", "?"} & set(pattern):
             return self._by_part.get(pattern, [])
-        text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
+        text = "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in pattern)
         matches = re.compile(rf"{text}(?:[.\[]|$)").match
         return [place for place, name in enumerate(self._names) if matches(name)]

@@ -122,27 +122,27 @@ def check_text(text: str, kind: TextKind) -> None:
         raise TextLimitError(1, f"{kind} of more than {limits.size:,} characters")
     depth = parts = 0
     before = None
-    for found in _pattern(_OWN[kind]).finditer(text):
-        what = found.lastgroup
-        if what == "open":
+    for match in _pattern(_OWN[kind]).finditer(text):
+        token = match.lastgroup
+        if token == "open":
             depth += 1
-        elif what == "close":
+        elif token == "close":
             depth -= 1
-        elif what == "token" or what == "string":
+        elif token in ("token", "string"):
             parts = parts + 1 if before == "dot" else 1
-        before = what
-        size = found.end() - found.start()
+        before = token
+        size = match.end() - match.start()
         if depth > limits.nesting:
             problem = f"brackets that are nested deeper than {limits.nesting}"
         elif parts > limits.parts:
             problem = f"a name of more than {limits.parts} parts"
-        elif what != "comment" and size > limits.token:
+        elif token != "comment" and size > limits.token:
             problem = f"a name, number, text or blank of more than {limits.token:,} characters"
-        elif what == "token" and size > DIGITS_MAX and _DIGITS.fullmatch(text, found.start(), found.end()):
+        elif token == "token" and size > DIGITS_MAX and _DIGITS.fullmatch(text, match.start(), match.end()):
             problem = f"a number of more than {DIGITS_MAX:,} digits"
         else:
             continue
-        raise TextLimitError(text.count("\n", 0, found.start()) + 1, problem)
+        raise TextLimitError(text.count("\n", 0, match.start()) + 1, problem)
 
 
 SHOWN = 2_000

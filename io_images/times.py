@@ -50,13 +50,13 @@ def parse_time(text: str) -> int:
         ValueError: there is no number or no unit, the time is no whole number of ns, or longer than
             `LONGEST_NS`.
     """
-    found = _TIME.fullmatch(str(text).strip())
-    if found is None:
+    match = _TIME.fullmatch(str(text).strip())
+    if match is None:
         units = ", ".join(UNITS_NS)
         raise ValueError(
             f"{shortened(str(text))!r} is not a time: write a number and a unit ({units}), such as '10 s'"
         )
-    return _whole_ns(Decimal(found[1]), found[2], repr(shortened(str(text))))
+    return _whole_ns(Decimal(match[1]), match[2], repr(shortened(str(text))))
 
 
 def parse_duration(text: str) -> int:
@@ -90,14 +90,14 @@ def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
         raise SettingError(key, str(error)) from None
 
 
-def _whole_ns(number: Decimal, unit: str, what: str) -> int:
+def _whole_ns(number: Decimal, unit: str, name: str) -> int:
     try:
         time_ns = _EXACT.multiply(number, UNITS_NS[unit])
         if time_ns > LONGEST_NS:
-            raise ValueError(f"{what} is longer than 146 years, the longest time")
+            raise ValueError(f"{name} is longer than 146 years, the longest time")
         return int(_EXACT.quantize(time_ns, Decimal(1)))
     except (Clamped, Inexact, InvalidOperation, Overflow):
-        raise ValueError(f"{what} is not a whole number of nanoseconds") from None
+        raise ValueError(f"{name} is not a whole number of nanoseconds") from None
 
 
 def time_text(time_ns: int) -> str:
@@ -106,7 +106,7 @@ def time_text(time_ns: int) -> str:
     >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
     ('9.422 s', '250 µs', '400 ns', '0 s')
     """
-    unit = next((each for each in _WRITTEN if abs(time_ns) >= UNITS_NS[each]), "s")
+    unit = next((unit for unit in _WRITTEN if abs(time_ns) >= UNITS_NS[unit]), "s")
     return f"{_in_unit(time_ns, UNITS_NS[unit])} {unit}"
 
 

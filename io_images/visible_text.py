@@ -24,7 +24,7 @@ def visible(text: str, keep: str = LAYOUT) -> str:
     """
     if text.isprintable():
         return text
-    return "".join(each if each in keep else _visible(each) for each in text)
+    return "".join(character if character in keep else _visible(character) for character in text)
 
 
 def _visible(character: str) -> str:

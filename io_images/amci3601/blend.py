@@ -78,8 +78,8 @@ class BlendHeader:
 
     def __post_init__(self) -> None:
         require("number of blend segments", self.segments, SEGMENTS_MIN, SEGMENTS_MAX)
-        for each in (*self.types, self.final_type):
-            require_member("acceleration type", each, Acceleration)
+        for acceleration in (*self.types, self.final_type):
+            require_member("acceleration type", acceleration, Acceleration)
         require("final deceleration", self.final_deceleration, 1, self.limits.rate)
 
     @property
@@ -145,6 +145,6 @@ def _pack(types: tuple[Acceleration, ...]) -> int:
     return sum(kind.value << 2 * index for index, kind in enumerate(types))
 
 
-def _demand_exact(written: Image, image: Image, what: str) -> None:
+def _demand_exact(written: Image, image: Image, block: str) -> None:
     if written != image:
-        raise ValueError(f"words {list(image)} are not a {what}: {list(written)} would be the nearest one")
+        raise ValueError(f"words {list(image)} are not a {block}: {list(written)} would be the nearest one")

@@ -188,6 +188,6 @@ def _capture_alone(word: int) -> bool:
     return _all(word, _CAPTURE) and not word & _ENCODER
 
 
-def _refuse(broken: tuple[str, ...], what: str) -> None:
+def _refuse(broken: tuple[str, ...], subject: str) -> None:
     if broken:
-        raise ValueError(f"{what} is invalid: {'; '.join(RULES[rule].clause for rule in broken)}")
+        raise ValueError(f"{subject} is invalid: {'; '.join(RULES[rule].clause for rule in broken)}")

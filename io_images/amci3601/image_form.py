@@ -71,9 +71,9 @@ class ImageForm:
         }
         groups = {**profile.groups, "status": status}
         quantities = tuple(
-            replace(each, word=each.word if each.image == "O" else places[each.word], format=self.numbers)
-            for each in profile.quantities
-            if each.image == "O" or each.word in places
+            replace(value, word=value.word if value.image == "O" else places[value.word], format=self.numbers)
+            for value in profile.quantities
+            if value.image == "O" or value.word in places
         )
         return ModuleWords(
             profile.message,

@@ -266,12 +266,12 @@ class Follower:
         return cls(direction, words[2], words[3], words[6], words[7], limits=limits)
 
 
-def require_words(what: str, words: tuple[int, ...], count: int) -> None:
+def require_words(name: str, words: tuple[int, ...], count: int) -> None:
     """Raise a ValueError unless there are `count` signed words."""
     if len(words) != count:
-        raise ValueError(f"{what} has {len(words)} words, not {count}")
+        raise ValueError(f"{name} has {len(words)} words, not {count}")
     for word in words:
-        require(f"word of {what}", word, WORD_MIN, WORD_MAX)
+        require(f"word of {name}", word, WORD_MIN, WORD_MAX)
 
 
 def _require_profile(limits: Limits, speed: int, acceleration: int, deceleration: int) -> None:

@@ -71,19 +71,19 @@ class Parameters:
         return limits.takes_rate(self.acceleration) and limits.takes_rate(self.deceleration)
 
 
-def require(what: str, value: int, least: int, greatest: int) -> None:
+def require(name: str, value: int, least: int, greatest: int) -> None:
     """Raise a ValueError if a value is out of range."""
     if not isinstance(value, int):
-        raise ValueError(f"{what} {value!r} is not allowed: must be a whole number, {least} to {greatest}")
+        raise ValueError(f"{name} {value!r} is not allowed: must be a whole number, {least} to {greatest}")
     if not least <= value <= greatest:
-        raise ValueError(f"{what} {value} is out of range: must be {least} to {greatest}")
+        raise ValueError(f"{name} {value} is out of range: must be {least} to {greatest}")
 
 
-def require_member(what: str, value: object, kind: type[Enum]) -> None:
+def require_member(name: str, value: object, kind: type[Enum]) -> None:
     """Raise a ValueError unless `value` is a member of the enumeration."""
     if not isinstance(value, kind):
         raise ValueError(
-            f"{what} {value!r} is not allowed; choose from {', '.join(map(str, _members(kind)))}"
+            f"{name} {value!r} is not allowed; choose from {', '.join(map(str, _members(kind)))}"
         )
 
 

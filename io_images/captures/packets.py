@@ -183,8 +183,8 @@ class Capture:
     def _body(self, length: int, read: int, order: str, begin: int) -> bytes | None:
         """Return the rest of a block, without its second length; None at the end of the file."""
         if length % 4 or not 12 + read <= length <= BLOCK_MAX:
-            said = f"must be a multiple of 4, {12 + read} to {BLOCK_MAX:,}"
-            raise CaptureError(f"byte {begin}: a block of {length:,} bytes; {said}")
+            limits = f"must be a multiple of 4, {12 + read} to {BLOCK_MAX:,}"
+            raise CaptureError(f"byte {begin}: a block of {length:,} bytes; {limits}")
         data = self._read(length - 8 - read, begin)
         if not data:
             return None

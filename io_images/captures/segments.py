@@ -59,10 +59,10 @@ def segment_in(packet: Packet) -> Segment | None:
     version = packet.data[at] >> 4
     size = len(packet.data) + packet.cut
     network = {4: _ipv4, 6: _ipv6}.get(version)
-    found = network(packet.data, at, size) if network is not None else None
-    if found is None:
+    payload = network(packet.data, at, size) if network is not None else None
+    if payload is None:
         return None
-    source, target, begin, end = found
+    source, target, begin, end = payload
     there = len(packet.data)
     if min(end, there) - begin < _TCP.size or end > there + packet.cut:
         return None

@@ -151,7 +151,7 @@ def _ahead(number: int, following: int) -> int:
 
 def _nearest(waiting: Iterable[int], following: int) -> int:
     """Return the first of the waiting sequence numbers; numbers before `following` come before later ones."""
-    return min(waiting, key=lambda each: (each - following + _HALF) % _RING)
+    return min(waiting, key=lambda number: (number - following + _HALF) % _RING)
 
 
 def _too_much(direction: _Direction) -> bool:

@@ -6,12 +6,12 @@
 | `models` | a row for each model: words, bits, ranges, functions |
 | `configuration` | the words of configuration mode, and their checks |
 | `command` | the words of command mode |
-| `translation` | translates the words of a 3601 to those of a drive, and back, for axes and motion blocks |
-| `status` | the status, with a drive's own names of bits |
+| `translation` | translates words of a 3601 to words of a drive, and back, for axes and motion blocks |
+| `status` | the status, with the bits' names on a drive |
 | `rules` | what a drive refuses or reports, a row for each rule, with its page |
-| `readings` | choices where the manuals are silent, with our confidence in them |
+| `differences` | bits and words of a 3601 that mean something else on a drive |
 
-Sources by short names: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" that of the SMD17E2, "SD"
-that of the SD17060E, "SD2" that of SD17060E2 and SD31045E2, "K" that of SD17060E-K, "EDS" the vendor's EDS
+Short names of the sources: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" the manual of the
+SMD17E2, "SD" of the SD17060E, "SD2" of SD17060E2 and SD31045E2, "K" of SD17060E-K. "EDS" is the vendor's EDS
 file of the SMD23E2, version 1.6.
 """

@@ -4,7 +4,7 @@
     word 1    modifiers             6, 7    acceleration, deceleration
     2, 3      target, distance      8, 9    motor current, jerk; in a registration move its minimum distance
 
-Words that a command does not use may hold anything [17 p. 80].
+A drive ignores the words that a command does not use [17 p. 80].
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class DriveCommand:
 
     @cached_property
     def modifiers(self) -> Modifier:
-        """The modifiers that are on and known to the model."""
+        """The modifiers that are on and that the model has."""
         return Modifier(self.words[1]) & self.model.modifiers
 
     @property

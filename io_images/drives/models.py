@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
-from enum import Enum
+from enum import Enum, IntFlag
 
 from ..amci3601.bits import InputBit
 from ..dataclass import dataclass
@@ -44,9 +44,6 @@ class DriveLimits:
     homing_timeout_s: int = 300  # ANF2 only
 
 
-NO_COMMAND = CommandBit(0)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
     """A model of the family.
@@ -59,9 +56,9 @@ class Model:
         limits: ranges of its parameters.
         terminals: its inputs in order, if they have fixed functions; none for a model whose
             configuration gives two inputs their functions.
-        moved_commands: bits of command word 0 that are at other places than in the SMD family.
-        missing_commands: bits of command word 0 that it lacks; a command with such a bit is refused.
-        modifiers: bits of command word 1 that it knows; a command with any other bit is refused.
+        moved_commands: bits of command word 0 at other places than in the SMD family; 0 for a bit that it
+            lacks, and whose command is refused.
+        modifiers: bits of command word 1 that it has; a command with any other bit is refused.
         moved_status: status bits at other places; 0 for a bit that it lacks.
         number_format: the fixed format of its numbers; None if the configuration selects it.
         current_keys: bits of command word 1 that must be on, and bits that must be off, for a current in the
@@ -80,7 +77,6 @@ class Model:
     limits: DriveLimits = field(default_factory=DriveLimits)
     terminals: tuple[InputBit, ...] = ()
     moved_commands: Mapping[CommandBit, int] = field(default_factory=dict)
-    missing_commands: CommandBit = NO_COMMAND
     modifiers: Modifier = (
         Modifier.MOTOR_CURRENT
         | Modifier.ENCODER_MOVE
@@ -113,21 +109,24 @@ class Model:
             return ("in1", "in2")
         return tuple(str(bit.name).lower() for bit in self.terminals)
 
+    @property
+    def runs_blends(self) -> bool:
+        """Whether it has the commands of a blend."""
+        return self.moved_commands.get(CommandBit.RUN_ASSEMBLED_MOVE) != 0
+
     def command_bits(self, word_0: int) -> CommandBit:
         """Return the commands of command word 0, at the places of the SMD family."""
         if not self.moved_commands:
             return CommandBit(word_0 & 0xFFFF)
-        found = CommandBit(0)
+        commands = CommandBit(0)
         for bit in CommandBit:
-            if word_0 & self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value):
-                found |= bit
-        return found
+            if word_0 & self.moved_commands.get(bit, bit.value):
+                commands |= bit
+        return commands
 
     def unknown_commands(self, word_0: int) -> int:
         """Return the bits of command word 0 that belong to no command."""
-        known = 0
-        for bit in CommandBit:
-            known |= self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value)
+        known = sum(self.moved_commands.get(bit, bit.value) for bit in CommandBit)
         return word_0 & 0xFFFF & ~known
 
     def status_words(self, status: int) -> tuple[int, int]:
@@ -186,32 +185,21 @@ _ERRORS = (
 )
 
 
-def _places(image: str, bits: Iterable[tuple[str, int]]) -> dict[str, BitPlace]:
-    """Return the places of bits that are numbered over two words; the second word begins at bit 16."""
-    return {
-        name: BitPlace(image, (mask.bit_length() - 1) // 16, (mask.bit_length() - 1) % 16)
-        for name, mask in bits
-        if mask
-    }
+def _places(image: str, masks: Iterable[tuple[IntFlag, int]]) -> dict[str, BitPlace]:
+    """Return the places of bits whose masks cover two words; the second word begins at bit 16."""
+    return {str(bit.name): BitPlace(image, *divmod(mask.bit_length() - 1, 16)) for bit, mask in masks if mask}
 
 
 def _words_of(model: Model) -> ModuleWords:
-    status = [(str(bit.name), model.moved_status.get(bit, bit.value)) for bit in StatusBit]
-    commands = [
-        (str(bit.name), model.moved_commands.get(bit, 0 if bit in model.missing_commands else bit.value))
-        for bit in CommandBit
-    ]
-    modifiers = [(str(bit.name), bit.value << 16) for bit in Modifier if bit in model.modifiers]
     groups = {
-        "status": _places("I", status),
-        "command": _places("O", commands),
-        "modifier": _places("O", modifiers),
+        "status": _places("I", ((bit, model.moved_status.get(bit, bit.value)) for bit in StatusBit)),
+        "command": _places("O", ((bit, model.moved_commands.get(bit, bit.value)) for bit in CommandBit)),
+        "modifier": _places("O", ((bit, bit.value << 16) for bit in Modifier if bit in model.modifiers)),
     }
     errors = tuple(name for name in _ERRORS if name in groups["status"])
-    quantities = tuple(replace(each, format=model.number_format) for each in _QUANTITIES)
-    message = model.name.capitalize()
+    quantities = tuple(replace(quantity, format=model.number_format) for quantity in _QUANTITIES)
     return ModuleWords(
-        message,
+        model.name.capitalize(),
         _OUTPUTS,
         _INPUTS,
         groups,
@@ -237,17 +225,14 @@ ANF2 = Model(
     layout=Layout.ANF2,
     axes=12,
     limits=DriveLimits(speed=1_000_000, starting_speed=1_000_000, rate=2_000),
-    terminals=(
-        InputBit.CAPTURE,
-        InputBit.EXTERNAL,
-        InputBit.HOME,
-        InputBit.CW_LIMIT,
-        InputBit.CCW_LIMIT,
-    ),
-    moved_commands={CommandBit.PRESET_ENCODER: 1 << 10, CommandBit.RESET_ERRORS: 1 << 11},
-    missing_commands=CommandBit.PROGRAM_ASSEMBLED
-    | CommandBit.READ_ASSEMBLED_DATA
-    | CommandBit.RUN_ASSEMBLED_MOVE,
+    terminals=(InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.HOME, InputBit.CW_LIMIT, InputBit.CCW_LIMIT),
+    moved_commands={
+        CommandBit.PRESET_ENCODER: 1 << 10,
+        CommandBit.RESET_ERRORS: 1 << 11,
+        CommandBit.PROGRAM_ASSEMBLED: 0,
+        CommandBit.READ_ASSEMBLED_DATA: 0,
+        CommandBit.RUN_ASSEMBLED_MOVE: 0,
+    },
     modifiers=Modifier(0),
     moved_status={
         StatusBit.INPUT_1: 1 << 19,  # CW limit

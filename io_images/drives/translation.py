@@ -1,7 +1,7 @@
 """Translates the words of a 3601, which axes and motion blocks write, to those of a drive, and back.
 
-An axis knows the commands and the status bits of a 3601. For a drive it uses this translation: a row for each
-bit with the same meaning. Everything else has a rule of its own below.
+An axis uses the commands and the status bits of a 3601; this module translates them for a drive. A table has
+a row for each bit with the same meaning; the methods translate the rest.
 
     to the drive     commands, blend handshake, format of numbers, S-curve as a jerk, enable bit
     from the drive   status bits, number format, configuration mode, blend handshake
@@ -11,7 +11,7 @@ The blocks of `USE axis3601` do the same in rungs, see `ladder/files/drive_block
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from ..amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
@@ -85,7 +85,7 @@ def model_of(words: ModuleWords) -> Model | None:
     >>> model_of(ANF2.words).title
     'ANF2'
     """
-    return next((each for each in MODELS.values() if each.words == words), None)
+    return next((model for model in MODELS.values() if model.words == words), None)
 
 
 class DriveTranslation:
@@ -106,11 +106,12 @@ class DriveTranslation:
         self.limits = Limits(model.limits.speed, model.limits.rate)
         self.configuration = tuple(word & 0xFFFF for word in configuration)
         self._set = configuration_of(self.configuration, model)
-        missing = dict.fromkeys(model.missing_commands, 0)
-        self._commands = _places(COMMANDS, {**missing, **model.moved_commands})
+        self._commands = _places(COMMANDS, model.moved_commands)
         self._statuses = _places(STATUS, model.moved_status)
-        self._functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
-        self._capture = _mask_of(self._functions, InputFunction.CAPTURE_ENCODER)
+        functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
+        self._capture = sum(
+            1 << at for at, use in enumerate(functions) if use is InputFunction.CAPTURE_ENCODER
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -173,7 +174,7 @@ class DriveTranslation:
             self._minimum = target
         registers = bool(words[0] & _JOGS and target)
         split = self._set.output_format.split
-        found = [
+        outputs = [
             signed_word(sum({bit for at, bit in self._commands if words[0] & at})),
             0,
             *split(target),
@@ -182,9 +183,9 @@ class DriveTranslation:
             *(split(self._minimum) if registers else (0, self._jerk(words))),
         ]
         if self.model.layout is Layout.SMD:
-            found[0] |= self._programming(words)
-            found[1] = signed_word(self._modifiers(words, registers))
-        return found
+            outputs[0] |= self._programming(words)
+            outputs[1] = signed_word(self._modifiers(words, registers))
+        return outputs
 
     @staticmethod
     def _programming(words: Sequence[int]) -> int:
@@ -196,14 +197,14 @@ class DriveTranslation:
 
     @staticmethod
     def _modifiers(words: Sequence[int], registers: bool) -> int:
-        found = Modifier.ENABLE_DRIVER
+        modifiers = Modifier.ENABLE_DRIVER
         if registers:
-            found |= Modifier.REGISTRATION_MOVE
+            modifiers |= Modifier.REGISTRATION_MOVE
         if words[0] & CommandMsw.RUN_BLEND_CCW:
-            found |= Modifier.REVERSE_BLEND
+            modifiers |= Modifier.REVERSE_BLEND
         if words[1] & CommandLsw.HOME_PROXIMITY:
-            found |= Modifier.BACKPLANE_PROXIMITY
-        return found.value
+            modifiers |= Modifier.BACKPLANE_PROXIMITY
+        return modifiers.value
 
     def _jerk(self, words: Sequence[int]) -> int:
         """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
@@ -218,8 +219,3 @@ class DriveTranslation:
 def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:
     """Return the rows with the bits at a model's places; a bit that it lacks is 0."""
     return tuple((int(at), int(moved.get(bit, bit))) for at, bit in rows.items())
-
-
-def _mask_of(functions: Iterable[InputFunction], selected: InputFunction) -> int:
-    """Return a mask of the inputs with a function, bit n = input n + 1."""
-    return sum(1 << at for at, each in enumerate(functions) if each is selected)

@@ -58,7 +58,7 @@ class StructuredKind:
     @cached_property
     def by_name(self) -> Mapping[str, Part]:
         """Members that paths may name, by name in capitals."""
-        return {each.name.upper(): each for each in self.parts if not each.hidden}
+        return {part.name.upper(): part for part in self.parts if not part.hidden}
 
 
 Kind = PlainKind | StructuredKind
@@ -156,11 +156,11 @@ def _numbered(tag: ListedTag, number: int) -> str:
 
 def _subscripts(number: int, dims: Sequence[int]) -> str:
     """Return the subscripts of an element from its number in memory order."""
-    found: list[int] = []
+    indexes: list[int] = []
     for length in reversed(dims):
         number, index = divmod(number, length)
-        found.insert(0, index)
-    return f"[{','.join(map(str, found))}]"
+        indexes.insert(0, index)
+    return f"[{','.join(map(str, indexes))}]"
 
 
 def _bit(mask: int, offset: int) -> int:
@@ -211,7 +211,7 @@ class Listing:
     @property
     def programs(self) -> Iterator[str]:
         """Programs with their own tags, in order."""
-        owners = [each.program for each in self.tags] + [each.program for each in self.aliases]
+        owners = [entry.program for entry in self.tags] + [entry.program for entry in self.aliases]
         return iter(dict.fromkeys(filter(None, owners)))
 
 

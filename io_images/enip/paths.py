@@ -42,11 +42,11 @@ def steps_of(text: str) -> list[PathStep]:
         name, _, text = text.partition(".")
         steps = [name]
     for part in text.replace("/", ".").split(".") if text else ():
-        found = _PART.fullmatch(part)
-        if found is None:
+        match = _PART.fullmatch(part)
+        if match is None:
             raise ValueError(f"{text!r} is not a name of a tag, such as Recipe.Steps[2].Time")
-        steps.append(found["name"])
-        steps += map(int, found["places"].split(",")) if found["places"] else ()
+        steps.append(match["name"])
+        steps += map(int, match["places"].split(",")) if match["places"] else ()
     return steps
 
 
@@ -103,12 +103,12 @@ def _logical(path: Path, data: bytes, at: int) -> int:
     start = at + (1 if size == 1 else 2)
     if start + size > len(data):
         raise CipRefusedError(BAD_SEGMENT)
-    value, what = int.from_bytes(data[start : start + size], "little"), _LOGICAL[data[at] & 0xFC]
-    if what == "element":
+    value, segment = int.from_bytes(data[start : start + size], "little"), _LOGICAL[data[at] & 0xFC]
+    if segment == "element":
         path.steps.append(value)
     else:
-        path.numbers[what] = value
-        if what == "instance" and path.numbers.get("class") == SYMBOL:
+        path.numbers[segment] = value
+        if segment == "instance" and path.numbers.get("class") == SYMBOL:
             path.steps.append(Instance(value))
     return start + size
 
@@ -126,8 +126,8 @@ def split_name(name: str) -> list[PathStep]:
     for part in name.split("."):
         stem, _, subscripts = part.partition("[")
         steps.append(stem)
-        for each in subscripts.rstrip("]").split(",") if subscripts else ():
-            if not each.strip().isdigit() or len(each) > 10:
+        for subscript in subscripts.rstrip("]").split(",") if subscripts else ():
+            if not subscript.strip().isdigit() or len(subscript) > 10:
                 raise CipRefusedError(BAD_SEGMENT)
-            steps.append(int(each))
+            steps.append(int(subscript))
     return steps

@@ -165,11 +165,11 @@ def _range(ends: tuple[int, int]) -> str:
     return str(ends[0]) if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
 
 
-def _number(name: str, what: str, word: str) -> int:
+def _number(name: str, field: str, word: str) -> int:
     try:
         return int(word, 0)
     except ValueError:
-        raise ValueError(f"{name} {what} {word}: must be a whole number") from None
+        raise ValueError(f"{name} {field} {word}: must be a whole number") from None
 
 
 def _warnings(number: int, line: UserInstruction) -> list[str]:

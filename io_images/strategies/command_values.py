@@ -34,7 +34,7 @@ def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[
     """
 
     def made(drawn: bytes) -> Made:
-        return make(*(each[len(each) * byte // 256] for each, byte in zip(lists, drawn, strict=True)))
+        return make(*(values[len(values) * byte // 256] for values, byte in zip(lists, drawn, strict=True)))
 
     return st.binary(min_size=len(lists), max_size=len(lists)).map(made)
 
@@ -51,8 +51,8 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
     (5000, 2000, 1000, 1001, 20000, 100000)
     """
     likely = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
-    given = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
-    return tuple(dict.fromkeys(speed for speed in (*likely, *given) if speed <= LIMITS_3601.speed))
+    common = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
+    return tuple(dict.fromkeys(speed for speed in (*likely, *common) if speed <= LIMITS_3601.speed))
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:

@@ -106,27 +106,22 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
 def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) -> CodeType:
     """Compile a function with the line numbers of its file; LadderError if it is too large for Python."""
     text, lines = unit
-    if observation.held:
-        return relocated(_inside(_inside(_module(_held(text, observation), file))), lines)
-    return _unchanged(text, tuple(lines), file)
-
-
-@lru_cache(FUNCTIONS_KEPT)
-def _unchanged(text: str, lines: Sequence[int], file: str) -> CodeType:
-    return relocated(_inside(_inside(_module(text, file))), lines)
-
-
-def _module(source: str | ast.Module, file: str) -> CodeType:
-    try:
-        return compile(source, file, "exec")
-    except (MemoryError, RecursionError):
-        raise LadderError(f"{file}: a statement has too many branches to be compiled: divide it") from None
-
-
-def _held(text: str, observation: Observation) -> ast.Module:
+    if not observation.held:
+        return _cached(text, tuple(lines), file)
     tree = ast.parse(text)
     ForceInserter(observation.held).visit(tree)
-    return tree
+    return _compiled(tree, lines, file)
+
+
+def _compiled(source: str | ast.Module, lines: Sequence[int], file: str) -> CodeType:
+    try:
+        module = compile(source, file, "exec")
+    except (MemoryError, RecursionError):
+        raise LadderError(f"{file}: a statement has too many branches to be compiled: divide it") from None
+    return relocated(_inside(_inside(module)), lines)
+
+
+_cached = lru_cache(FUNCTIONS_KEPT)(_compiled)
 
 
 def _inside(code: CodeType) -> CodeType:

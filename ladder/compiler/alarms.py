@@ -15,10 +15,6 @@ _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 class _AlarmText(MemberText):
     """What ALMD and ALMA have in common."""
 
-    def __init__(self, rungs: RungWriter, group: Group) -> None:
-        super().__init__(rungs, group)
-        self.keep, self.block = rungs.values.keep, rungs.writer.block
-
     def copy(self, names: Iterable[str], operands: Iterable[Resolved]) -> None:
         """Write operands to the parameters of these names."""
         for name, operand in zip(names, operands, strict=True):

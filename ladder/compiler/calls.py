@@ -19,7 +19,7 @@ from ..model.tags import OWN, Leaf
 from ..model.types import Structure, count_of
 from ..state.lowered import AddOnCall
 from ..state.memory import mask_of
-from .packed import byte_of
+from .files import subscripts_kept
 from .value_writer import ValueWriter
 
 
@@ -51,14 +51,13 @@ def function_name(routine: str, *, based: bool) -> str:
 def _handed(values: ValueWriter, operand: Place | Group) -> list[str]:
     """Return text for the list, offset, remaining elements and bit mask of an argument."""
     leaf = first_leaf(operand)
-    texts = values.subscripts(leaf, operand.indices, operand.text)
-    texts = [each if each.isdigit() else values.keep(each) for each in texts]
+    texts = subscripts_kept(values, operand)
     if isinstance(operand, Group) and isinstance(operand.type, Structure):
         spot = values.writer.layout.byte_spot(operand.path)
         if spot is not None:
             return [spot.ident, values.placed(spot, leaf, texts), _left(values, leaf, texts, operand), "None"]
     elif values.is_packed(leaf):
-        byte, mask = byte_of(values, leaf, texts)
+        byte, mask = values.byte_of(leaf, texts)
         return [values.writer.name(leaf), values.keep(byte), "1", values.keep(mask)]
     return [
         values.writer.name(leaf),

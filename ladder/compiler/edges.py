@@ -20,7 +20,7 @@ def write_once(rungs: RungWriter, power: str, *operands: Resolved) -> None:
             rungs.interpret("True")
 
     def when_false() -> None:
-        _begin_again(rungs, control)
+        control.begin_again()
         control.set(EN=False, ER=False)
 
     rungs.either(power, when_true, when_false)
@@ -37,7 +37,7 @@ def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None
     def when_false() -> None:
         search.set(EN=False, ER=False, FD=False)
         for each in (search, results):
-            _begin_again(rungs, each)
+            each.begin_again()
 
     rungs.either(power, when_true, when_false)
 
@@ -54,8 +54,3 @@ def write_message(rungs: RungWriter, power: str, group: Group) -> None:
 def _control(rungs: RungWriter, operand: Resolved) -> ControlText:
     assert isinstance(operand, Group)
     return ControlText(rungs, operand)
-
-
-def _begin_again(rungs: RungWriter, control: ControlText) -> None:
-    with rungs.writer.block(f"if {control['DN']}:"):
-        control.set(DN=False, POS=0)

@@ -15,7 +15,7 @@ from ..model.stretches import BITS, row_strides
 from ..model.types import Elementary, Structure
 from ..state.regions import ArrayRegion, region_of
 from .rungs import RungWriter
-from .terms import Term
+from .terms import Term, times
 from .value_writer import ValueWriter
 
 
@@ -25,6 +25,7 @@ class MemberText:
     def __init__(self, rungs: RungWriter, group: Group) -> None:
         self._group = group
         self._values, self._writer = rungs.values, rungs.writer
+        self.keep, self.block = rungs.values.keep, rungs.writer.block
 
     def __getitem__(self, name: str) -> str:
         """Return text for a member."""
@@ -45,6 +46,11 @@ class ControlText(MemberText):
         given = f"{self._values.site}, {self._group.text!r}, {length}, {position}"
         self._writer.line(f"if {length} < 0 or {position} < 0: negative_control({given})")
 
+    def begin_again(self) -> None:
+        """Write the reset of DN and POS after the last element."""
+        with self.block(f"if {self['DN']}:"):
+            self.set(DN=False, POS=0)
+
 
 class ElementText:
     """Elements of an array of numbers from an operand on; writes the checks of its subscripts.
@@ -60,8 +66,8 @@ class ElementText:
         self.type = self.leaf.type
         texts = subscripts_kept(rungs.values, operand)
         self.row = rungs.writer.name(self.leaf)
-        self.at = _kept(rungs.values, rungs.values.offset(self.leaf, texts))
-        self.left = _kept(rungs.values, elements_left(rungs, self.region, texts))
+        self.at = rungs.values.kept_number(rungs.values.offset(self.leaf, texts))
+        self.left = rungs.values.kept_number(elements_left(rungs, self.region, texts))
 
     def check(self, number: str) -> None:
         """Write a fault if there is no element of this number."""
@@ -135,7 +141,7 @@ def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
 def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:
     """Return text for the checked subscripts of an operand: numbers or variables."""
     texts = values.subscripts(first_leaf(operand), operand.indices, operand.text)
-    return [each if each.isdigit() else values.keep(each) for each in texts]
+    return list(map(values.kept_number, texts))
 
 
 def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], size: int = 1) -> str:
@@ -148,16 +154,14 @@ def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], 
     if first is not None and not region.whole:
         return str(region.fixed_left(first) * size)
     strides = row_strides(region.dims, region.rest)
-    flat = " + ".join(
-        f"{text} * {stride}" if stride != 1 else text for text, stride in zip(texts, strides, strict=True)
-    )
-    times = f" * {size}" if size != 1 else ""
+    flat = " + ".join(map(times, texts, strides))
+    factor = f" * {size}" if size != 1 else ""
     if region.whole:
         length = rungs.writer.handed(region.root)[2]
-        return f"({length} - ({flat})){times}" if flat else f"{length}{times}"
+        return f"({length} - ({flat})){factor}" if flat else f"{length}{factor}"
     if region.array == 1:
         return str(size)
-    return f"({region.array} - ({flat}) % {region.array}){times}"
+    return f"({region.array} - ({flat}) % {region.array}){factor}"
 
 
 def plus(at: str, count: str) -> str:
@@ -165,7 +169,3 @@ def plus(at: str, count: str) -> str:
     if at == "0" or count == "0":
         return count if at == "0" else at
     return str(int(at) + int(count)) if at.isdigit() and count.isdigit() else f"{at} + {count}"
-
-
-def _kept(values: ValueWriter, text: str) -> str:
-    return text if text.isdigit() else values.keep(text)

@@ -42,13 +42,8 @@ def _write_passes(
             line(f"finally: jumped_back({site}, {all_} - {left})")
     if power != "True":
         with block("else:"):
-            _write_end(rungs, control)
-
-
-def _write_end(rungs: RungWriter, control: ControlText) -> None:
-    with rungs.writer.block(f"if {control['DN']}:"):
-        control.set(DN=False, POS=0)
-    control.set(EN=False)
+            control.begin_again()
+            control.set(EN=False)
 
 
 def write_fal(
@@ -78,7 +73,8 @@ def write_fsc(rungs: RungWriter, power: str, group: Group, mode: str, expression
     with block(f"if {control['FD']}:"):
         with block(f"if not {power}:"):
             control.set(FD=False, IN=False)
-            _write_end(rungs, control)
+            control.begin_again()
+            control.set(EN=False)
             rungs.writer.line(f"{searches} = False")
         with block(f"elif {control['IN']}:"):
             rungs.writer.line(f"{searches} = False")

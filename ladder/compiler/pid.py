@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ..model.errors import PID_SETPOINT_CODE, PID_TIME_CODE
 from ..model.operands import SINGLE, Constant, Group, Place, Resolved
-from ..model.types import DINT, LINT, PID_BITS
+from ..model.types import LINT
 from .files import MemberText
 from .rungs import RungWriter
 from .terms import Term
@@ -15,21 +13,14 @@ from .terms import Term
 class _LoopText(MemberText):
     """A PID, whose bits are in CTL."""
 
-    def __init__(self, rungs: RungWriter, group: Group) -> None:
-        super().__init__(rungs, group)
-        self.keep, self.block = rungs.values.keep, rungs.writer.block
-
     def bit(self, name: str) -> str:
         """Return text for a bit."""
-        return self._values.read(self._bit(name))
+        return self[name]
 
     def set_bits(self, **texts: object) -> None:
         """Write bits."""
         for name, text in texts.items():
-            self._values.set_bit(self._bit(name), str(text))
-
-    def _bit(self, name: str) -> Place:
-        return replace(self._group.member("CTL"), bit=Constant(PID_BITS[name], DINT))
+            self._values.set_bit(self._group.member(name), str(text))
 
     def round(self, **texts: str) -> None:
         """Write members, rounded to REAL."""

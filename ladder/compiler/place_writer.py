@@ -9,9 +9,9 @@ from ..model.operands import Constant, Group, Place, Resolved, StringConstant, f
 from ..model.stretches import BITS, Spot, row_strides
 from ..model.tags import OWN, FrameLayout, Leaf
 from ..model.types import DINT
-from .packed import assign_packed, read_packed
+from ..state.memory import mask_of
 from .string_places import StringPlace
-from .terms import Term, calculates
+from .terms import Term, calculates, times
 from .writer import Writer
 
 
@@ -34,12 +34,16 @@ class PlaceWriter(ABC):
         self.writer.line(f"{name} = {text}")
         return name
 
+    def kept_number(self, text: str) -> str:
+        """Return a number unchanged; store any other value in a variable, and return its name."""
+        return text if text.isdigit() else self.keep(text)
+
     # --- reading
 
     def read(self, place: Place) -> str:
         """Return text for the value of a place."""
         if self.is_packed(place.leaf):
-            return read_packed(self, place)
+            return self._read_packed(place)
         whole = self.whole(place)
         if place.bit is None:
             mask = self.writer.mask(place.leaf)
@@ -96,7 +100,7 @@ class PlaceWriter(ABC):
             if text.isdigit():
                 fixed += int(text) * stride
             else:
-                terms.append(f"{text} * {stride}" if stride != 1 else text)
+                terms.append(times(text, stride))
         return " + ".join([*terms, str(fixed)] if fixed or not terms else terms)
 
     def row(self, leaf: Leaf, number: int) -> str:
@@ -113,10 +117,7 @@ class PlaceWriter(ABC):
         texts = self.subscripts(leaf, indices, tag)
         if all(text.isdigit() for text in texts):
             return str(sum(int(text) * stride for text, stride in zip(texts, strides, strict=True)))
-        each = [
-            f"{text} * {stride}" if stride != 1 else text for text, stride in zip(texts, strides, strict=True)
-        ]
-        return " + ".join(each)
+        return " + ".join(map(times, texts, strides))
 
     def index(self, index: Resolved, length: int | str, tag: str) -> str:
         """Return text for a checked subscript; a length may be a variable."""
@@ -135,7 +136,7 @@ class PlaceWriter(ABC):
         """Write an assignment to a place other than a bit of a tag."""
         self.writer.assigned(place.leaf)
         if self.is_packed(place.leaf):
-            assign_packed(self, place, text)
+            self._assign_packed(place, text)
             return
         whole = self.whole(place)
         mask = self.writer.mask(place.leaf)
@@ -162,11 +163,8 @@ class PlaceWriter(ABC):
             target = f"{target}[{element}]"
         bits = place.leaf.type.bits
         if isinstance(place.bit, Constant):
-            number = int(place.bit.value)
-            top = number == bits - 1 and place.leaf.type.is_signed
-            on, off = (
-                (place.leaf.type.lowest, place.leaf.type.highest) if top else (1 << number, ~(1 << number))
-            )
+            on = mask_of(place.leaf.type, int(place.bit.value))
+            off = ~on
             changed = {"True": f"{target} | {on}", "False": f"{target} & {off}"}.get(power)
             self.writer.line(f"{target} = {changed or f'{target} | {on} if {power} else {target} & {off}'}")
             return
@@ -174,6 +172,45 @@ class PlaceWriter(ABC):
         self.writer.line(
             f"{target} = wrap({target} | {mask} if {power} else {target} & ~{mask}, {place.leaf.type.wraps})"
         )
+
+    # --- BOOLs in bytes
+
+    def _read_packed(self, place: Place) -> str:
+        """Return text for a BOOL in bytes."""
+        byte, mask = self.byte_of(place.leaf, self.subscripts(place.leaf, place.indices, place.text))
+        return f"({self.writer.name(place.leaf)}[{byte}] & {mask if mask.isdigit() else f'({mask})'} != 0)"
+
+    def _assign_packed(self, place: Place, text: str) -> None:
+        """Write an assignment of a bool expression to a BOOL in bytes."""
+        fixed = all(isinstance(each, Constant) for each in place.indices)
+        if not fixed and text not in ("True", "False"):
+            text = self.keep(text)
+        byte, mask = self.byte_of(place.leaf, self.subscripts(place.leaf, place.indices, place.text))
+        target = f"{self.writer.name(place.leaf)}[{self.kept_number(byte)}]"
+        others = str(255 ^ int(mask)) if mask.isdigit() else ""
+        mask = self.kept_number(mask)
+        on, off = f"{target} | {mask}", f"{target} & {others or f'~{mask}'}"
+        changed = {"True": on, "False": off}.get(text)
+        self.writer.line(f"{target} = {changed or f'{on} if {text} else {off}'}")
+
+    def byte_of(self, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
+        """Return text for the byte and the mask of a BOOL; the mask may use a variable that the byte sets."""
+        spot = self.writer.layout.spot(leaf)
+        assert spot is not None
+        fixed, bits = spot.part.offset, list[str]()
+        whole = [spot.base] if self.writer.base(leaf, spot) else []
+        for text, stride in zip(subscripts, spot.strides, strict=False):
+            if text.isdigit():
+                fixed += int(text) * stride
+            elif stride % 8:
+                bits.append(times(text, stride))
+            else:
+                whole.append(times(text, stride // 8))
+        if bits:
+            bit = self.writer.temporary()
+            place = " + ".join([*bits, str(fixed)] if fixed else bits)
+            return " + ".join([*whole, f"(({bit} := {place}) >> 3)"]), f"1 << ({bit} & 7)"
+        return " + ".join([*whole, str(fixed // 8)] if fixed > 7 or not whole else whole), str(1 << fixed % 8)
 
     # --- strings and stores
 

@@ -54,7 +54,7 @@ class NotedRung:
     def __init__(self, rungs: RungWriter, line: LoweredLine) -> None:
         self._rungs, self._notes, self._line = rungs, rungs.notes, line
         self._writer = rungs.writer
-        self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
+        self._leaves = any(step.spec.leaves for step in line.steps)
         self._powers: list[tuple[Above, ...]] = []  # conditions of power per instruction
         self._guards: tuple[Above, ...] = ()
         self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
@@ -90,7 +90,7 @@ class NotedRung:
     def _step(self, step: LoweredStep, power: str) -> str:
         if step.spec.leaves:
             self._note_tuple()
-        power = self._rungs.kept(self._rungs.step(step, power))
+        power = self._rungs.kept(self._rungs.step(step, power, needed=True))
         self._passed(power)
         return power
 
@@ -177,12 +177,3 @@ def _acts_plainly(node: Node) -> bool:
         and node.kind is InstructionKind.OUTPUT
         and not (node.spec.leaves or node.spec.decides)
     )
-
-
-def _steps(nodes: tuple[Node, ...]) -> Iterator[LoweredStep]:
-    for node in nodes:
-        if isinstance(node, Parallel):
-            for leg in node.legs:
-                yield from _steps(leg)
-        else:
-            yield node

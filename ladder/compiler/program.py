@@ -139,11 +139,7 @@ def _routine(
 
 def _rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bool) -> None:
     """Write a rung, and a call of the scheduler after it if the program can be preempted."""
-    writer.origin = line.origin.line or 1
-    writer.next_rung()
-    if line.comment:
-        writer.comment(line.comment)
-    writer.comment(f"{line.number}: {line.text}")
+    writer.begin(line)
     power = f"not {rungs.override}" if writer.lowered.override else "True"
     write_rung(rungs, line, power)
     if preempted:

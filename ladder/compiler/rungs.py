@@ -36,14 +36,6 @@ class RungWriter:
         self.writer.assigned(self._override)
         self.writer.line(f"{self.override} = {text}")
 
-    def step(self, step: LoweredStep, power: str) -> str:
-        """Write an instruction; return the power after it."""
-        return self._step(step, power, needed=True)
-
-    def outputs(self, steps: Iterable[LoweredStep], power: str) -> None:
-        """Write instructions that act when true."""
-        self._outputs(steps, power)
-
     def inline(self, step: LoweredStep) -> str:
         """Return the expression of an input from `inline_run`."""
         self.values.site = step.site
@@ -62,9 +54,9 @@ class RungWriter:
             if isinstance(node, Parallel):
                 power = self._branch(node, power, needed=is_used)
             else:
-                power = self._step(node, power, needed=is_used)
+                power = self.step(node, power, needed=is_used)
         if outputs < len(nodes):
-            self._outputs(nodes[outputs:], power)
+            self.outputs(nodes[outputs:], power)
         return power
 
     def _branch(self, branch: Parallel, power: str, *, needed: bool) -> str:
@@ -83,7 +75,8 @@ class RungWriter:
         """Return power as text that may be repeated."""
         return power if power in ("True", "False") else self.values.keep(power)
 
-    def _outputs(self, nodes: Iterable[Node], power: str) -> None:
+    def outputs(self, nodes: Iterable[Node], power: str) -> None:
+        """Write instructions that act when true."""
         if power == "True":
             for node in nodes:
                 self._act(node)
@@ -97,7 +90,8 @@ class RungWriter:
         self.values.site = node.site
         self._write(node)
 
-    def _step(self, step: LoweredStep, power: str, *, needed: bool) -> str:
+    def step(self, step: LoweredStep, power: str, *, needed: bool) -> str:
+        """Write an instruction; return the power after it, valid only if `needed`."""
         self.values.site = step.site
         if step.spec.decides:
             return self._write(step, power)
@@ -106,7 +100,7 @@ class RungWriter:
         if needed:
             power = self.kept(power)
         if step.kind is InstructionKind.OUTPUT:
-            self._outputs((step,), power)
+            self.outputs((step,), power)
         else:
             self._write(step, power)
         return power

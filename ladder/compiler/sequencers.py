@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from ..model.operands import Group, Place, Resolved
 from ..model.types import DINT
 from .files import ControlText, ElementText, converted_text, has_elements
@@ -56,10 +54,6 @@ def _write_step(rungs: RungWriter, control: ControlText) -> str:
     return valid
 
 
-def _either(rungs: RungWriter, power: str, control: ControlText, when_true: Callable[[], None]) -> None:
-    rungs.either(power, when_true, lambda: control.set(EN=False))
-
-
 def write_sqo(
     rungs: RungWriter, power: str, table: Resolved, mask: Resolved, target: Place, group: Group
 ) -> None:
@@ -76,7 +70,7 @@ def write_sqo(
             value = f"{values.read(target)} & ~{bits} | {entry} & {bits}"
             values.assign(target, f"converted(types[{target.type.name!r}], {value})")
 
-    _either(rungs, power, control, when_true)
+    rungs.either(power, when_true, lambda: control.set(EN=False))
 
 
 def write_sql(rungs: RungWriter, power: str, table: Resolved, source: Resolved, group: Group) -> None:
@@ -93,4 +87,4 @@ def write_sql(rungs: RungWriter, power: str, table: Resolved, source: Resolved, 
             element = _element(rungs, table, values.keep(control["POS"]))
             rungs.writer.line(f"{element} = {value}")
 
-    _either(rungs, power, control, when_true)
+    rungs.either(power, when_true, lambda: control.set(EN=False))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..model import arithmetic
@@ -72,22 +72,6 @@ class Services:
         """Fault if PRE or ACC of a timer is negative."""
         if preset < 0 or accumulated < 0:
             self._fault_log.negative_timer(site, tag, preset, accumulated)
-
-    def called(self, site: int) -> None:
-        """Count a call of a recursive routine; fault if they nest too deeply."""
-        self._fault_log.called(site)
-
-    def returned(self) -> None:
-        """Count the return of a recursive routine."""
-        self._fault_log.returned()
-
-    def negative_control(self, site: int, tag: str, length: int, position: int) -> None:
-        """Raise a fault: LEN or POS of a CONTROL is negative."""
-        self._fault_log.negative_control(site, tag, length, position)
-
-    def jumped_back(self, site: int, times: int = 1) -> None:
-        """Count backward jumps; fault if the scan does not end."""
-        self._fault_log.jumped_back(site, times)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Wrap a number to the computation's width, then to the tag's."""
@@ -190,14 +174,6 @@ class Services:
         """Return the integer with only this bit set."""
         return -1 << bit if signed and bit == bits - 1 else 1 << bit
 
-    def text(self, path: str, at: int) -> bytes:
-        """Return the characters of a string."""
-        return self._memory.text(path, at)
-
-    def set_text(self, path: str, at: int, value: bytes) -> None:
-        """Set a string to characters."""
-        self._memory.set_text(path, at, value)
-
     def text_in(self, store: Store, frame: str, path: str, at: int) -> bytes:
         """Return the characters of a string of an add-on instruction."""
         return text_in(store, self._frames[frame].layout, path, at)
@@ -205,10 +181,6 @@ class Services:
     def set_text_in(self, store: Store, frame: str, path: str, at: int, value: bytes) -> None:
         """Set a string of an add-on instruction to characters."""
         set_text_in(store, self._frames[frame].layout, path, at, value)
-
-    def python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
-        """Call a routine in Python."""
-        return self._engine.call_python(name, inputs)
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
         """Convert a parameter or a returned value to its tag's type."""
@@ -228,19 +200,13 @@ def interpreted_of(lowered: LoweredProgram) -> dict[int, LoweredStep]:
     """Return the instructions that are interpreted, and those that pass strings or structures, by site."""
     return {
         step.site: step
-        for step in _all_steps(lowered)
+        for step in lowered.all_steps
         if step.spec.write is None
         or step.spec.partly
         or Use.TEXT in step.uses
         or Use.TEXT_TARGET in step.uses
         or passes_groups(step)
     }
-
-
-def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
-    for routine in lowered.routines.values():
-        for line in routine.lines:
-            yield from line.all_steps
 
 
 _NAMES = tuple(name for name in dir(Services) if not name.startswith("_"))
@@ -250,11 +216,15 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     """Return the compiled program's environment by name, from `regions_of` and `interpreted_of`."""
     own = Services(engine, interpreted)
     named = {name: getattr(own, name) for name in _NAMES}
+    log, memory = engine.fault_log, engine.memory
+    named |= {"called": log.called, "returned": log.returned, "jumped_back": log.jumped_back}
+    named |= {"negative_control": log.negative_control, "python": engine.call_python}
+    named |= {"text": memory.text, "set_text": memory.set_text}
     named["region"], named["site"] = regions, engine.lowered.sites
     named["LadderFault"] = LadderFault
     if engine.scheduler is not None:
         named["rung_done"] = engine.scheduler.rung_done
-    named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": engine.fault_log}
+    named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": log}
     named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
     named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
     named |= {each.__name__: each for each in (copy_row, first_of, move_down, shift_bits, store_bytes)}
@@ -278,7 +248,7 @@ def regions_of(lowered: LoweredProgram) -> Regions:
     return Regions(
         {
             (step.site, number): operand
-            for step in _all_steps(lowered)
+            for step in lowered.all_steps
             for number, (use, operand) in enumerate(zip(step.uses, step.operands, strict=False))
             if use in (Use.SOURCE, Use.DESTINATION)
         }

@@ -32,15 +32,8 @@ class StatementWriter:
             else:
                 self._loop(each)
 
-    def _begin(self, line: LoweredLine) -> None:
-        self._writer.origin = line.origin.line or 1
-        self._writer.next_rung()
-        if line.comment:
-            self._writer.comment(line.comment)
-        self._writer.comment(f"{line.number}: {line.text}")
-
     def _act(self, line: LoweredLine) -> None:
-        self._begin(line)
+        self._writer.begin(line)
         noted = self._is_noted(line)
         leaves = noted and _step(line).spec.leaves
         if leaves:
@@ -65,7 +58,7 @@ class StatementWriter:
         return text
 
     def _head(self, line: LoweredLine) -> str:
-        self._begin(line)
+        self._writer.begin(line)
         step = _step(line)
         self._rungs.values.site = step.site
         assert step.spec.write is not None

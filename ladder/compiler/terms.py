@@ -53,6 +53,15 @@ def integer_operation(name: str, terms: list[Term], site: int) -> Term:
     return Term(f"{row.whole.__name__}({texts[0]})", 0 if row.positive else a.low, row.most or size)
 
 
+def times(text: str, stride: int) -> str:
+    """Return text for a product with a stride.
+
+    >>> times("i", 3), times("i", 1)
+    ('i * 3', 'i')
+    """
+    return f"{text} * {stride}" if stride != 1 else text
+
+
 def calculates(operand: Resolved) -> bool:
     """Whether an operand or a subscript contains a calculation, which may need its own lines."""
     if isinstance(operand, Calculation):
@@ -81,13 +90,14 @@ CARRIES: dict[str, Callable[[str, str, int], str]] = {
 }
 """Text for the carry of an operator on unsigned operands."""
 
-_RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
-    "+": lambda a, b: (a.low + b.low, a.high + b.high),
-    "-": lambda a, b: (a.low - b.high, a.high - b.low),
-    "*": lambda a, b: _product(a, b),
-}
-
 
 def _product(a: Term, b: Term) -> tuple[int, int]:
     corners = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
     return min(corners), max(corners)
+
+
+_RANGES: dict[str, Callable[[Term, Term], tuple[int, int]]] = {
+    "+": lambda a, b: (a.low + b.low, a.high + b.high),
+    "-": lambda a, b: (a.low - b.high, a.high - b.low),
+    "*": _product,
+}

@@ -67,10 +67,6 @@ class ValueWriter(PlaceWriter):
             return
         value = self.keep(text)
         self.assign(place, value)
-        self.result_flags(value)
-
-    def result_flags(self, value: str) -> None:
-        """Write S:Z and S:N of a value."""
         self.set_flag("S:Z", f"{value} == 0")
         self.set_flag("S:N", f"{value} < 0")
 

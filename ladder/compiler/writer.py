@@ -10,7 +10,7 @@ from scanrack.io_images.site import Site
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
 from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf
-from ..state.lowered import LoweredProgram
+from ..state.lowered import LoweredLine, LoweredProgram
 
 INDENT = "    "
 
@@ -50,10 +50,22 @@ class Writer:
         """Write a line."""
         self.lines.append((INDENT * self._depth + text, self.origin))
 
-    def comment(self, text: str) -> None:
-        """Write a comment."""
-        for each in text.splitlines():
-            self.line(f"# {each}")
+    def begin(self, line: LoweredLine) -> None:
+        """Begin a rung or a line of structured text: write its comment, its number and its text as comments.
+
+        The temporaries of the previous one are released.
+
+        Raises:
+            TooLongError: the function has too many lines.
+        """
+        self.origin = line.origin.line or 1
+        self._temporaries = 0
+        self._texts.clear()
+        if len(self.lines) > MOST_LINES:
+            reason = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python"
+            raise TooLongError(reason, "divide it", Site(routine=self._routine))
+        for text in (*line.comment.splitlines(), *f"{line.number}: {line.text}".splitlines()):
+            self.line(f"# {text}")
 
     @contextmanager
     def block(self, head: str) -> Iterator[None]:
@@ -93,14 +105,6 @@ class Writer:
         """Return a new name that is unique in all rungs."""
         self._lasting += 1
         return f"__kept_{self._lasting}"
-
-    def next_rung(self) -> None:
-        """Release the temporaries of the previous rung; a TooLongError if the function has too many lines."""
-        self._temporaries = 0
-        self._texts.clear()
-        if len(self.lines) > MOST_LINES:
-            reason = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python"
-            raise TooLongError(reason, "divide it", Site(routine=self._routine))
 
     def name(self, leaf: Leaf) -> str:
         """Return the variable of a leaf, of its list, or of the view of its bytes."""

@@ -8,23 +8,15 @@ transition is true. Units are pixels. Widths depend on the texts; a character is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from ..model.chart import Action, Chart, ChartStep, Qualifier, Transition
 from ..model.chart_layout import ChartLayout, layout_of
 from ..model.statements import block_lines
 from ..model.tree import Address, MemberStep
-from .markup import CELL, LivePicture, attribute, plain
+from .markup import CELL, LivePicture, TagName, attribute, cut, live_picture, plain
 
-TagName = Callable[[Address], str | None]
-"""Returns the full tag name of an address with a single value, else None."""
-
-STEP_HIGH, LINE, GAP, PAD = (
-    44,
-    18,
-    26,
-    10,
-)  # pixels: height of a step, height of a line, gap of rows, padding
+STEP_HIGH, LINE, GAP, PAD = 44, 18, 26, 10  # pixels: height of a step, height of a line, gap of rows, padding
 LEAST = 104  # minimum width of a step's box, in pixels
 MOST_SHOWN = 6  # maximum lines of an action's body
 MOST_WIDE = 44  # maximum characters of a line
@@ -42,18 +34,20 @@ def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -
     return _Picture(chart, ident, name_of, top).drawn()
 
 
-def _cut(text: str, most: int = MOST_WIDE) -> str:
-    return text if len(text) <= most else f"{text[: most - 1]}…"
-
-
 def action_lines(action: Action) -> list[str]:
     """Return the shown lines of an action's box: its name, then its body."""
     head = action.name if action.preset is None else f"{action.name}  PRE := {action.preset}"
     if action.body is None:
-        return [_cut(head)]
+        return [cut(head, MOST_WIDE)]
     body = [line for line in block_lines(action.body) if line]
     more = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
-    return [_cut(head), *map(_cut, body[:MOST_SHOWN]), *more]
+    return [*(cut(line, MOST_WIDE) for line in (head, *body[:MOST_SHOWN])), *more]
+
+
+def _actions_width(step: ChartStep) -> int:
+    """Return the width of the texts of a step's actions; 0 without actions."""
+    longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
+    return longest * CELL
 
 
 class _Picture:
@@ -74,10 +68,8 @@ class _Picture:
         for number, each in enumerate(self._chart.transitions):
             self._transition(number, each)
         width, height = self._lefts[-1] + EDGE, self._tops[-1] + EDGE
-        size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
-        said = f'role="group" aria-label={attribute(f"Chart {self._ident}")}'
-        head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart" {said} {size}>'
-        return LivePicture(f"{head}{''.join(self._parts)}</svg>", tuple(self._names), width, height)
+        label = f"Chart {self._ident}"
+        return live_picture("rung chart", label, self._parts, self._names, width, height)
 
     # --- measures
 
@@ -86,8 +78,7 @@ class _Picture:
 
     def _wide(self, step: ChartStep) -> int:
         """Return the width of a step including its actions."""
-        longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
-        return self._box(step) + (longest * CELL + 4 * PAD + 40 if step.actions else 0)
+        return self._box(step) + (_actions_width(step) + 4 * PAD + 40 if step.actions else 0)
 
     def _high(self, step: ChartStep) -> int:
         return max(STEP_HIGH, sum(len(action_lines(each)) * LINE + 8 for each in step.actions))
@@ -98,7 +89,7 @@ class _Picture:
             column = self._cells.steps[step.name.upper()][0]
             wide[column] = max(wide[column], self._wide(step))
         for (column, _), leaving in zip(self._cells.transitions, self._chart.transitions, strict=True):
-            text = len(_cut(f"{leaving.name}  {leaving.condition}")) * CELL
+            text = len(cut(f"{leaving.name}  {leaving.condition}", MOST_WIDE)) * CELL
             wide[column] = max(wide[column], LEAST // 2 + 2 * PAD + text)
         lefts = [EDGE]
         for width in wide:
@@ -151,8 +142,7 @@ class _Picture:
         self._actions(step, x + wide, y)
 
     def _actions(self, step: ChartStep, x: int, y: int) -> None:
-        longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
-        wide = longest * CELL + 2 * PAD
+        wide = _actions_width(step) + 2 * PAD
         if step.actions:
             self._wire(f"M{x} {y + STEP_HIGH // 2}h16")
         for action in step.actions:
@@ -175,8 +165,8 @@ class _Picture:
         x, y = self._middle(column), self._tops[row] + 11
         inside = f'<path class="sign bar" d="M{x - 18} {y}h36"/>'
         inside += _text(x + 26, y + 5, each.name, "name")
-        cut = _cut(f"{each.name}  {each.condition}")[len(each.name) + 2 :]
-        inside += _text(x + 26 + (len(each.name) + 2) * CELL, y + 5, cut, "caption")
+        condition = cut(f"{each.name}  {each.condition}", MOST_WIDE)[len(each.name) + 2 :]
+        inside += _text(x + 26 + (len(each.name) + 2) * CELL, y + 5, condition, "caption")
         jumps = [name for name in each.targets if (number, name.upper()) in self._cells.jumps]
         if jumps:
             inside += f'<path class="sign" d="M{x} {y + 6}v14m-5 -6l5 7l5 -7"/>'

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
-from .markup import CELL, LivePicture, attribute, plain
+from .markup import CELL, LivePicture, attribute, cut, live_picture, plain
 
 PinTag = Callable[[str], tuple[str, bool] | None]
 """Returns the full tag name of an address with a single value, and whether it is a bit; else None."""
@@ -54,18 +54,11 @@ def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as
         parts += drawn.parts()
         names |= drawn.names
         width, top = max(width, drawn.right + EDGE), drawn.bottom + EDGE
-    size = f'viewBox="0 0 {width} {top}" width="{width}" height="{top}"'
-    said = f'role="group" aria-label={attribute(f"Diagram {ident}")}'
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart fbd" {said} {size}>'
-    return LivePicture(f"{head}{''.join(parts)}</svg>", tuple(names), width, top)
-
-
-def _cut(text: str) -> str:
-    return text if len(text) <= MOST else f"{text[: MOST - 1]}…"
+    return live_picture("rung chart fbd", f"Diagram {ident}", parts, names, width, top)
 
 
 def _wide(text: str) -> int:
-    return len(_cut(text)) * CELL
+    return min(len(text), MOST) * CELL
 
 
 class _Sheet:
@@ -128,7 +121,7 @@ class _Sheet:
 
     def _text(self, x: int, y: int, text: str, kind: str, *, ends: bool = False) -> str:
         anchor = ' text-anchor="end"' if ends else ""
-        shown = text if kind == "heading" else _cut(text)
+        shown = text if kind == "heading" else cut(text, MOST)
         return f'<text class="{kind}" x="{x}" y="{y}"{anchor}>{plain(shown)}</text>'
 
     def _element(self, element: DrawnElement, number: int) -> str:

@@ -10,20 +10,20 @@ and fills in the values. Colors and fonts come from the page's style sheet.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
 from ..instructions import BY_NAME
 from ..model.spec import Spec
-from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
+from ..model.tree import Address, Instruction, Operand, Rung, addresses_in, instructions_of
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
-from .markup import CELL, Pen, attribute, plain, units
-from .now import BESIDE, WIDE, BlockTexts, told_of
+from .markup import CELL, Pen, TagName, attribute, plain, units
+from .now import BESIDE, WIDE, BlockTexts, states_of
 from .ruler import GAP, Ruler
-from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
+from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, bottom_of, shapes_of
 
 ROW = 22
 """Units per row, with room for a contact's value below the wire."""
@@ -42,9 +42,6 @@ EDGE = 1
 
 SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
 """Instructions whose box has one line; its title shows their members."""
-
-NameOf = Callable[[Address], str | None]
-"""Returns the full tag name of an address with a single value, else None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +63,7 @@ def live_rung(
     ident: str,
     width: int,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
-    name_of: NameOf = str,
+    name_of: TagName = str,
     *,
     specs: Mapping[str, Spec] = BY_NAME,
     operands: bool = False,
@@ -118,8 +115,7 @@ def _document(picture: Picture, ident: str, text: str, content: str) -> str:
 
 def _height(picture: Picture) -> str:
     """Return the height of the marks with a margin, without an empty row below a box."""
-    bottom = max((shape_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
-    return units(HEAD + (bottom + 0.5) * ROW + FOOT)
+    return units(HEAD + (bottom_of(picture) + 0.5) * ROW + FOOT)
 
 
 def _rails(picture: Picture) -> str:
@@ -135,7 +131,7 @@ class _ValueRuler(Ruler):
     def __init__(
         self,
         captions: Mapping[str, Sequence[str]],
-        name_of: NameOf,
+        name_of: TagName,
         specs: Mapping[str, Spec],
         *,
         operands: bool,
@@ -144,7 +140,7 @@ class _ValueRuler(Ruler):
         self._name_of, self._specs, self._operands = name_of, specs, operands
 
     def _block_texts(self, instruction: Instruction) -> BlockTexts | None:
-        return told_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
+        return states_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
@@ -191,8 +187,7 @@ class _ValueRuler(Ruler):
     def _name(self, operand: Operand, member: str = "") -> str | None:
         if not isinstance(operand, Address):
             return None
-        steps = (MemberStep(member),) if member else ()
-        return self._name_of(Address(operand.name, operand.steps + steps))
+        return self._name_of(operand.member(member) if member else operand)
 
     def names(self, instruction: Instruction) -> Iterator[str]:
         """Yield the tags that an instruction shows or uses."""

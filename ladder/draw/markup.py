@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 
 from scanrack.io_images.dataclass import dataclass
 
+from ..model.tree import Address
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8
@@ -13,6 +15,15 @@ CELL = 8
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 does not allow even if they are escaped [XML 1.0, 2.2]."""
+
+
+TagName = Callable[[Address], str | None]
+"""Returns the full tag name of an address with a single value, else None."""
+
+
+def cut(text: str, most: int) -> str:
+    """Return a text of at most `most` characters; a longer text ends in `…`."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def plain(text: str) -> str:
@@ -41,6 +52,23 @@ class LivePicture:
     names: tuple[str, ...]
     width: int
     height: int
+
+
+def live_picture(
+    kind: str, label: str, parts: Iterable[str], names: Iterable[str], width: int, height: int
+) -> LivePicture:
+    """Return a picture of SVG elements.
+
+    Args:
+        kind: its classes.
+        label: its name for screen readers.
+        names: the tags that it shows.
+    """
+    size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" class="{kind}"'
+    about = f'role="group" aria-label={attribute(label)}'
+    svg = f"{head} {about} {size}>{''.join(parts)}</svg>"
+    return LivePicture(svg, tuple(names), width, height)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,11 @@ and `2` is the third operand. A row with a reference that the program does not h
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..model.tree import Address, Instruction, MemberStep, Operand
+from ..model.tree import Address, Instruction, Operand
+from .markup import TagName
 
 POWER = "*"
 """Condition of a state: power reaches the block."""
@@ -109,8 +110,6 @@ WIDE = 26
 
 _REFERENCE = re.compile(r"\{([^}]+?)(:s\d*)?\}")
 
-NameOf = Callable[[Address], str | None]
-
 
 class BlockTexts(NamedTuple):
     """The states of a block with a program's tag names: conditions and lines; `{Out.ACC}` is a value."""
@@ -132,7 +131,7 @@ class BlockTexts(NamedTuple):
         return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
 
 
-def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> BlockTexts | None:
+def states_of(instruction: Instruction, captions: Sequence[str], name_of: TagName) -> BlockTexts | None:
     """Return the states of an instruction; None if it has none."""
     others = _OTHERS if captions[:1] == ("Instance",) else ()
     states = BESIDE.get(instruction.name) or STATES.get(instruction.name, others)
@@ -146,7 +145,7 @@ class _TagReader(NamedTuple):
 
     operands: Sequence[Operand]
     captions: Sequence[str]
-    name_of: NameOf
+    name_of: TagName
 
     def row(self, state: BlockState) -> tuple[str, str, str] | None:
         """Return a state with tag names in place of references; None if the program lacks one."""
@@ -167,8 +166,7 @@ class _TagReader(NamedTuple):
             raise LookupError(reference)
         operand = self.operands[int(stem) if stem.isdigit() else self.captions.index(stem) if stem else 0]
         if isinstance(operand, Address):
-            steps = (MemberStep(member),) if member else ()
-            name = self.name_of(Address(operand.name, operand.steps + steps))
+            name = self.name_of(operand.member(member) if member else operand)
             if name is not None:
                 return f"{{{name}{unit and self._unit()}}}"
         elif not member:
@@ -183,5 +181,5 @@ class _TagReader(NamedTuple):
 
 
 def _constant(operand: Operand) -> str:
-    said = str(operand)
-    return f"{int(said):,}" if said.lstrip("-").isdigit() else said
+    text = str(operand)
+    return f"{int(text):,}" if text.lstrip("-").isdigit() else text

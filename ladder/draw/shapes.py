@@ -7,7 +7,7 @@ from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
 
-from .marks import Box, Corner, Mark, Symbol, Wire
+from .marks import Box, Corner, Mark, Picture, Symbol, Wire
 from .ruler import caption_width
 
 HEADING = 0.92
@@ -79,8 +79,12 @@ class Shape:
     element: int | None = None
 
 
-def shape_bottom(shape: Shape) -> float:
-    """Return the lowest row of a shape."""
+def bottom_of(picture: Picture) -> float:
+    """Return the lowest row of a picture."""
+    return max((_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
+
+
+def _bottom(shape: Shape) -> float:
     form = shape.form
     if isinstance(form, Line):
         return max(form.y, form.to_y)

@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import NoReturn
 
 from scanrack.io_images.site import Site
 
@@ -35,8 +34,9 @@ from ..model.errors import RungTextError
 from ..model.expressions import parse_address
 from ..model.spec import Spec
 from ..model.statements import Assignment, Invocation
-from ..model.tree import Address, Block, Instruction, Operand, Origin
+from ..model.tree import Address, Instruction, Operand, Origin
 from ..st import parse_statements
+from .linereader import LineReader
 
 _NAME = r"[A-Za-z_]\w*"
 _QUALIFIERS = "|".join(each.value for each in Qualifier)
@@ -54,11 +54,13 @@ _LISTED = re.compile(r"(INPUTS|RETURNS)\s+(.+)", re.IGNORECASE)
 _NOTE = re.compile(r"NOTE(?:\s+(.*))?", re.IGNORECASE)
 
 
-class ChartReader:
+class ChartReader(LineReader):
     """Reads the lines of one chart; elements are numbered in order."""
 
-    def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
-        self._lines, self._at, self._end, self._file, self._specs = lines, start, end, file, specs
+    end_shown = "'END'"
+
+    def __init__(self, lines: list[str], at: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
+        super().__init__(lines, at, end, file, specs)
         self._count = -1
 
     def chart(self) -> Chart:
@@ -113,7 +115,7 @@ class ChartReader:
         name, qualifier, indicator, preset, closed = found.groups()
         value = None if preset is None else self._expression(preset)
         self._at += 1
-        body = None if closed else self._block(*self._until("END_ACTION"))
+        body = None if closed else self._statements(*self._until("END_ACTION"))
         return Action(name, Qualifier(qualifier.upper()), body, value, indicator or "", number, origin)
 
     def _transition(self, found: re.Match[str]) -> Transition:
@@ -134,26 +136,8 @@ class ChartReader:
         self._at += 1
         return start, self._at - 1
 
-    def _block(self, start: int, end: int) -> Block:
-        text = "\n".join(self._lines[start:end])
-        return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
-
     def _expression(self, text: str) -> Operand:
         return expression_of([text], [self._at + 1], self._file, self._specs)
-
-    def _peek(self) -> str | None:
-        """Return the next line with content, without its comment; None at the end."""
-        while self._at < self._end:
-            line = self._lines[self._at].partition("//")[0].strip()
-            if line:
-                return line
-            self._at += 1
-        return None
-
-    def _fail(self, expected: str) -> NoReturn:
-        text = self._lines[self._at] if self._at < self._end else "END"
-        site = Site(file=self._file, line=self._at + 1, column=len(text) - len(text.lstrip()) + 1)
-        raise RungTextError(expected, repr(text.strip()), site)
 
 
 def expression_of(lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]) -> Operand:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from ..lowering.edited import BEFORE_FIRST, NewTag, RungEdit
 from ..model.errors import LadderError
 from ..model.tags import scoped
+from .linereader import without_comment
 from .rungreader import (
     CONTROLLER_HEAD,
     END_INSTRUCTION,
@@ -22,7 +23,6 @@ from .rungreader import (
     PROGRAM_HEAD,
     ROUTINE_HEAD,
     TAG_LINE,
-    without_comment,
 )
 
 
@@ -55,9 +55,7 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
     """
     lines = text.splitlines()
     places = _places(lines)
-    changes: list[tuple[int, int, list[str]]] = []
-    for edit in edits:
-        changes.append(_change(lines, places, edit))
+    changes = [_change(lines, places, edit) for edit in edits]
     for program in dict.fromkeys(each.program for each in tags):
         at = places.tags.get(program.upper())
         if at is None:

@@ -57,7 +57,7 @@ from ..lowering.addon import AddOn
 from ..lowering.controller import Controller
 from ..lowering.dialects import LOGIX
 from ..lowering.program import Program
-from ..lowering.runnable import LadderLogic
+from ..lowering.runnable import LadderLogic, declared
 from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES
@@ -66,7 +66,7 @@ from ..model.schedule import Task
 from ..model.statements import block_lines
 from ..model.stubs import NO_STUBS, Ending, InPython, Partner, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
-from ..model.types import DataType, Elementary, Member
+from ..model.types import DataType, Elementary, Member, dims_text
 from .rungreader import LIBRARIES, Reader, is_of_library, load_library
 from .suffixes import STRUCTURED_SUFFIX, SUFFIX
 
@@ -120,9 +120,8 @@ def structured_text(program: Program | Controller) -> str:
             f"{program.kind} {program.name} is not one routine of structured text; "
             f"write it to a {SUFFIX} file"
         )
-    declared = (*_types(program), *_declarations(program), *_stubs(program))
-    lines = [f"PROGRAM {program.name}", "", *declared, ""]
-    return "\n".join([*lines, *block_lines(statements[0])]) + "\n"
+    lines = [f"PROGRAM {program.name}", "", *_declared(program), "", *block_lines(statements[0])]
+    return "\n".join(lines) + "\n"
 
 
 def program_text(program: Program | Controller) -> str:
@@ -133,23 +132,13 @@ def program_text(program: Program | Controller) -> str:
             f"{program.kind} {program.name} has routines in Python ({names}): they are not rung text"
         )
     if isinstance(program, Controller):
-        lines = _controller_lines(program)
+        head, rest = f"CONTROLLER {program.name}", _tasks_and_programs(program)
     else:
-        head = _head(program)
-        allowed = [*_dialect(program), *_allowed(program), *_chart_options(program)]
-        declared = (*_types(program), *_declarations(program), *_stubs(program))
-        lines = iter([head, *allowed, "", *declared, *_routines(program)])
-    return "\n".join(lines) + "\n"
+        head, rest = _head(program), _routines(program)
+    return "\n".join([head, *_options(program), "", *_declared(program), *rest]) + "\n"
 
 
-def _controller_lines(controller: Controller) -> Iterator[str]:
-    yield f"CONTROLLER {controller.name}"
-    yield from _allowed(controller)
-    yield from _chart_options(controller)
-    yield ""
-    yield from _types(controller)
-    yield from _declarations(controller)
-    yield from _stubs(controller)
+def _tasks_and_programs(controller: Controller) -> Iterator[str]:
     yield from map(_task_text, controller.tasks)
     for program in controller.programs:
         yield from ("", _head(program), *_declarations(program), *_routines(program), "END PROGRAM")
@@ -158,7 +147,7 @@ def _controller_lines(controller: Controller) -> Iterator[str]:
 def _task_text(task: Task) -> str:
     parts = [f"TASK {task.name} : {task.kind.value}"]
     if task.rate_ns:
-        parts.append(f"{time_text(task.rate_ns)}")
+        parts.append(time_text(task.rate_ns))
     parts.append(f"PRIORITY {task.priority}")
     if task.preempt:
         parts.append("PREEMPT")
@@ -174,19 +163,19 @@ def _head(program: Program) -> str:
     return f"PROGRAM {program.name}{''.join(roots)}"
 
 
-def _dialect(logic: LadderLogic) -> list[str]:
-    return [] if logic.dialect == LOGIX else [f"DIALECT {logic.dialect}"]
-
-
-def _allowed(logic: LadderLogic) -> list[str]:
-    return [f"ALLOW {name}" for name in sorted(logic.allowed)]
-
-
-def _chart_options(logic: LadderLogic) -> list[str]:
+def _options(logic: LadderLogic) -> Iterator[str]:
+    """Yield the lines of the dialect, allowed warnings and options of charts, unless they are defaults."""
+    if logic.dialect != LOGIX:
+        yield f"DIALECT {logic.dialect}"
+    yield from (f"ALLOW {name}" for name in sorted(logic.allowed))
     options = logic.chart_options
-    if options == DEFAULT_OPTIONS:
-        return []
-    return [f"CHARTS {options.control.value} {options.restart.value} {options.last_scan.value}"]
+    if options != DEFAULT_OPTIONS:
+        yield f"CHARTS {options.control.value} {options.restart.value} {options.last_scan.value}"
+
+
+def _declared(logic: LadderLogic) -> Iterator[str]:
+    """Yield the lines of types, tags and stubs."""
+    yield from (*_types(logic), *_declarations(logic), *_stubs(logic))
 
 
 def _routines(program: Program) -> Iterator[str]:
@@ -196,33 +185,29 @@ def _routines(program: Program) -> Iterator[str]:
 
 def _routine_text(routine: Routine) -> Iterator[str]:
     if routine.chart is not None:
-        yield f"ROUTINE {routine.name} SFC"
-        yield from routine.chart.lines()
-        yield "END"
-        return
-    if routine.statements is not None:
-        yield f"ROUTINE {routine.name} ST"
-        yield from block_lines(routine.statements)
-        yield "END"
-        return
-    yield f"ROUTINE {routine.name}"
+        kind, lines = " SFC", iter(routine.chart.lines())
+    elif routine.statements is not None:
+        kind, lines = " ST", iter(block_lines(routine.statements))
+    else:
+        kind, lines = "", _rung_lines(routine)
+    yield from (f"ROUTINE {routine.name}{kind}", *lines, "END")
+
+
+def _rung_lines(routine: Routine) -> Iterator[str]:
     for rung in routine.rungs:
         yield from (f"// {line}" for line in rung.comment.splitlines())
         yield str(rung)
-    yield "END"
 
 
 def instruction_text(definition: AddOn) -> str:
     """Return an add-on instruction as text."""
-    said = f"  // {definition.comment}" if definition.comment else ""
-    lines = [f"INSTRUCTION {definition.name}{said}"]
+    lines = [f"INSTRUCTION {definition.name}{_comment_text(definition.comment)}"]
     for each in definition.parameters:
         required = " REQUIRED" if each.required else ""
-        comment = f"  // {each.comment}" if each.comment else ""
-        kind = f"{each.type.name}{_dims_text(each.dims)}"
-        initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
+        kind = f"{each.type.name}{dims_text(each.dims)}"
         at = f" AT {each.at}" if each.at else ""
-        lines.append(f"{each.way.value} {each.name} : {kind}{required}{at}{initial}{comment}")
+        more = f"{required}{at}{_initial_text(each.initial)}{_comment_text(each.comment)}"
+        lines.append(f"{each.way.value} {each.name} : {kind}{more}")
     for routine in definition.routines:
         lines += _routine_text(routine)
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"
@@ -259,24 +244,27 @@ def _types(logic: LadderLogic) -> Iterator[str]:
 def _member_text(member: Member) -> str:
     at = f" AT {member.at}" if member.at else ""
     hidden = " HIDDEN" if member.hidden else ""
-    return f"{member.name} : {member.type.name}{_dims_text(member.dims)}{at}{hidden}"
+    return f"{member.name} : {member.type.name}{dims_text(member.dims)}{at}{hidden}"
 
 
-def _dims_text(dims: tuple[int, ...]) -> str:
-    return f"[{','.join(map(str, dims))}]" if dims else ""
+def _initial_text(initial: object) -> str:
+    return "" if initial is None else f" := {json.dumps(initial)}"
+
+
+def _comment_text(comment: str) -> str:
+    return f"  // {comment}" if comment else ""
 
 
 def _declarations(logic: LadderLogic) -> Iterator[str]:
     for each in logic.declarations:
         if isinstance(each, Tag):
-            initial = "" if each.initial is None else f" := {json.dumps(each.initial)}"
-            text = f"TAG {each.name} : {each.type.name}{_dims_text(each.dims)}{initial}"
+            text = f"TAG {declared(each)}{_initial_text(each.initial)}"
         elif isinstance(each, SlotAlias):
             text = f"SLOT {each.name} : {each.slot}"
         else:
             bound = f" AS {each.type.name}" if each.type else ""
             text = f"ALIAS {each.name} : {each.target}{bound}"
-        yield text + (f"  // {each.comment}" if each.comment else "")
+        yield text + _comment_text(each.comment)
 
 
 def _stubs(logic: LadderLogic) -> Iterator[str]:

@@ -11,7 +11,6 @@ from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import accumulate
-from typing import NoReturn
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
@@ -32,11 +31,11 @@ from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind
 from ..model.stubs import NO_STUBS, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
-from ..model.tree import Block, Rung
+from ..model.tree import Rung
 from ..model.types import DataType, Elementary, Member, Structure
-from ..st import parse_statements
 from .chartreader import ChartReader
 from .drive_blocks import for_drives
+from .linereader import LineReader, cut_comment, without_comment
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions that come with scanrack; `USE name` includes one."""
@@ -46,7 +45,6 @@ LIBRARIES = ("axis3601",)
 class Library:
     """Shared types by name, and add-on instructions by name in capitals."""
 
-    name: str
     types: Mapping[str, DataType]
     add_ons: Mapping[str, AddOn]
 
@@ -121,40 +119,39 @@ _MEMBER = re.compile(
 
 _DIGITS = 9  # maximum digits of an array length
 
-_CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+""")
-"""A line without its comment."""
-
 _MARK = "\0"  # marks a JSON string that stands for a number with a radix
 
 _RADIX = re.compile(r'"(?:[^"\\]++|\\.)*+"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""
 
 
-class Reader:
+class Reader(LineReader):
     """Reads a program line by line."""
 
     def __init__(self, text: str, file: str, stubs: Stubs = NO_STUBS) -> None:
-        self._lines = text.splitlines()
+        lines = text.splitlines()
+        super().__init__(lines, 0, len(lines), file, DIALECTS[LOGIX])
         self._text = "\n".join(self._lines)
         self._starts = [0, *accumulate(len(line) + 1 for line in self._lines)]
-        self._file = file
-        self._at = 0
         self._types = dict(PREDEFINED_TYPES)
         self._add_ons: dict[str, AddOn] = {}
         self._given = stubs
         self._stubs = dict(stubs.by_name)
         self._builtin = DIALECTS[LOGIX]
-        self._specs = specs_of(self._add_ons, self._stubs)
+        self._update_specs()
         self._in_program = False
+
+    def _update_specs(self) -> None:
+        self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
 
     def library(self) -> Library:
         """Read a library."""
-        name = self._next(_LIBRARY, "LIBRARY name").group(1)
+        self._next(_LIBRARY, "LIBRARY name")
         while (line := self._peek()) is not None:
             if not self._definition(line):
                 self._fail("TYPE or INSTRUCTION")
         own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
-        return Library(name, own, self._add_ons)
+        return Library(own, self._add_ons)
 
     def program(self) -> Program | Controller:
         """Read a program or a controller."""
@@ -181,7 +178,7 @@ class Reader:
             self._fail(f"a dialect ({', '.join(DIALECTS)})", found.group(1))
         self._at += 1
         self._builtin = DIALECTS[found.group(1).lower()]
-        self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
+        self._update_specs()
         return found.group(1).lower()
 
     def _allowed(self) -> tuple[str, ...]:
@@ -264,7 +261,7 @@ class Reader:
             start = self._at
         # blank lines replace the declarations, so that statements keep their line numbers
         self._lines[:start] = [""] * start
-        program.add_routine(Routine(name, (), statements=self._statements(0, len(self._lines))))
+        program.add_routine(Routine(name, (), statements=self._statements(0, self._end)))
 
     def add_to(self, program: Program, routine: str | None = None) -> None:
         """Read more declarations and routines into a program.
@@ -282,22 +279,13 @@ class Reader:
             self._declaration(program)
 
     def _line_at(self, number: int) -> str:
-        return without_comment(self._lines[number]) if number < len(self._lines) else ""
+        return without_comment(self._lines[number]) if number < self._end else ""
 
     def _skip_comments(self, number: int) -> int:
         """Return the first line at or after `number` that is neither blank nor inside a comment."""
         found = _COMMENTS.match(self._text, self._starts[number])
         assert found is not None, "nothing is a match, too"
         return max(number, bisect_right(self._starts, found.end()) - 1)
-
-    def _peek(self) -> str | None:
-        """Return the next line with content, without its comment."""
-        while self._at < len(self._lines):
-            line = without_comment(self._lines[self._at])
-            if line:
-                return line
-            self._at += 1
-        return None
 
     def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
         line = self._peek()
@@ -306,13 +294,6 @@ class Reader:
             self._fail(expected)
         self._at += 1
         return found
-
-    def _fail(self, expected: str, line: str | None = None) -> NoReturn:
-        text = self._lines[self._at] if self._at < len(self._lines) else ""
-        column = len(text) - len(text.lstrip()) + 1
-        shown = repr(text.strip()) if text.strip() else "the end of the file"
-        site = Site(file=self._file, line=self._at + 1, column=column)
-        raise RungTextError(expected, line or shown, site)
 
     @contextmanager
     def _at_line(self, number: int) -> Iterator[None]:
@@ -339,7 +320,7 @@ class Reader:
             with self._at_line(self._at):
                 program.stub(found.group(1), found.group(2))
             self._stubs = {**program.stubs, **self._given.by_name}
-            self._specs = specs_of(self._add_ons, self._stubs, self._builtin)
+            self._update_specs()
         elif found := _ALIAS.fullmatch(line):
             bound = self._structure(found.group(3)) if found.group(3) else None
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
@@ -374,7 +355,7 @@ class Reader:
             self._fail(f"a library ({', '.join(LIBRARIES)})", name)
         self._types.update(library.types)
         self._add_ons.update(library.add_ons)
-        self._specs = specs_of(self._add_ons, self._stubs)
+        self._update_specs()
 
     def _instruction(self, name: str) -> None:
         start = self._at
@@ -395,7 +376,7 @@ class Reader:
         with self._at_line(start):
             definition = AddOn(name, tuple(parameters), tuple(routines), comment)
         self._add_ons[name.upper()] = definition
-        self._specs = specs_of(self._add_ons, self._stubs)
+        self._update_specs()
         self._types[name] = definition.structure
 
     def _parameter(self, line: str) -> Parameter:
@@ -463,21 +444,15 @@ class Reader:
         if not head.group(2):
             return Routine(head.group(1), tuple(self._rungs()))
         start = self._at
-        while (
-            without_comment(self._lines[self._at] if self._at < len(self._lines) else "END").upper() != "END"
-        ):
+        while self._at < self._end and self._line_at(self._at).upper() != "END":
             self._at += 1
-        if self._at == len(self._lines):
+        if self._at == self._end:
             self._fail("END of the routine")
         self._at += 1
         if head.group(2).upper() == "SFC":
             reader = ChartReader(self._lines, start, self._at - 1, self._file, self._specs)
             return Routine(head.group(1), (), chart=reader.chart())
         return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
-
-    def _statements(self, start: int, end: int) -> Block:
-        text = "\n".join(self._lines[start:end])
-        return parse_statements(text, file=self._file, line=start + 1, specs=self._specs)
 
     def _rungs(self) -> Iterator[Rung]:
         number = 0
@@ -493,22 +468,21 @@ class Reader:
             number += 1
 
     def _comments(self) -> str:
-        said = []
-        while self._at < len(self._lines):
+        comments = []
+        while self._at < self._end:
             line = self._lines[self._at].strip()
             if line and not line.startswith("//"):
                 break
             if line:
-                said.append(line[2:].strip())
+                comments.append(line[2:].strip())
             self._at += 1
-        return "\n".join(said)
+        return "\n".join(comments)
 
     def _rung(self, number: int, comment: str) -> Rung:
         start = self._at
         texts: list[str] = []
-        while self._at < len(self._lines):
-            line = self._lines[self._at]
-            kept = _cut_comment(line)
+        while self._at < self._end:
+            kept = cut_comment(self._lines[self._at])
             if texts and kept.strip().upper() == "END":
                 break
             texts.append(kept)
@@ -525,20 +499,8 @@ class Reader:
         return rung
 
 
-def _cut_comment(line: str) -> str:
-    """Return a line up to `//`, unless that is in quotes."""
-    code = _CODE.match(line)
-    assert code is not None, "it may match nothing"
-    return code.group()
-
-
-def without_comment(line: str) -> str:
-    """Return a line without its comment and the space around it."""
-    return _cut_comment(line).strip()
-
-
 def _comment_of(line: str) -> str:
-    return line[len(_cut_comment(line)) :].removeprefix("//").strip()
+    return line[len(cut_comment(line)) :].removeprefix("//").strip()
 
 
 def _quoted(found: re.Match[str]) -> str:

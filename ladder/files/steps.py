@@ -26,7 +26,7 @@ from typing import Protocol
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
 from scanrack.io_images.dataclass import dataclass
-from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image, signed_word
 from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text
 from scanrack.io_images.thousands import split_thousands
@@ -203,7 +203,9 @@ def _check_name(name: str, known: Iterable[str], what: str) -> None:
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
     """Return the function that writes the words of a step to the output image."""
     if words[0] == "words":
-        values = [_word(word) for word in _within_limit(words[1:])]
+        if not 1 <= len(words) - 1 <= WORDS_MAX:
+            raise ValueError(f"{len(words) - 1} words are given: must be 1 to {WORDS_MAX}")
+        values = list(map(_word, words[1:]))
         return lambda outputs: _fill(outputs, values)
     if len(words) == 1 and words[0] in _PLAIN:
         return _PLAIN[words[0]]
@@ -219,7 +221,7 @@ def _command(words: Sequence[str]) -> Callable[[Image], None]:
         else:
             _check_name(word, [*_COMMANDS, *_PARAMETERS, *_PLAIN, "words"], "command bit or parameter")
             place, mask = _COMMANDS[word]
-            image[place] = _signed(image[place] & UNSIGNED_MAX | mask)
+            image[place] = signed_word(image[place] & UNSIGNED_MAX | mask)
     return lambda outputs: _fill(outputs, list(image))
 
 
@@ -240,12 +242,6 @@ def _put(image: Image, name: str, text: str) -> None:
     image[place], image[place + 1] = split_thousands(value)
 
 
-def _within_limit(words: Sequence[str]) -> Sequence[str]:
-    if not 1 <= len(words) <= WORDS_MAX:
-        raise ValueError(f"{len(words)} words are given: must be 1 to {WORDS_MAX}")
-    return words
-
-
 def _word(text: str) -> int:
     if re.fullmatch(r"[0-9A-Fa-f]+h", text):
         value = int(text[:-1], 16)
@@ -255,11 +251,7 @@ def _word(text: str) -> int:
         raise ValueError(f"{text!r} is not a word: must be a decimal number, or a hexadecimal one with an h")
     if not WORD_MIN <= value <= UNSIGNED_MAX:
         raise ValueError(f"{text} does not fit a word: {WORD_MIN} to {UNSIGNED_MAX}")
-    return _signed(value)
-
-
-def _signed(value: int) -> int:
-    return value - 0x10000 if value > 0x7FFF else value
+    return signed_word(value)
 
 
 def _idle(outputs: Image) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.spec import Spec, always, stays
+from ..model.spec import Spec, always, do_nothing
 from ..state.lowered import ADD_ON, AddOnCall, Node
 
 
@@ -89,7 +89,7 @@ ADD_ON_OFF_CALL = always(
     run=lambda machine, _power, call: _run(machine, False, call),
     write=lambda rungs, _power, call: _write(rungs, "False", call),
     prove=lambda machine, power, call: machine.call_add_on_off(power, call),
-    postscan=stays,
+    postscan=do_nothing,
     decides=True,
 )
 """A call that runs as on a false rung where the ordinary call would run Logic; it does not prescan."""

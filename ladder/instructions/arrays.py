@@ -29,6 +29,7 @@ from ..model.spec import IN_RUNGS, WITH_CONTROL, Spec, Use, action, always, on_c
 from ..model.types import Elementary, count_of
 from ..state.regions import converted, region_of
 from .compute import store_expression
+from .prescans import prescan_sets
 
 # --- FAL, FSC: passes
 
@@ -211,15 +212,11 @@ def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant
     _once(machine, power, group, operate)
 
 
-def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
-    group = operands[-1]
-    assert isinstance(group, Group)
-    Control(machine, group).set(EN=False, DN=False, ER=False)
-
-
 def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
-    both = {"write": write_once, "partly": True}
-    return on_control(name, *uses, **both, check=_check_numbers, prescan=_clear_control, **parts)
+    prescan = prescan_sets(-1, EN=False, DN=False, ER=False)
+    return on_control(
+        name, *uses, write=write_once, partly=True, check=_check_numbers, prescan=prescan, **parts
+    )
 
 
 # --- the rows

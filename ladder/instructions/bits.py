@@ -6,7 +6,7 @@ from ..compiler.rungs import RungWriter
 from ..compiler.writer import both
 from ..interpreter import Interpreter
 from ..model.operands import Place
-from ..model.spec import Spec, Use, action, always, condition, stays
+from ..model.spec import Spec, Use, action, always, condition, do_nothing
 
 # --- contacts and coils
 
@@ -56,18 +56,8 @@ def _edge(name: str, instead: str, *, rising: bool) -> Spec:
         machine.put(storage, rising)
         machine.put(output, False)
 
-    captions = ("Storage", "Output")
-    return always(
-        name,
-        Use.STORAGE,
-        Use.COIL,
-        run=run,
-        write=write,
-        prescan=prescan,
-        postscan=stays,
-        captions=captions,
-        instead=instead,
-    )
+    back_ends = {"run": run, "write": write, "prescan": prescan, "postscan": do_nothing}
+    return always(name, Use.STORAGE, Use.COIL, **back_ends, captions=("Storage", "Output"), instead=instead)
 
 
 # --- the rows

@@ -16,6 +16,7 @@ from ..model.operands import Group
 from ..model.spec import Spec, Use, action
 from ..model.types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER
 from . import timing
+from .prescans import prescan_sets
 from .timing import one_count, put, put_done, write_done, write_get, write_one_count, write_set
 
 
@@ -129,7 +130,7 @@ def _one_shot(name: str, *, rising: bool) -> Spec:
         Use.BLOCK,
         run=run,
         write=write,
-        prescan=lambda machine, shot: put(machine, shot, **{"OutputBit": False, "~before": rising}),
+        prescan=prescan_sets(0, **{"OutputBit": False, "~before": rising}),
         check=partial(require_type, kind=FBD_ONESHOT),
         in_rungs=False,
     )
@@ -145,7 +146,7 @@ CTUD = action(
     Use.BLOCK,
     run=_ctud,
     write=_write_ctud,
-    prescan=lambda machine, counter: put(machine, counter, **{"~up": True, "~down": True}),
+    prescan=prescan_sets(0, **{"~up": True, "~down": True}),
     check=partial(require_type, kind=FBD_COUNTER),
     in_rungs=False,
 )

@@ -20,7 +20,7 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.chart import LastScan, Qualifier, RestartPosition
 from ..model.operands import Group, Place
-from ..model.spec import Spec, Use, action, condition, stays
+from ..model.spec import Spec, Use, action, condition, do_nothing
 from ..model.types import DINT
 from ..state.lowered import ChartAction, ChartNode, ChartTransition, LoweredChart
 from .control import JSR
@@ -369,9 +369,9 @@ BEGIN = condition(
     prescan=_prescan,
     postscan=_postscan,
 )
-CLOCK = action("SFC", Use.IGNORED, run=_clock, write=_write_clock, postscan=stays)
-STEP = action("STEP", Use.IGNORED, Use.IGNORED, Use.BLOCK, run=_step, write=_write_step, postscan=stays)
-DONE = action("STEP", Use.IGNORED, run=_done, write=_write_done, postscan=stays)
+CLOCK = action("SFC", Use.IGNORED, run=_clock, write=_write_clock, postscan=do_nothing)
+STEP = action("STEP", Use.IGNORED, Use.IGNORED, Use.BLOCK, run=_step, write=_write_step, postscan=do_nothing)
+DONE = action("STEP", Use.IGNORED, run=_done, write=_write_done, postscan=do_nothing)
 ACT = condition(
     "ACTION",
     Use.IGNORED,
@@ -380,9 +380,9 @@ ACT = condition(
     run=_act,
     write=_write_act,
     partly=True,
-    postscan=stays,
+    postscan=do_nothing,
 )
-FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire, postscan=stays)
+FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire, postscan=do_nothing)
 
 
 def fire_of(transition: ChartTransition) -> Spec:
@@ -391,5 +391,5 @@ def fire_of(transition: ChartTransition) -> Spec:
     return replace(FIRE, operands=(*FIRE.operands, *[Use.BLOCK] * steps))
 
 
-CALL = replace(JSR, postscan=stays)
+CALL = replace(JSR, postscan=do_nothing)
 """The call of a body; its postscan belongs to the last scan of the action."""

@@ -10,7 +10,7 @@ from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.operand_checks import OperandError, described
 from ..model.operands import DOUBLE, Group, Place, Resolved, is_integer
-from ..model.spec import Use, action, always, condition, stays
+from ..model.spec import Use, action, always, condition, do_nothing
 from ..model.tags import OVERRIDE
 from ..model.tree import Address, Number, Operand
 from ..model.types import DINT
@@ -28,14 +28,15 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
 # --- JSR: call a routine of rungs or in Python, and store its return values
 
 
-def _routine(resolver: OperandResolver, name: Operand) -> str:
+def routine_named(resolver: OperandResolver, name: Operand, remedy: str = "write the routine's name") -> str:
+    """Return the full name of an operand's routine, or raise an OperandError."""
     if not isinstance(name, Address) or name.steps:
-        raise OperandError(f"{name} is not a routine", "write the routine's name")
+        raise OperandError(f"{name} is not a routine", remedy)
     return resolver.named(name.name)
 
 
 def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Call]:
-    routine = _routine(resolver, given[0])
+    routine = routine_named(resolver, given[0])
     count = 0
     if len(given) > 1:
         number = given[1]
@@ -149,10 +150,6 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
 # --- RET and SBR: return values and inputs of a routine
 
 
-def _resolve_ret(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Resolved, ...]:
-    return tuple(_input(resolver, each) for each in given)
-
-
 def _ret(machine: Interpreter, *values: Resolved) -> None:
     machine.leave(tuple(map(machine.value, values)))
 
@@ -160,10 +157,6 @@ def _ret(machine: Interpreter, *values: Resolved) -> None:
 def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
     listed = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(values))
     rungs.writer.line(f"return ({listed})")
-
-
-def _resolve_sbr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Place | Group, ...]:
-    return tuple(_output(resolver, each) for each in given)
 
 
 def _sbr(machine: Interpreter, *places: Place | Group) -> bool:
@@ -181,7 +174,7 @@ def _write_sbr(rungs: RungWriter, *places: Place | Group) -> str:
 
 
 def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
-    routine = _routine(resolver, given[0])
+    routine = routine_named(resolver, given[0])
     if len(given) < 5:
         given = (*given, Number(1, "1"))  # some exports omit the step
     index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
@@ -285,7 +278,7 @@ JSR = action(
 RET = action(
     "RET",
     Use.PARAMETERS,
-    resolve=_resolve_ret,
+    resolve=lambda resolver, operands: tuple(_input(resolver, each) for each in operands),
     run=_ret,
     write=_write_ret,
     prove=lambda machine, power, *values: machine.return_from(power, machine.values_of(values)),
@@ -294,7 +287,7 @@ RET = action(
 SBR = condition(
     "SBR",
     Use.PARAMETERS,
-    resolve=_resolve_sbr,
+    resolve=lambda resolver, operands: tuple(_output(resolver, each) for each in operands),
     run=_sbr,
     write=_write_sbr,
     prove=lambda machine, power, *places: machine.enter_with(power, places),
@@ -331,6 +324,6 @@ BRK = action(
     leaves=True,
     instead="write EXIT in a loop",
 )
-MCR = always("MCR", run=_mcr, write=_write_mcr, postscan=stays, instead="write IF")
+MCR = always("MCR", run=_mcr, write=_write_mcr, postscan=do_nothing, instead="write IF")
 AFI = condition("AFI", run=lambda _machine: False, write=lambda _rungs: "False", alone=True)
 NOP = condition("NOP", run=lambda _machine: True, write=lambda _rungs: "True", alone=True)

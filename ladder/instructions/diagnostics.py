@@ -89,8 +89,7 @@ def _note(results: Control, numbers: Elements, bit: int) -> None:
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:
     for each in operands[3:]:
         assert isinstance(each, Group)
-        control = Control(machine, each)
-        control.set(EN=False, DN=False)
+        Control(machine, each).set(EN=False, DN=False)
 
 
 # --- DTR

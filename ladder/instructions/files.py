@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from math import isfinite
 
 from ..compiler.files import ByteEnd, byte_end, plus
@@ -195,7 +196,7 @@ def _width_filled(source: Resolved, region: ArrayRegion) -> int:
 _COPIED = ("Source", "Dest", "Length")
 
 COP = action("COP", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop, captions=_COPIED)
-CPS = action("CPS", Use.SOURCE, Use.DESTINATION, Use.INTEGER, run=_cop, write=_write_cop, captions=_COPIED)
+CPS = replace(COP, name="CPS")
 FLL = action(
     "FLL",
     Use.NUMBER,

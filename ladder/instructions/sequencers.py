@@ -5,13 +5,16 @@ LEN is the number of the last step. A program starts at step 0, and step 1 follo
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from ..compiler.sequencers import write_sqi, write_sql, write_sqo
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
 from ..model.spec import WITH_CONTROL, Use, condition, on_control
-from ..model.types import DINT
-from .shifts import check_dints, set_enable
+from ..model.types import Elementary
+from .prescans import prescan_sets
+from .shifts import check_dints
 
 # --- SQI: whether an input matches the step
 
@@ -29,9 +32,11 @@ def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved
 
 # --- SQO, SQL: advance one step when the rung becomes true
 
+Step = Callable[[Control], bool]
+"""Advances POS on a rising rung; returns whether LEN and POS are valid."""
+
 
 def _step(control: Control) -> bool:
-    """Advance POS; return whether LEN and POS are valid."""
     if control["LEN"] <= 0 or control["POS"] < 0:
         control.set(ER=True)
         return False
@@ -45,26 +50,44 @@ def _step(control: Control) -> bool:
     return True
 
 
-def _sqo(
-    machine: Interpreter, power: bool, table: Resolved, mask: Resolved, target: Place, group: Group
+def sequencer_output(
+    machine: Interpreter,
+    power: bool,
+    table: Resolved,
+    mask: Resolved,
+    target: Place,
+    group: Group,
+    *_shown: Resolved,
+    step: Step = _step,
 ) -> None:
+    """Run SQO: write the masked bits of a step."""
     control = Control(machine, group)
     if not power:
         control.set(EN=False)
-        return
-    if _step(control):
+    elif step(control):
         bits, value = machine.integer(mask), machine.whole(Elements(machine, table)[control["POS"]])
         kept = machine.whole(machine.get(target)) & ~bits
         machine.put(target, machine.converted(target.type, kept | value & bits))
 
 
-def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, group: Group) -> None:
+def sequencer_load(
+    machine: Interpreter,
+    power: bool,
+    table: Resolved,
+    source: Resolved,
+    group: Group,
+    *_shown: Resolved,
+    step: Step = _step,
+) -> None:
+    """Run SQL: store the source in the next step."""
     control = Control(machine, group)
     rises = power and not control["EN"]
     if not power:
         control.set(EN=False)
-    elif _step(control) and rises:
-        Elements(machine, table)[control["POS"]] = machine.converted(DINT, machine.integer(source))
+    elif step(control) and rises:
+        elements = Elements(machine, table)
+        assert isinstance(elements.type, Elementary)
+        elements[control["POS"]] = machine.converted(elements.type, machine.integer(source))
 
 
 # --- the rows
@@ -85,10 +108,10 @@ SQO = on_control(
     Use.INTEGER,
     Use.INTEGER_TARGET,
     check=check_dints,
-    run=_sqo,
+    run=sequencer_output,
     write=write_sqo,
     partly=True,
-    prescan=set_enable(),
+    prescan=prescan_sets(-1, EN=True),
     instead="write CASE",
 )
 SQL = on_control(
@@ -96,9 +119,9 @@ SQL = on_control(
     Use.ARRAY,
     Use.INTEGER,
     check=check_dints,
-    run=_sql,
+    run=sequencer_load,
     write=write_sql,
     partly=True,
-    prescan=set_enable(),
+    prescan=prescan_sets(-1, EN=True),
     instead="write CASE",
 )

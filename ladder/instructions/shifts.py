@@ -17,6 +17,7 @@ from ..model.operand_checks import OperandError, described
 from ..model.operands import Group, Place, Resolved, width_moved
 from ..model.spec import IN_RUNGS, Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
+from .prescans import prescan_sets
 
 # --- BSL, BSR: all bits of the DINTs that LEN reaches move by one
 
@@ -59,10 +60,6 @@ def _move_bits(machine: Interpreter, array: Resolved, control: Control, source: 
     control.set(UL=unloaded, DN=True, POS=length)
 
 
-def _clear_shift(machine: Interpreter, _array: Resolved, group: Group, _source: Place) -> None:
-    Control(machine, group).set(EN=False, DN=False, ER=False, POS=0)
-
-
 def _bit_shift(name: str, *, left: bool) -> Spec:
     return always(
         name,
@@ -75,7 +72,7 @@ def _bit_shift(name: str, *, left: bool) -> Spec:
         run=_shift(left),
         write=write_shift(left),
         partly=True,
-        prescan=_clear_shift,
+        prescan=prescan_sets(1, EN=False, DN=False, ER=False, POS=0),
         instead=IN_RUNGS,
     )
 
@@ -109,10 +106,10 @@ def _load(machine: Interpreter, power: bool, source: Resolved, queue: Resolved, 
     if rises and position < length:
         _store_item(machine, source, Elements(machine, queue), position)
         control.set(POS=position + 1)
-    _tell_level(control)
+    _show_level(control)
 
 
-def _tell_level(control: Control) -> None:
+def _show_level(control: Control) -> None:
     control.set(DN=control["POS"] >= control["LEN"], EM=control["POS"] == 0)
 
 
@@ -142,8 +139,9 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
                 for number in range(1, control["LEN"]):
                     elements.put(number - 1, elements.take(number))
             if level:
-                _clear(elements, control["LEN"] - 1 if first else level - 1)
-        _tell_level(control)
+                last = control["LEN"] - 1 if first else level - 1
+                elements.put(last, bytes(len(elements.take(last))))
+        _show_level(control)
 
     return run
 
@@ -157,32 +155,17 @@ def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: 
     into.put(0, bytes(len(into.take(0))) if number is None else queue.take(number))
 
 
-def _clear(queue: Elements, number: int) -> None:
-    queue.put(number, bytes(len(queue.take(number))))
-
-
-def set_enable(name: str = "EN") -> Callable[..., None]:
-    """Return a prescan that sets an enable bit, so that a rung true in the first scan is not an edge."""
-
-    def prescan(machine: Interpreter, *operands: Resolved) -> None:
-        group = operands[-1]
-        assert isinstance(group, Group)
-        Control(machine, group).set(**{name: True})
-
-    return prescan
-
-
 # --- the rows
 
 
 def _load_queue(name: str) -> Spec:
-    uses = Use.ITEM, Use.ARRAY
+    uses, prescan = (Use.ITEM, Use.ARRAY), prescan_sets(-1, EN=True)
     both = {"run": _load, "write": write_load, "partly": True}
-    return on_control(name, *uses, **both, check=_check_load, prescan=set_enable(), instead=IN_RUNGS)
+    return on_control(name, *uses, **both, check=_check_load, prescan=prescan, instead=IN_RUNGS)
 
 
 def _unload_queue(name: str, *, first: bool) -> Spec:
-    uses, prescan = (Use.ARRAY, Use.ITEM_TARGET), set_enable("EU")
+    uses, prescan = (Use.ARRAY, Use.ITEM_TARGET), prescan_sets(-1, EU=True)
     both = {"run": _unload(first), "write": write_unload(first), "partly": True}
     return on_control(name, *uses, **both, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
 

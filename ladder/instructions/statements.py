@@ -5,13 +5,16 @@ They are not in `FAMILIES`, because no rung names them. `lowering.statements` ma
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.operands import Group, Place, Resolved, width_of
 from ..model.spec import Spec, Use, action, condition
+from .compare import CMP
 from .compute import CPT
+from .control import TND
 
 # --- bits
 
@@ -32,8 +35,7 @@ def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
 
 def set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
     """Set a string to another string, truncated to its size."""
-    text = machine.text(value)
-    machine.set_text(target, text)
+    machine.set_text(target, machine.text(value))
 
 
 def write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
@@ -88,12 +90,7 @@ _ASSIGNMENTS = {
     for retentive in (True, False)
 }
 
-CONDITION = condition(
-    "IF",
-    Use.TRUTH,
-    run=lambda machine, expression: machine.condition(expression),
-    write=lambda rungs, expression: rungs.values.condition(expression),
-)
+CONDITION = condition("IF", Use.TRUTH, run=CMP.run, write=CMP.write)
 """The condition of IF, ELSIF, WHILE, UNTIL and FOR, or an expression passed to an add-on instruction."""
 
 
@@ -111,10 +108,4 @@ EXIT = action(
     prove=lambda machine, power: machine.exit_loop(power),
     leaves=True,
 )
-RETURN = action(
-    "RETURN",
-    run=lambda machine: machine.leave(()),
-    write=lambda rungs: rungs.writer.line("return ()"),
-    prove=lambda machine, power: machine.return_from(power, ()),
-    leaves=True,
-)
+RETURN = replace(TND, name="RETURN")

@@ -9,7 +9,6 @@ DN, ER    ___________|‾‾‾‾‾‾‾‾‾‾‾     until the next risin
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from scanrack.io_images.dataclass import dataclass
 
@@ -21,7 +20,7 @@ from ..model.operands import Constant, Group, Place, Resolved, StringConstant, w
 from ..model.spec import InstructionKind, Spec, Use
 from ..model.stubs import Ending, InPython, Power, Stub, replaces
 from ..model.tree import Operand
-from ..model.types import DINT, Structure
+from ..model.types import Structure
 from ..state.lowered import OperandResolver
 from ..state.memory import Value
 
@@ -73,12 +72,9 @@ def _member(group: Group, name: str) -> Place | None:
     member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or member.dims or isinstance(member.type, Structure):
         return None
-    if not member.at:
-        return group.member(member.name)
-    host, _, bit = member.at.partition(".")
-    return (
-        replace(group.member(host), bit=Constant(int(bit), DINT)) if bit.isdecimal() else group.member(host)
-    )
+    assert isinstance(group.type, Structure)
+    packed = member.name in group.type.packed
+    return group.member(member.name if packed or not member.at else member.at.partition(".")[0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,9 @@ from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model import arithmetic
 from ..model.operands import Group, Place
-from ..model.spec import Spec, Use, action, always, stays
+from ..model.spec import Spec, Use, action, always, do_nothing
 from ..model.types import DINT, Elementary, Structure
+from .prescans import prescan_sets
 
 _MS = 1_000_000  # nanoseconds in a millisecond
 
@@ -274,22 +275,17 @@ def _counter(name: str, enable: str, by: int) -> Spec:
         instead="use CTUD with an FBD_COUNTER",
         run=lambda machine, power, counter: _count(machine, power, counter, enable, by),
         write=lambda rungs, power, counter: _write_count(rungs, power, counter, enable, by),
-        prescan=lambda machine, counter: machine.put(counter.member(enable), True),
-        postscan=stays,
+        prescan=prescan_sets(0, **{enable: True}),
+        postscan=do_nothing,
     )
 
 
 _PRESETS = (Use.PRESET, Use.PRESET)
 _SHOWN = ("Preset", "Accum")
 
-TON = _timer("TON", run=_ton, write=_write_ton, prescan=lambda machine, timer: _ton(machine, False, timer))
+TON = _timer("TON", run=_ton, write=_write_ton, prescan=prescan_sets(0, EN=False, TT=False, DN=False, ACC=0))
 TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof, postscan=_prescan_tof)
-RTO = _timer(
-    "RTO",
-    run=_rto,
-    write=_write_rto,
-    prescan=lambda machine, timer: put(machine, timer, EN=False, TT=False, DN=False),
-)
+RTO = _timer("RTO", run=_rto, write=_write_rto, prescan=prescan_sets(0, EN=False, TT=False, DN=False))
 CTU = _counter("CTU", "CU", 1)
 CTD = _counter("CTD", "CD", -1)
 RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res, symbol="(RES)")

@@ -53,7 +53,6 @@ from ..model.tags import OPEN, TRUTHS, Tag
 from ..model.tree import (
     Address,
     Instruction,
-    MemberStep,
     Operand,
     Operation,
     Series,
@@ -273,7 +272,7 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
     """Return the copies of a call, or raise a LadderError for a wrong operand."""
     inputs, outputs, handed = [], [], {}
     for each, argument in zip(definition.required, call.operands[1:], strict=True):
-        here = member_of(instance, each.name)
+        here = instance.member(each.name)
         if each.way is ParameterMode.INPUT:
             inputs.append(_copy(each, argument, here))
             continue
@@ -284,11 +283,6 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
         else:
             handed[each.name] = argument
     return Copies(tuple(inputs), tuple(outputs), handed)
-
-
-def member_of(address: Address, name: str) -> Address:
-    """Return the address of a member."""
-    return Address(address.name, (*address.steps, MemberStep(name)))
 
 
 def _copy(parameter: Parameter, source: Operand, target: Operand) -> Series:

@@ -27,7 +27,7 @@ from ..model.spec import Use
 from ..model.tags import Tag
 from ..model.tree import Rung
 from ..model.types import Structure, count_of
-from ..state.lowered import LoweredLine, LoweredProgram
+from ..state.lowered import LoweredProgram
 from .addon import AddOn, specs_of
 from .rungs import Lowering
 from .text import parse_rung
@@ -118,10 +118,6 @@ def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
     lowering.lowered.axes = bound
     lowering.routine(Routine(ROUTINE, tuple(rungs), "the blocks of the axes"))
     return problems
-
-
-def _lines(lowered: LoweredProgram) -> Iterator[LoweredLine]:
-    return (line for routine in lowered.routines.values() for line in routine.lines)
 
 
 def _parts(tag: Tag) -> Iterator[MotionPart]:

@@ -22,7 +22,6 @@ A body is its own routine, `Sequence.Fill.Open`.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from functools import reduce
 from typing import Any
 from zlib import crc32
@@ -43,13 +42,13 @@ from ..model.chart import (
     presets_of,
 )
 from ..model.chart_checks import problems_of
-from ..model.operand_checks import OperandError, described
+from ..model.operand_checks import OperandError, mismatch
 from ..model.operands import Calculation, Group, Place, Resolved, constant
 from ..model.resolver import AddressError, missing_in
 from ..model.routine import Routine
 from ..model.spec import Spec
 from ..model.tree import Address, Block, Instruction, Origin
-from ..model.types import BOOL, HIDDEN, LINT, Member, Structure
+from ..model.types import BOOL, HIDDEN, LINT, Structure
 from ..state.lowered import (
     Act,
     Arms,
@@ -147,13 +146,13 @@ class ChartLowering:
     def _tag(self, name: str, kind: str) -> Group:
         tag = self._lowering.resolver.operand(Address(name))
         if not isinstance(tag, Group) or tag.dims or tag.type.name != kind:
-            raise OperandError(f"{name} is {described(tag)}, a tag of type {kind} is needed", "declare it so")
+            raise mismatch(name, tag, f"a tag of type {kind}", "declare it so")
         return tag
 
     def _bits(self, tag: Group) -> dict[str, Place]:
         """Return the members of a step or action by name, bits of Status included."""
         assert isinstance(tag.type, Structure)
-        found = {each.name: _member(tag, each) for each in tag.type.members}
+        found = {each.name: tag.member(each.name) for each in tag.type.members}
         return found | {each.name: tag.member(f"{HIDDEN}{each.name}") for each in tag.type.hidden}
 
     def _action(
@@ -171,7 +170,7 @@ class ChartLowering:
         self._lowering.at(transition.number, transition.origin, transition.head)
         place = self._lowering.target(Address(transition.name))
         if not place.type.is_bool:
-            raise OperandError(f"{transition.name} is {described(place)}, a BOOL is needed", "declare it so")
+            raise mismatch(transition.name, place, "a BOOL", "declare it so")
         sources, targets = (
             tuple(nodes[name.upper()] for name in names) for names in (transition.sources, transition.targets)
         )
@@ -315,13 +314,6 @@ class ChartLowering:
         clear = self._set(state, constant(0), "no EOT yet")
         called = self._block((tree.statement,))
         return (clear, *called, self._set(each.place, _is_not_0(state), f"{each.name} := EOT"))
-
-
-def _member(tag: Group, member: Member) -> Place:
-    """Return a member; for a bit of Status, the bit of Status."""
-    host, _, bit = member.at.partition(".")
-    place = tag.member(host or member.name)
-    return replace(place, bit=constant(int(bit)), text=f"{tag.text}.{member.name}") if bit else place
 
 
 def lasting_number(name: str) -> int:

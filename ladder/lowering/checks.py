@@ -15,6 +15,7 @@ from ..model.schedule import TaskKind
 from ..model.spec import Use
 from ..model.stubs import ALL_MESSAGES, Ending, InPython, Power, stub_of
 from ..model.tags import Leaf
+from ..model.types import dims_text
 from ..state.lowered import (
     ADD_ON,
     AddOnCall,
@@ -53,15 +54,14 @@ def warnings_of(lowered: LoweredProgram, allowed: frozenset[str]) -> list[Proble
 
 def check_whole(lowered: LoweredProgram) -> list[Problem]:
     """Return the errors of a lowered program as a whole."""
-    problems: list[Problem] = []
-    for routine in lowered.routines.values():
-        problems.extend(_jumps(lowered, routine))
-    problems.extend(_chains(lowered))
-    problems.extend(_main_with_inputs(lowered))
-    problems.extend(_half_words(lowered))
-    problems.extend(_without_stub(lowered))
-    problems.extend(_beyond_a_3601(lowered))
-    return problems
+    return [
+        *(problem for routine in lowered.routines.values() for problem in _jumps(lowered, routine)),
+        *_chains(lowered),
+        *_main_with_inputs(lowered),
+        *_half_words(lowered),
+        *_without_stub(lowered),
+        *_beyond_a_3601(lowered),
+    ]
 
 
 def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
@@ -266,8 +266,7 @@ def _whole(parameter: Resolved) -> str:
     """Return the type of a parameter with its dimensions, as `INT[5]`; describe a constant or calculation."""
     if not isinstance(parameter, Place | Group):
         return described(parameter)
-    dims = ",".join(map(str, parameter.dims)) if isinstance(parameter, Group) else ""
-    return f"{parameter.type.name}[{dims}]" if dims else parameter.type.name
+    return parameter.type.name + (dims_text(parameter.dims) if isinstance(parameter, Group) else "")
 
 
 def calls_of(routine: LoweredRoutine) -> list[str]:

@@ -33,11 +33,9 @@ from typing_extensions import override
 from ..model.errors import LadderError, Problem
 from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind, schedule_of
-from ..model.tags import Declaration, Layout, scoped
+from ..model.tags import Declaration, scoped
 from ..state.lowered import LoweredProgram
-from .bound_axes import axis_tags, with_blocks
 from .program import Program
-from .rungs import Lowering
 from .runnable import LadderLogic
 
 IMPLICIT_TASK = "MainTask"
@@ -149,17 +147,13 @@ class Controller(LadderLogic):
     @override
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing(self.programs)
-        layout = Layout([*self._all_declarations(), *axis_tags(self.axes)], modules=self.modules)
-        lowering = Lowering(
-            self.name, layout, "", with_blocks(self.add_ons, self.axes), self.stubs, self.builtin
-        )
-        lowered = lowering.lowered
-        lowered.chart_options = self.chart_options
+        layout = self.layout_of(self._all_declarations())
+        lowering = self.lowering(layout, "")
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
         if not problems:
             roots = [each.roots(each.name) for each in self.programs]
-            lowered.schedule = schedule_of(layout, tasks, roots)
+            lowering.lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
         lowered, warnings = self._checked(lowering, problems)

@@ -22,10 +22,8 @@ from ..model.tags import STATUS_FLAGS, Layout, Tag, program_of, scoped
 from ..model.tree import Address, Origin, Rung, Step, instructions_of
 from ..model.types import DataType, Elementary
 from ..state.lowered import LoweredLine, LoweredRoutine
-from .bound_axes import with_blocks
 from .checks import check_whole, exclusive_places, warnings_of
 from .guess import type_at
-from .rungs import Lowering
 from .runnable import LadderLogic
 from .text import parse_rung
 from .type_inference import Guesses
@@ -176,14 +174,7 @@ class EditedProgram:
         declared = [*layout.declarations.values(), *map(self._tag, tags)]
         self._layout = Layout(declared, files=layout.files, modules=layout.modules)
         self._changed: dict[str, LoweredRoutine] = {}
-        self._lowering = Lowering(
-            program.name,
-            self._layout,
-            self._running.main,
-            with_blocks(program.add_ons, program.axes),
-            program.stubs,
-            program.builtin,
-        )
+        self._lowering = program.lowering(self._layout, self._running.main)
         by_routine: dict[str, dict[int, RungEdit]] = {}
         for each in edits:
             by_routine.setdefault(each.routine.upper(), {})[each.rung] = each
@@ -294,15 +285,15 @@ class EditedProgram:
         }
 
     def _note(self, problem: Problem, *, warns: bool) -> None:
-        said = f"{problem.text}; {problem.remedy}"
+        text = f"{problem.text}; {problem.remedy}"
         for each in self.rungs:
             place = each.edit.routine.upper(), each.number
             if (problem.site.routine.upper(), problem.site.rung) == place:
-                noted = Mistake(said, None if each.rung is None else element_of(each.rung, problem))
+                noted = Mistake(text, None if each.rung is None else element_of(each.rung, problem))
                 (each.warnings if warns else each.mistakes).append(noted)
                 return
         if not warns:
-            self.mistakes.append(f"{problem.where}: {said}")
+            self.mistakes.append(f"{problem.where}: {text}")
 
     def _missing(self) -> Iterator[MissingTag]:
         """Yield the undeclared tags with the types that their uses in the edited rungs show."""
@@ -318,8 +309,7 @@ class EditedProgram:
             return None if is_known or not re.fullmatch(TAG_NAME, name) else (name, address.steps)
 
         def known(program: str, address: Address) -> DataType | None:
-            tag = declared.get(full(program, address.name))
-            return type_at(tag, address) if isinstance(tag, Tag) else None
+            return type_at(declared.get(full(program, address.name)), address)
 
         program = self._program
         guesses = Guesses(missing, known, program.operands_of, program.specs, program.structures())

@@ -9,7 +9,7 @@ from itertools import zip_longest
 from scanrack.io_images.dataclass import dataclass
 
 from ..model.predefined.motion_types import is_axis
-from ..model.tags import Tag
+from ..model.tags import Declaration, Tag
 from ..model.tree import Address, BitStep, MemberStep, Number, SubscriptStep
 from ..model.types import BOOL, DINT, INT, LINT, REAL, STRING, DataType, Member, Structure
 
@@ -166,9 +166,11 @@ def _longest(some: list[int], others: list[int]) -> list[int]:
     return [max(pair) for pair in zip_longest(some, others, fillvalue=0)]
 
 
-def type_at(tag: Tag, address: Address) -> DataType | None:
-    """Return the type of an address in a tag, None for a bit or a missing member."""
-    kind: DataType = tag.type
+def type_at(declaration: Declaration | None, address: Address) -> DataType | None:
+    """Return the type of an address in a tag; None for a bit, a missing member, or without a tag."""
+    if not isinstance(declaration, Tag):
+        return None
+    kind: DataType = declaration.type
     for step in address.steps:
         if isinstance(step, MemberStep):
             member = kind.member(step.name) if isinstance(kind, Structure) else None

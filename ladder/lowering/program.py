@@ -24,12 +24,11 @@ from typing_extensions import override
 from ..model.errors import LadderError, Problem
 from ..model.routine import Routine
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
-from ..model.tags import Layout, scoped
+from ..model.tags import scoped
 from ..model.types import Structure
 from ..st import parse_statements
 from ..state.lowered import LoweredProgram
-from .bound_axes import axis_tags, with_blocks
-from .dialects import LOGIX, SLC
+from .dialects import LOGIX
 from .python_rungs import RungMaker
 from .rungs import Lowering
 from .runnable import LadderLogic
@@ -150,11 +149,9 @@ class Program(LadderLogic):
         for routine in self._routines:
             lowering.routine(routine)
         known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
-        missing = [each for each in (self.main, self.fault) if each and each.upper() not in self._known()]
+        there = set(map(str.upper, self.names))
+        missing = [each for each in (self.main, self.fault) if each and each.upper() not in there]
         return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
-
-    def _known(self) -> list[str]:
-        return list(map(str.upper, self.names))
 
     def roots(self, scope: str = "") -> ProgramRoutines:
         """Return its main and fault routine, under full names in capitals."""
@@ -164,21 +161,11 @@ class Program(LadderLogic):
     @override
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing((self,))
-        declared = [*self.declarations, *axis_tags(self.axes)]
-        layout = Layout(declared, files=self.dialect == SLC, modules=self.modules)
-        lowering = Lowering(
-            self.name,
-            layout,
-            self.first or "Main",
-            with_blocks(self.add_ons, self.axes),
-            self.stubs,
-            self.builtin,
-        )
-        lowered = lowering.lowered
-        lowered.chart_options = self.chart_options
+        layout = self.layout_of(self.declarations)
+        lowering = self.lowering(layout, self.first or "Main")
         if self.fault:
             task = Task(self.name, TaskKind.CONTINUOUS, (self.name,))
-            lowered.schedule = schedule_of(layout, [task], [self.roots()])
+            lowering.lowered.schedule = schedule_of(layout, [task], [self.roots()])
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
             problems.append(Problem(f"program {self.name}", "", "no routine Main", "add a routine"))

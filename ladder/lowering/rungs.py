@@ -5,17 +5,15 @@ from __future__ import annotations
 import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any
 
 from scanrack.io_images.site import NOWHERE, Site
 
-from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL, ADD_ON_OFF_CALL, OFF
 from ..instructions.statements import CONDITION
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError, Problem
-from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
+from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, is_string, mismatch
 from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver, missing_in
@@ -66,9 +64,9 @@ class Lowering:
         name: str,
         layout: Layout,
         main: str,
-        add_ons: Mapping[str, AddOn] = MappingProxyType({}),
-        stubs: Mapping[str, Stub] = MappingProxyType({}),
-        specs: Mapping[str, Spec] = BY_NAME,
+        add_ons: Mapping[str, AddOn],
+        stubs: Mapping[str, Stub],
+        specs: Mapping[str, Spec],
     ) -> None:
         self.lowered = LoweredProgram(name, layout, main.upper())
         self.problems: list[Problem] = []
@@ -302,10 +300,8 @@ class Lowering:
     def _instance(self, definition: AddOn, call: Instruction) -> Group:
         instance = self.resolver.operand(call.operands[0])
         if not isinstance(instance, Group) or instance.dims or instance.type != definition.structure:
-            raise OperandError(
-                f"{call.operands[0]} is {described(instance)}, an instance of {definition.name} is needed",
-                f"declare a tag of type {definition.name} for this call",
-            )
+            remedy = f"declare a tag of type {definition.name} for this call"
+            raise mismatch(call.operands[0], instance, f"an instance of {definition.name}", remedy)
         return instance
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
@@ -339,9 +335,7 @@ class Lowering:
         self.note_flags(operand)
         if use in _NUMERIC:
             resolved = as_number(resolved)
-        check = OPERAND_CHECKS[use]
-        if not check.accepts(resolved):
-            raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)
+        _check(use, operand, resolved)
         if use in WRITTEN and isinstance(resolved, (Place, Group)):
             self.note_written(operand, resolved)
         return resolved
@@ -431,9 +425,7 @@ class Lowering:
                 and around.type.members[0].name.upper() == address.steps[-1].name.upper()
             ):
                 resolved = around
-        check = OPERAND_CHECKS[Use.DESTINATION]
-        if not check.accepts(resolved):
-            raise OperandError(f"{address} is {described(resolved)}, {check.text} is needed", check.remedy)
+        _check(Use.DESTINATION, address, resolved)
         if written:
             self.note_written(address, resolved)
         return resolved
@@ -442,7 +434,7 @@ class Lowering:
         """See `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, (Place, Constant)):
-            raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
+            raise mismatch(operand, resolved, "one value", "pass its members")
         return resolved
 
     @property
@@ -482,11 +474,16 @@ class Lowering:
         """See `OperandResolver`."""
         resolved = self.resolver.operand(operand)
         if not isinstance(resolved, Place):
-            raise OperandError(
-                f"{operand} is {described(resolved)}, a tag is needed", "name the tag to write"
-            )
+            raise mismatch(operand, resolved, "a tag", "name the tag to write")
         self.note_written(operand, resolved)
         return resolved
+
+
+def _check(use: Use, operand: Operand, resolved: Resolved) -> None:
+    """Raise an OperandError for an operand that a use does not accept."""
+    check = OPERAND_CHECKS[use]
+    if not check.accepts(resolved):
+        raise mismatch(operand, resolved, check.text, check.remedy)
 
 
 def routine_name(definition: AddOn, role: str) -> str:

@@ -24,9 +24,9 @@ from ..model.routine import Routine
 from ..model.spec import Spec
 from ..model.stubs import NO_STUBS, InPython, Partner, Remote, Stub, Stubs, check_stubbed, parse_stub
 from ..model.tagref import TagRef
-from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
+from ..model.tags import STATUS_FLAGS, Alias, Declaration, Layout, SlotAlias, Tag
 from ..model.tree import Address, Step
-from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
+from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, dims_text, size_of
 from ..run.edit import Edit, carry_over, is_retained
 from ..run.engine import STEP_MS, Engine
 from ..run.partners import connect, updates_of, wrong_values
@@ -34,7 +34,7 @@ from ..run.view import Tags
 from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, element_text
 from .addon import AddOn, specs_of
-from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
+from .bound_axes import Axes, axis_tags, lower_axes, prescan_axes, run_axes, with_blocks
 from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .guess import type_at
@@ -114,6 +114,18 @@ class LadderLogic(ABC):
     @abstractmethod
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         """Lower and check the program; return it with its warnings, or raise a BuildError."""
+
+    def layout_of(self, declarations: Iterable[Declaration]) -> Layout:
+        """Return a layout of declarations and of the tags that axes add."""
+        declared = [*declarations, *axis_tags(self.axes)]
+        return Layout(declared, files=self.dialect == SLC, modules=self.modules)
+
+    def lowering(self, layout: Layout, main: str) -> Lowering:
+        """Return a lowering with the instructions of this program; `main` is the main routine or ""."""
+        add_ons = with_blocks(self.add_ons, self.axes)
+        lowering = Lowering(self.name, layout, main, add_ons, self.stubs, self.builtin)
+        lowering.lowered.chart_options = self.chart_options
+        return lowering
 
     def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
         """Check the lowered program; return it with its warnings, or raise a BuildError with all problems."""
@@ -248,8 +260,7 @@ class LadderLogic(ABC):
         tags = {part.name: _tags(self, part) for part in parts}
 
         def known_type(program: str, address: Address) -> DataType | None:
-            tag = tags[program].get(address.name.upper())
-            return None if tag is None else type_at(tag, address)
+            return type_at(tags[program].get(address.name.upper()), address)
 
         specs = specs_of(self.add_ons, self.stubs)
         guesses = Guesses(missing, known_type, self.operands_of, specs, self.structures())
@@ -540,5 +551,4 @@ def declared(tag: Tag) -> str:
     >>> declared(Tag("Level", DINT, (4,)))
     'Level : DINT[4]'
     """
-    dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""
-    return f"{tag.name} : {tag.type.name}{dims}"
+    return f"{tag.name} : {tag.type.name}{dims_text(tag.dims)}"

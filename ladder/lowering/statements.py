@@ -10,10 +10,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
-from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string
+from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string, mismatch
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
 from ..model.resolver import AddressError, Resolver, missing_in
-from ..model.spec import Spec
 from ..model.statements import (
     Assignment,
     Case,
@@ -73,7 +72,7 @@ class StatementLowering:
             self._lowering.at(0, Origin(), "")
             self._lowering.report(deep, "use fewer, or a separate routine")
             return LoweredRoutine(name, (), {}, None, ())
-        body = self._body(statements)
+        body = self.body(statements)
         return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)
 
     def taken(self) -> list[LoweredLine]:
@@ -83,13 +82,10 @@ class StatementLowering:
 
     def body(self, block: Block) -> Body:
         """Lower statements; `taken` returns their lines."""
-        return self._body(block)
-
-    def _body(self, block: Block) -> Body:
         found: list[Any] = []
         for each in block:
             if isinstance(each, Region):
-                found += self._body(each.body)
+                found += self.body(each.body)
             elif not isinstance(each, Empty):
                 lower = _LOWER[type(each)]
                 found.append(lower(self, each))
@@ -98,30 +94,22 @@ class StatementLowering:
     # --- lines
 
     def _line(
-        self, at: Statement, text: str, spec: Spec | None, find: Callable[[], tuple[Any, ...]], line: int = 0
+        self, at: Statement, text: str, find: Callable[[], tuple[Any, ...]], line: int = 0
     ) -> LoweredLine:
-        """Lower a line to one step; report refused operands. Without `spec`, `find` returns it first."""
-        self._at(at, text, line)
+        """Lower a line to one step, whose spec and operands `find` returns; report refused operands."""
+        number = line or at.line
+        origin = Origin(at.origin.file, at.origin.line + number - at.line)
+        self._lowering.at(number, origin, text)
         site = self._lowering.site(text)
         try:
-            operands = find()
+            spec, *operands = find()
         except (AddressError, OperandError) as error:
             self._lowering.report(str(error), error.remedy, tag=missing_in(error))
-            spec, operands = spec or CONDITION, ()
-        if spec is None:
-            spec, *rest = operands
-            operands = tuple(rest)
-        return self._added(at, text, LoweredStep(spec, operands, site), line)
+            spec, operands = CONDITION, []
+        return self._added(number, origin, text, LoweredStep(spec, tuple(operands), site), at.comment)
 
-    def _at(self, at: Statement, text: str, line: int = 0) -> None:
-        origin = at.origin
-        if line:
-            origin = Origin(origin.file, origin.line + line - at.line)
-        self._lowering.at(line or at.line, origin, text)
-
-    def _added(self, at: Statement, text: str, step: LoweredStep, line: int = 0) -> LoweredLine:
-        origin = Origin(at.origin.file, at.origin.line + (line - at.line if line else 0))
-        made = LoweredLine(line or at.line, (step,), origin, text, at.comment)
+    def _added(self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str) -> LoweredLine:
+        made = LoweredLine(number, (step,), origin, text, comment)
         self._lines.append(made)
         return made
 
@@ -137,14 +125,14 @@ class StatementLowering:
             place = self._target(target)
             return assignment(place, retentive=retentive), place, self._value(place, value)
 
-        return self._line(at, text, None, find)
+        return self._line(at, text, find)
 
     def _condition(self, at: Statement, text: str, condition: Operand, line: int = 0) -> LoweredLine:
-        return self._line(at, text, CONDITION, lambda: (self._logical(condition),), line)
+        return self._line(at, text, lambda: (CONDITION, self._logical(condition)), line)
 
     def _invocation(self, statement: Invocation) -> Act:
         called = statement.instruction
-        self._at(statement, statement.head)
+        self._lowering.at(statement.line, statement.origin, statement.head)
         first = not self._lines
         step = self._lowering.step(called)
         if step.name == "SBR":
@@ -153,15 +141,15 @@ class StatementLowering:
                 self._lowering.report("SBR is not first", "make it the first statement")
         elif step.spec.instead:
             self._lowering.report(f"{step.name} is not an instruction of structured text", step.spec.instead)
-        return Act(self._added(statement, statement.head, step))
+        return Act(self._added(statement.line, statement.origin, statement.head, step, statement.comment))
 
     def _if(self, statement: If) -> Arms:
         arms = []
         for position, arm in enumerate(statement.arms):
             text = f"{'ELSIF' if position else 'IF'} {arm.condition} THEN"
             head = self._condition(statement, text, arm.condition, arm.line)
-            arms.append((head, self._body(arm.body)))
-        return Arms(tuple(arms), self._body(statement.otherwise or ()))
+            arms.append((head, self.body(arm.body)))
+        return Arms(tuple(arms), self.body(statement.otherwise or ()))
 
     def _case(self, statement: Case) -> Selection:
         labels: list[Constant] = []
@@ -174,21 +162,25 @@ class StatementLowering:
                 for bounds in choice.labels
                 for label in (bounds.low, bounds.high)
             )
-            return (selector, *labels)
+            return (CASE, selector, *labels)
 
-        line = self._line(statement, statement.head, CASE, find)
+        line = self._line(statement, statement.head, find)
         width = width_of(*self._operands(line))
-        choices = tuple((_ranges(each), self._body(each.body)) for each in statement.choices)
-        return Selection(line, width, choices, self._body(statement.otherwise or ()))
+        choices = tuple((_ranges(each), self.body(each.body)) for each in statement.choices)
+        return Selection(line, width, choices, self.body(statement.otherwise or ()))
+
+    def _loop_body(self, block: Block) -> Body:
+        self._loops += 1
+        body = self.body(block)
+        self._loops -= 1
+        return body
 
     def _for(self, statement: For) -> Loop:
         count, step, text = statement.count, statement.step or number(1), statement.head
         start = self._assigned(statement, text, count, statement.first)
         self._refuse_count(start)
-        test = self._line(statement, text, CONDITION, lambda: (self._counting(statement, step),))
-        self._loops += 1
-        body = self._body(statement.body)
-        self._loops -= 1
+        test = self._line(statement, text, lambda: (CONDITION, self._counting(statement, step)))
+        body = self._loop_body(statement.body)
         advance = self._assigned(statement, text, count, Operation("+", (count, step)))
         return Loop(start, test, body, advance, None)
 
@@ -212,26 +204,22 @@ class StatementLowering:
 
     def _while(self, statement: While) -> Loop:
         test = self._condition(statement, statement.head, statement.condition)
-        self._loops += 1
-        body = self._body(statement.body)
-        self._loops -= 1
+        body = self._loop_body(statement.body)
         return Loop(None, test, body, None, None)
 
     def _repeat(self, statement: Repeat) -> Loop:
-        self._loops += 1
-        body = self._body(statement.body)
-        self._loops -= 1
+        body = self._loop_body(statement.body)
         until = self._condition(statement, statement.tail, statement.until, statement.until_line)
         return Loop(None, None, body, None, until)
 
     def _exit(self, statement: Exit) -> Act:
-        line = self._line(statement, statement.head, EXIT, tuple)
+        line = self._line(statement, statement.head, lambda: (EXIT,))
         if not self._loops:
             self._lowering.report("EXIT is outside of a loop", "write RETURN to leave the routine")
         return Act(line)
 
     def _return(self, statement: Return) -> Act:
-        return Act(self._line(statement, statement.head, RETURN, tuple))
+        return Act(self._line(statement, statement.head, lambda: (RETURN,)))
 
     # --- operands
 
@@ -260,27 +248,21 @@ class StatementLowering:
         if isinstance(target, Group):
             resolved = self._resolved(operand)
             if not is_string(resolved):
-                raise _wrong(operand, resolved, "a string")
+                raise mismatch(operand, resolved, "a string", "assign like to like")
             return resolved
         return self._logical(operand) if target.type.is_bool else self._arithmetic(operand)
 
     def _logical(self, operand: Operand) -> Resolved:
         resolved = self._resolved(operand)
         if not is_logical(resolved):
-            raise _wrong(operand, resolved, "a bit or a condition", "compare it, as in count <> 0")
+            raise mismatch(operand, resolved, "a bit or a condition", "compare it, as in count <> 0")
         return resolved
 
     def _arithmetic(self, operand: Operand) -> Resolved:
         resolved = as_number(self._resolved(operand))
         if not is_arithmetic(resolved):
-            raise _wrong(operand, resolved, "a number", "decide with IF: IF bit THEN n := 1; END_IF;")
+            raise mismatch(operand, resolved, "a number", "decide with IF: IF bit THEN n := 1; END_IF;")
         return resolved
-
-
-def _wrong(
-    operand: Operand, resolved: Resolved, required: str, remedy: str = "assign like to like"
-) -> OperandError:
-    return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
 def _ranges(choice: Choice) -> tuple[tuple[Constant, Constant], ...]:

@@ -21,7 +21,7 @@ from typing_extensions import override
 from ..instructions import BY_NAME
 from ..model.expressions import NAME, ExpressionParser
 from ..model.quoting import unquoted
-from ..model.spec import BYTE_ORDERS, Spec, Use
+from ..model.spec import BYTE_ORDER_OF, BYTE_ORDERS, Spec, Use
 from ..model.tree import (
     BRANCHES,
     Address,
@@ -43,7 +43,6 @@ _WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)++(?=\s*[,)])|%\w+(?=\s*[
 _PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*+\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
 _STRING = re.compile(r"'((?:[^'$\n]++|\$[^\n])*+)'")
-_NUMBERED = {"0": BYTE_ORDERS[0], "1": BYTE_ORDERS[1], "2": BYTE_ORDERS[2], "HIGHLOW": BYTE_ORDERS[2]}
 
 
 def parse_rung(
@@ -158,8 +157,8 @@ class RungParser(ExpressionParser):
             name, *members = plain.group().rstrip().split(".")
             return Address(name, tuple(map(MemberStep, members)))
         if use is Use.MODE:
-            mode = (self._match(_MODE) or self.fail(f"one of {', '.join(BYTE_ORDERS)}")).upper()
-            return Address(_NUMBERED.get(mode, mode))
+            mode = self._match(_MODE) or self.fail(f"one of {', '.join(BYTE_ORDERS)}")
+            return Address(BYTE_ORDER_OF[mode.upper()])
         if self.skip("?"):
             return Unknown()
         return self.whole_expression()

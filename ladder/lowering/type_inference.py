@@ -61,7 +61,6 @@ from ..model.tree import (
     Unknown,
     WordStep,
     addresses_in,
-    instructions_of,
 )
 from ..model.types import (
     ALARM_ANALOG,
@@ -171,14 +170,11 @@ class Guesses:
 
     def read(self, program: str, routine: Routine) -> None:
         """Collect the uses in a routine."""
-        called = [each for rung in routine.rungs for each in instructions_of(rung.series)]
         for name, kind in routine.chart.tags() if routine.chart else ():
             self.argument(program, Address(name), PREDEFINED_TYPES[kind], ())
         for statement in statements_in(routine.block):
             self._statement(program, statement)
-            if isinstance(statement, Invocation):
-                called.append(statement.instruction)
-        for instruction in called:
+        for _, instruction in routine.instructions():
             self._instruction(program, instruction)
             if not self._again:
                 self._parameters.note(program, routine.name, instruction)
@@ -251,7 +247,7 @@ class Guesses:
         found = self._kind(program, beside)
         likely = found if isinstance(found, Elementary) and found is not BOOL else DINT
         self._address(program, instance, owner, None)
-        self._address(program, Address(instance.name, (*instance.steps, MemberStep(name.name))), None, likely)
+        self._address(program, instance.member(name.name), None, likely)
         known = owner.member(name.name)
         if known is not None and isinstance(beside, Address):
             self._address(program, beside, None, known.type)

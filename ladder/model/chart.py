@@ -215,6 +215,15 @@ class Chart:
         for transition in self.transitions:
             yield from (transition.head, f"{INDENT}{transition.condition}", "END_TRANSITION")
 
+    @property
+    def leaving(self) -> Mapping[str, list[int]]:
+        """The numbers of the transitions that leave each step, in order of priority, by name in capitals."""
+        found: dict[str, list[int]] = {name: [] for name in self.named}
+        for number, each in enumerate(self.transitions):
+            for name in each.sources:
+                found.setdefault(name.upper(), []).append(number)
+        return found
+
     def after(self, name: str) -> Iterator[Transition]:
         """Yield the transitions that leave a step, in order of priority."""
         yield from (each for each in self.transitions if name.upper() in map(str.upper, each.sources))

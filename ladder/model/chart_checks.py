@@ -105,7 +105,7 @@ class _Net:
         self._chart = chart
         self.legs: dict[str, Legs] = {}  # of the steps reached, by name in capitals
         self._sizes: dict[int, int] = {}  # legs of each divergence
-        self._leaving: Mapping[str, list[int]] = _leaving(chart)
+        self._leaving = chart.leaving
 
     def problems(self) -> Iterator[ChartProblem]:
         """Yield the transitions at which branches do not begin and end in pairs."""
@@ -115,7 +115,7 @@ class _Net:
         self.legs[initial.name.upper()] = ()
         todo, done = [initial.name.upper()], set[int]()
         while todo:
-            for number in self._leaving.get(todo.pop(), ()):
+            for number in self._leaving[todo.pop()]:
                 each = self._chart.transitions[number]
                 if number not in done and all(name.upper() in self.legs for name in each.sources):
                     done.add(number)
@@ -153,11 +153,3 @@ class _Net:
             return None
         outer = sources[0][:-1]
         return outer if len(together) == self._sizes[number] else (*outer, (number, together))
-
-
-def _leaving(chart: Chart) -> dict[str, list[int]]:
-    found: dict[str, list[int]] = {}
-    for number, each in enumerate(chart.transitions):
-        for name in each.sources:
-            found.setdefault(name.upper(), []).append(number)
-    return found

@@ -55,10 +55,7 @@ class _Placing:
 
     def __init__(self, chart: Chart) -> None:
         self._chart = chart
-        self._leaving: dict[str, list[int]] = {each.name.upper(): [] for each in chart.steps}
-        for number, each in enumerate(chart.transitions):
-            for name in each.sources:
-                self._leaving[name.upper()].append(number)
+        self._leaving = chart.leaving
         self._columns: dict[str, int] = {}
         self._of_transitions: dict[int, int] = {}
         self._jumps: set[tuple[int, str]] = set()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from functools import partial
 
 from scanrack.io_images.dataclass import dataclass
@@ -37,6 +37,7 @@ from .types import (
     MESSAGE,
     PID,
     TIMER,
+    DataType,
     Elementary,
     Structure,
 )
@@ -50,6 +51,11 @@ class OperandError(ValueError):
     def __init__(self, text: str, remedy: str) -> None:
         self.remedy = remedy
         super().__init__(text)
+
+
+def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
+    """Return the error for an operand that is not what is required, such as `a tag`."""
+    return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
 def described(resolved: Resolved) -> str:
@@ -99,10 +105,10 @@ def is_string(resolved: Resolved) -> bool:
     """Whether an operand is a STRING or a string constant."""
     if not isinstance(resolved, Group):
         return isinstance(resolved, StringConstant)
-    return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
+    return not resolved.dims and not isinstance(resolved.type, Elementary) and resolved.type.is_string
 
 
-def _is_structure(resolved: Resolved, *types: Structure) -> bool:
+def _is_structure(types: Container[DataType], resolved: Resolved) -> bool:
     return isinstance(resolved, Group) and not resolved.dims and resolved.type in types
 
 
@@ -175,10 +181,6 @@ def array_of(resolved: Resolved) -> tuple[int, ...]:
     return resolved.array if isinstance(resolved, (Place, Group)) else ()
 
 
-def _is_of(kind: Structure, resolved: Resolved) -> bool:
-    return _is_structure(resolved, kind)
-
-
 def _is_switch(resolved: Resolved) -> bool:
     return _is_bit(resolved) or resolved in (constant(0), constant(1))
 
@@ -240,21 +242,20 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     ),
     Use.CONDITION: OperandCheck(_is_test, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
     Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
-    Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
-    Use.COUNTER: OperandCheck(
-        lambda each: _is_structure(each, COUNTER), "a COUNTER", "declare the tag as COUNTER"
-    ),
     Use.BLOCK: OperandCheck(
-        lambda each: _is_structure(each, *_BLOCKS),
+        partial(_is_structure, _BLOCKS),
         "a structure of its parameters",
         "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or what its block is",
     ),
-    Use.CONTROL: OperandCheck(
-        lambda each: _is_structure(each, CONTROL), "a CONTROL", "declare the tag as CONTROL"
-    ),
     **{
-        use: OperandCheck(partial(_is_of, kind), f"a {kind.name}", f"declare the tag as {kind.name}")
+        use: OperandCheck(
+            partial(_is_structure, (kind,)), f"a {kind.name}", f"declare the tag as {kind.name}"
+        )
         for use, kind in (
+            (Use.TIMER, TIMER),
+            (Use.COUNTER, COUNTER),
+            (Use.CONTROL, CONTROL),
+            (Use.MESSAGE, MESSAGE),
             (Use.PID, PID),
             (Use.SLC_TIMER, SLC_TIMER),
             (Use.SLC_COUNTER, SLC_COUNTER),
@@ -269,7 +270,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         )
     },
     Use.SLC_RESETTABLE: OperandCheck(
-        lambda each: _is_structure(each, *SLC_TYPES.values()),
+        partial(_is_structure, SLC_TYPES.values()),
         "an element of a file T, C or R",
         "clear other tags with CLR or OTU",
     ),
@@ -282,11 +283,8 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         "use a numeric tag",
     ),
     **dict.fromkeys((Use.IGNORED, Use.SHOWN), OperandCheck(lambda _each: True, "an operand", "write 0")),
-    Use.MESSAGE: OperandCheck(
-        lambda each: _is_structure(each, MESSAGE), "a MESSAGE", "declare the tag as MESSAGE"
-    ),
     Use.RESETTABLE: OperandCheck(
-        lambda each: _is_structure(each, TIMER, COUNTER, CONTROL),
+        partial(_is_structure, (TIMER, COUNTER, CONTROL)),
         "a TIMER, COUNTER or CONTROL",
         "clear other tags with CLR or OTU",
     ),

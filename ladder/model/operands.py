@@ -99,8 +99,10 @@ class Group:
         return self.layout.frame
 
     def member(self, path: str) -> Place:
-        """Return an elementary member of a structure."""
-        return Place(self.layout.leaf(f"{self.path}.{path}"), self.indices, None, f"{self.text}.{path}")
+        """Return an elementary member of a structure, which may be a bit of another member."""
+        host, bit = self.type.packed.get(path, (path, None))  # type: ignore[union-attr]  # a structure
+        leaf = self.layout.leaf(f"{self.path}.{host}")
+        return Place(leaf, self.indices, None if bit is None else constant(bit), f"{self.text}.{path}")
 
     @property
     def length(self) -> Place:

@@ -34,6 +34,7 @@ from scanrack.io_images.tag_names import AmbiguousNameError, in_scope, normal
 
 from .errors import LadderError
 from .expressions import parse_address
+from .operand_checks import is_string
 from .operands import (
     Calculation,
     Constant,
@@ -186,7 +187,7 @@ class Resolver:
             return constant(operand.value)
         if isinstance(operand, Operation):
             resolved = tuple(map(self.operand, operand.operands))
-            if not all(map(_is_text, resolved)):
+            if not all(map(is_string, resolved)):
                 resolved = tuple(map(as_number, resolved))
             return Calculation(operand.name, resolved)
         if isinstance(operand, Characters):
@@ -452,12 +453,6 @@ def address_in(resolver: Resolver, name: str) -> str | None:
     except LadderError:
         return None
     return where.address if isinstance(where, Place) else None
-
-
-def _is_text(resolved: Resolved) -> bool:
-    if isinstance(resolved, Group):
-        return isinstance(resolved.type, Structure) and not resolved.dims and resolved.type.is_string
-    return isinstance(resolved, StringConstant)
 
 
 def _bound(alias: Alias, module: Place | Group) -> Group:

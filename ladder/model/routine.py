@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import field
 
 from scanrack.io_images.dataclass import dataclass
@@ -11,7 +11,8 @@ from scanrack.io_images.site import Site
 from .chart import Chart, body_name
 from .drawing import Drawing
 from .errors import LadderError
-from .tree import Block, Rung
+from .statements import Invocation, statements_in
+from .tree import Block, Instruction, Rung, instructions_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +35,14 @@ class Routine:
     def block(self) -> Block:
         """Its statements, including those in a chart; empty for rungs."""
         return tuple(self.chart.statements()) if self.chart else self.statements or ()
+
+    def instructions(self) -> Iterator[tuple[int, Instruction]]:
+        """Yield the instructions of rungs and of statements, each with the number of its rung or line."""
+        for number, rung in enumerate(self.rungs):
+            yield from ((number, each) for each in instructions_of(rung.series))
+        for statement in statements_in(self.block):
+            if isinstance(statement, Invocation):
+                yield statement.line, statement.instruction
 
     @property
     def numbers(self) -> Sequence[int]:

@@ -107,8 +107,8 @@ def _always(*_operands: Any) -> bool:
     return True
 
 
-def stays(*_parts: Any) -> None:
-    """Do nothing: `Spec.postscan` of an instruction that postscan leaves as it is."""
+def do_nothing(*_parts: Any) -> None:
+    """Do nothing: for `postscan` of a row that keeps its state, or `run` of a row without effect."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -269,4 +269,11 @@ def _named(name: str, kind: InstructionKind, operands: tuple[Use, ...], parts: d
 
 
 BYTE_ORDERS = ("REVERSE", "WORD", "HIGH/LOW")
-"""Modes of SWPB: DCBA, CDAB, BADC [1756-RM003N, SWPB]; also written 0, 1, 2 and HIGHLOW."""
+"""Modes of SWPB: DCBA, CDAB, BADC [1756-RM003N, SWPB]."""
+
+BYTE_ORDER_OF = {
+    **{each: each for each in BYTE_ORDERS},
+    **dict(zip("012", BYTE_ORDERS, strict=True)),
+    "HIGHLOW": BYTE_ORDERS[2],
+}
+"""Modes of SWPB by each way to write them, in capitals."""

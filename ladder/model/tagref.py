@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NoReturn
 
 from .errors import LadderError
@@ -9,6 +10,24 @@ from .expressions import parse_expression
 from .tree import Address, BitStep, Instruction, MemberStep, Operand, Operation, SubscriptStep, number
 
 _COMPARE = {"=": "EQU", "<>": "NEQ", "<": "LES", "<=": "LEQ", ">": "GRT", ">=": "GEQ"}
+
+
+def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, object], Expression]:
+    def operate(own: Expression, other: object) -> Expression:
+        operands = (operand_of(own), operand_of(other))
+        return Expression(Operation(name, operands[::-1] if reflected else operands))
+
+    return operate
+
+
+def _relation(sign: str) -> Callable[[Expression, object], Instruction]:
+    def compare(own: Expression, other: object) -> Instruction:
+        operands = (operand_of(own), operand_of(other))
+        if any(isinstance(each, Operation) for each in operands):
+            return Instruction("CMP", (Operation(sign, operands),))
+        return Instruction(_COMPARE[sign], operands)
+
+    return compare
 
 
 class Expression:
@@ -27,44 +46,19 @@ class Expression:
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __add__(self, other: object) -> Expression:
-        return _operation("+", self, other)
-
-    def __radd__(self, other: object) -> Expression:
-        return _operation("+", other, self)
-
-    def __sub__(self, other: object) -> Expression:
-        return _operation("-", self, other)
-
-    def __rsub__(self, other: object) -> Expression:
-        return _operation("-", other, self)
-
-    def __mul__(self, other: object) -> Expression:
-        return _operation("*", self, other)
-
-    def __rmul__(self, other: object) -> Expression:
-        return _operation("*", other, self)
-
-    def __truediv__(self, other: object) -> Expression:
-        return _operation("/", self, other)
-
-    def __rtruediv__(self, other: object) -> Expression:
-        return _operation("/", other, self)
-
-    def __mod__(self, other: object) -> Expression:
-        return _operation("MOD", self, other)
-
-    def __pow__(self, other: object) -> Expression:
-        return _operation("**", self, other)
-
-    def __and__(self, other: object) -> Expression:
-        return _operation("AND", self, other)
-
-    def __or__(self, other: object) -> Expression:
-        return _operation("OR", self, other)
-
-    def __xor__(self, other: object) -> Expression:
-        return _operation("XOR", self, other)
+    __add__ = _binary("+")
+    __radd__ = _binary("+", reflected=True)
+    __sub__ = _binary("-")
+    __rsub__ = _binary("-", reflected=True)
+    __mul__ = _binary("*")
+    __rmul__ = _binary("*", reflected=True)
+    __truediv__ = _binary("/")
+    __rtruediv__ = _binary("/", reflected=True)
+    __mod__ = _binary("MOD")
+    __pow__ = _binary("**")
+    __and__ = _binary("AND")
+    __or__ = _binary("OR")
+    __xor__ = _binary("XOR")
 
     def __neg__(self) -> Expression:
         return Expression(Operation("NEG", (self.operand,)))
@@ -72,23 +66,12 @@ class Expression:
     def __abs__(self) -> Expression:
         return Expression(Operation("ABS", (self.operand,)))
 
-    def __eq__(self, other: object) -> Instruction:  # type: ignore[override]
-        return _comparison("=", self, other)
-
-    def __ne__(self, other: object) -> Instruction:  # type: ignore[override]
-        return _comparison("<>", self, other)
-
-    def __lt__(self, other: object) -> Instruction:
-        return _comparison("<", self, other)
-
-    def __le__(self, other: object) -> Instruction:
-        return _comparison("<=", self, other)
-
-    def __gt__(self, other: object) -> Instruction:
-        return _comparison(">", self, other)
-
-    def __ge__(self, other: object) -> Instruction:
-        return _comparison(">=", self, other)
+    __eq__ = _relation("=")  # type: ignore[assignment]
+    __ne__ = _relation("<>")  # type: ignore[assignment]
+    __lt__ = _relation("<")
+    __le__ = _relation("<=")
+    __gt__ = _relation(">")
+    __ge__ = _relation(">=")
 
     def __repr__(self) -> str:
         return str(self.operand)
@@ -134,14 +117,3 @@ def operand_of(given: object) -> Operand:
     if isinstance(given, bool) or not isinstance(given, (int, float, str)):
         raise LadderError(f"{given!r} is not an operand; write a tag, a number or an address as text")
     return parse_expression(given) if isinstance(given, str) else number(given)
-
-
-def _operation(name: str, a: object, b: object) -> Expression:
-    return Expression(Operation(name, (operand_of(a), operand_of(b))))
-
-
-def _comparison(relation: str, a: object, b: object) -> Instruction:
-    operands = (operand_of(a), operand_of(b))
-    if any(isinstance(each, Operation) for each in operands):
-        return Instruction("CMP", (Operation(relation, operands),))
-    return Instruction(_COMPARE[relation], operands)

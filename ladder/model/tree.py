@@ -125,6 +125,10 @@ class Address:
     def __str__(self) -> str:
         return self.name + "".join(map(str, self.steps))
 
+    def member(self, name: str) -> Address:
+        """Return the address of a member."""
+        return Address(self.name, (*self.steps, MemberStep(name)))
+
 
 @dataclass(frozen=True, slots=True)
 class Operation:

@@ -146,6 +146,12 @@ class Structure:
         """The members with their own memory."""
         return tuple(each for each in self.members if not each.at)
 
+    @cached_property
+    def packed(self) -> Mapping[str, tuple[str, int]]:
+        """Host and bit of each member that is a bit of another member, such as `EN` at `FLAGS.7`."""
+        found = ((each.name, _PACKED.fullmatch(each.at)) for each in self.members if each.at)
+        return {name: (place["host"], int(place["bit"])) for name, place in found if place}
+
     def member(self, name: str) -> Member | None:
         """Return a member by name, in any case; None without one."""
         return self._by_name.get(name.upper())
@@ -157,10 +163,49 @@ class Structure:
 
 DataType = Elementary | Structure
 
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
-def members(kind: DataType, names: str, *dims: int) -> tuple[Member, ...]:
-    """Return members with these names, all of one type."""
-    return tuple(Member(name, kind, dims) for name in names.split())
+
+def members_of(text: str) -> tuple[Member, ...]:
+    """Return the members in a text: after a type, names with their length and their initial value.
+
+    >>> [(each.name, each.dims, each.initial) for each in members_of("DINT PRE=500 SINT DATA[82]")]
+    [('PRE', (), 500), ('DATA', (82,), None)]
+    """
+    kind: DataType = BOOL
+    found = []
+    for word in text.split():
+        if word in TYPES:
+            kind = TYPES[word]
+        else:
+            name, length, value = _MEMBER.fullmatch(word).groups()  # type: ignore[union-attr]  # a table of ours
+            initial = None if value is None else _initial(kind, value)
+            found.append(Member(name, kind, (int(length),) if length else (), initial=initial))
+    return tuple(found)
+
+
+_MEMBER = re.compile(r"(\w+)(?:\[(\d+)\])?(?:=(.+))?")
+
+
+def _initial(kind: DataType, value: str) -> object:
+    if value in _VALUES:
+        return _VALUES[value]
+    return bool(int(value)) if kind is BOOL else float(value) if "." in value else int(value)
+
+
+MAX_REAL, MIN_REAL = 3.4028234663852886e38, 1.1754943508222875e-38
+"""The largest REAL, and the smallest positive one of full precision."""
+
+_VALUES: Mapping[str, object] = {"max": MAX_REAL, "-max": -MAX_REAL, "min": MIN_REAL}
+
+TYPES: dict[str, DataType] = {
+    kind.name: kind for kind in (BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL)
+}
+
+
+def packed_in(host: Member, bits: Mapping[str, int]) -> tuple[Member, ...]:
+    """Return a number, and members that are its bits."""
+    return (host, *(Member(name, BOOL, at=f"{host.name}.{bit}") for name, bit in bits.items()))
 
 
 HIDDEN = "~"
@@ -172,48 +217,38 @@ def status_bits(names: str) -> tuple[Member, ...]:
     return tuple(Member(name, BOOL, bit=31 - number) for number, name in enumerate(names.split()))
 
 
-_PRE_ACC = members(DINT, "PRE ACC")
-
-TIMER = Structure("TIMER", status_bits("EN TT DN") + _PRE_ACC, hidden=(Member("last_ns", LINT),))
+TIMER = Structure(
+    "TIMER", status_bits("EN TT DN") + members_of("DINT PRE ACC"), hidden=members_of("LINT last_ns")
+)
 """PRE and ACC in ms; `last_ns` is the instant up to which ACC has been counted."""
 
-COUNTER = Structure("COUNTER", status_bits("CU CD DN OV UN") + _PRE_ACC)
+COUNTER = Structure("COUNTER", status_bits("CU CD DN OV UN") + members_of("DINT PRE ACC"))
 
-CONTROL = Structure(
-    "CONTROL",
-    (*status_bits("EN EU DN EM ER UL IN FD"), *members(DINT, "LEN POS")),
-)
+CONTROL = Structure("CONTROL", status_bits("EN EU DN EM ER UL IN FD") + members_of("DINT LEN POS"))
 
-STRING = Structure("STRING", (Member("LEN", DINT), Member("DATA", SINT, (82,))))
+STRING = Structure("STRING", members_of("DINT LEN SINT DATA[82]"))
+
+TYPES |= {each.name: each for each in (TIMER, COUNTER, CONTROL, STRING)}
 
 FBD_TIMER = Structure(
     "FBD_TIMER",
-    (
-        *members(BOOL, "EnableIn TimerEnable"),
-        *(Member("PRE", DINT), Member("Reset", BOOL), Member("EnableOut", BOOL), Member("ACC", DINT)),
-        *members(BOOL, "EN TT DN"),
-        Member("Status", DINT),
-        *members(BOOL, "InstructFault PresetInv"),
+    members_of(
+        "BOOL EnableIn TimerEnable DINT PRE BOOL Reset EnableOut DINT ACC BOOL EN TT DN DINT Status "
+        "BOOL InstructFault PresetInv"
     ),
-    hidden=(Member("last_ns", LINT),),
+    hidden=members_of("LINT last_ns"),
 )
 """Structure of TONR, TOFR and RTOR."""
 
 FBD_COUNTER = Structure(
     "FBD_COUNTER",
-    (
-        *members(BOOL, "EnableIn CUEnable CDEnable"),
-        *(Member("PRE", DINT), Member("Reset", BOOL), Member("EnableOut", BOOL), Member("ACC", DINT)),
-        *members(BOOL, "CU CD DN OV UN"),
-    ),
-    hidden=members(BOOL, "up down"),
+    members_of("BOOL EnableIn CUEnable CDEnable DINT PRE BOOL Reset EnableOut DINT ACC BOOL CU CD DN OV UN"),
+    hidden=members_of("BOOL up down"),
 )
 """Structure of CTUD; `up` and `down` are CUEnable and CDEnable of the previous scan."""
 
 FBD_ONESHOT = Structure(
-    "FBD_ONESHOT",
-    members(BOOL, "EnableIn InputBit EnableOut OutputBit"),
-    hidden=(Member("before", BOOL),),
+    "FBD_ONESHOT", members_of("BOOL EnableIn InputBit EnableOut OutputBit"), hidden=members_of("BOOL before")
 )
 """Structure of OSRI and OSFI; `before` is InputBit of the previous scan."""
 
@@ -222,22 +257,18 @@ MESSAGE_BITS = {"EW": 2, "ER": 4, "DN": 5, "ST": 6, "EN": 7, "TO": 8, "EN_CC": 9
 
 MESSAGE = Structure(
     "MESSAGE",
-    (
-        Member("FLAGS", INT),
-        *(Member(name, BOOL, at=f"FLAGS.{bit}") for name, bit in MESSAGE_BITS.items()),
-        *(Member("ERR", INT), Member("EXERR", DINT), Member("ERR_SRC", SINT)),
-        *members(INT, "DN_LEN REQ_LEN DestinationLink DestinationNode SourceLink Class Attribute"),
-        *members(DINT, "Instance LocalIndex"),
-        *members(SINT, "Channel Rack Group Slot"),
-        *(Member("Path", STRING), Member("RemoteIndex", DINT), Member("RemoteElement", STRING)),
-        *members(DINT, "UnconnectedTimeout ConnectionRate"),
-        Member("TimeoutMultiplier", SINT),
+    packed_in(Member("FLAGS", INT), MESSAGE_BITS)
+    + members_of(
+        "INT ERR DINT EXERR SINT ERR_SRC "
+        "INT DN_LEN REQ_LEN DestinationLink DestinationNode SourceLink Class Attribute "
+        "DINT Instance LocalIndex SINT Channel Rack Group Slot STRING Path DINT RemoteIndex "
+        "STRING RemoteElement DINT UnconnectedTimeout ConnectionRate SINT TimeoutMultiplier"
     ),
-    hidden=(Member("started_ns", LINT), Member("waiting", BOOL)),
+    hidden=members_of("LINT started_ns BOOL waiting"),
 )
 """Structure of MSG; `waiting` is set while structured text executes it."""
 
-PID_BITS = {
+_PID_BITS = {
     **{name: 31 - number for number, name in enumerate(["EN", "CT", "CL", "PVT", "DOE", "SWM", "CA", "MO"])},
     **{name: 23 - number for number, name in enumerate(["PE", "NDF", "NOBC", "NOZC"])},
     **{name: 15 - number for number, name in enumerate(["INI", "SPOR", "OLL", "OLH", "EWD"])},
@@ -245,87 +276,59 @@ PID_BITS = {
 }
 """Bits of CTL of a PID [1756-RM003N p. 512]."""
 
-_PID_REALS = (
-    "SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL "
-    "DVP DVN PVDB DVDB MAXI MINI TIE MAXCV MINCV MINTIE MAXTIE"
-)
 PID = Structure(
     "PID",
-    (
-        Member("CTL", DINT),
-        *(Member(name, BOOL, at=f"CTL.{bit}") for name, bit in PID_BITS.items()),
-        *members(REAL, _PID_REALS),
-        Member("DATA", REAL, (17,)),
+    packed_in(Member("CTL", DINT), _PID_BITS)
+    + members_of(
+        "REAL SP KP KI KD BIAS MAXS MINS DB SO MAXO MINO UPD PV ERR OUT PVH PVL DVP DVN PVDB DVDB MAXI MINI "
+        "TIE MAXCV MINCV MINTIE MAXTIE DATA[17]"
     ),
-    hidden=(Member("sum", LREAL), Member("last", LREAL), Member("error", LREAL), Member("crossed", BOOL)),
+    hidden=members_of("LREAL sum last error BOOL crossed"),
 )
 """Structure of PID; `sum` is the integral term, `last` and `error` are those of the previous update."""
 
-_ALARM_COMMANDS = ("Suppress", "Unsuppress", "Disable", "Enable")
+
+def for_each(text: str, *names: object) -> str:
+    """Return a text once for each name, with the name in place of `#`."""
+    return " ".join(text.replace("#", str(name)) for name in names)
 
 
-def _commands(*names: str) -> tuple[Member, ...]:
-    return tuple(Member(f"{who}{name}", BOOL) for name in names for who in ("Prog", "Oper"))
-
-
-_ALARM_HIDDEN = (Member("active", BOOL), Member("since_ns", LINT))
+_ALARM_COMMANDS = for_each("Prog# Oper#", "Suppress", "Unsuppress", "Disable", "Enable")
 
 ALARM_DIGITAL = Structure(
     "ALARM_DIGITAL",
-    (
-        *members(BOOL, "EnableIn In InFault"),
-        *(Member("Condition", BOOL, initial=True), Member("AckRequired", BOOL, initial=True)),
-        Member("Latched", BOOL),
-        *_commands("Ack", "Reset", *_ALARM_COMMANDS),
-        *members(BOOL, "AlarmCountReset UseProgTime"),
-        *(Member("ProgTime", LINT), Member("Severity", DINT, initial=500), Member("MinDurationPRE", DINT)),
-        *members(BOOL, "EnableOut InAlarm"),
-        Member("Acked", BOOL, initial=True),
-        *members(BOOL, "InAlarmUnack Suppressed Disabled"),
-        *(Member("MinDurationACC", DINT), Member("InAlarmTime", LINT), Member("AlarmCount", DINT)),
-        *members(BOOL, "InstructFault InFaulted SeverityInv"),
-        Member("Status", DINT),
+    members_of(
+        "BOOL EnableIn In InFault Condition=1 AckRequired=1 Latched ProgAck OperAck ProgReset OperReset "
+        f"{_ALARM_COMMANDS} AlarmCountReset UseProgTime LINT ProgTime DINT Severity=500 MinDurationPRE "
+        "BOOL EnableOut InAlarm Acked=1 InAlarmUnack Suppressed Disabled DINT MinDurationACC "
+        "LINT InAlarmTime DINT AlarmCount BOOL InstructFault InFaulted SeverityInv DINT Status"
     ),
-    hidden=(Member("Ack", BOOL), Member("Reset", BOOL), *_ALARM_HIDDEN),
+    hidden=members_of("BOOL Ack Reset active LINT since_ns"),
 )
 """Structure of ALMD [1756-RM003N p. 45-48]."""
 
 ALARM_LEVELS = ("HH", "H", "L", "LL")
 
+ANALOG_ALARMS = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
+"""The alarms of an ALMA."""
+
 ALARM_ANALOG = Structure(
     "ALARM_ANALOG",
-    (
-        *(Member("EnableIn", BOOL), Member("In", REAL), Member("InFault", BOOL)),
-        *(Member(f"{name}Enabled", BOOL, initial=True) for name in ALARM_LEVELS),
-        Member("AckRequired", BOOL, initial=True),
-        *_commands("AckAll", *_ALARM_COMMANDS),
-        *(Member(f"{name}Limit", REAL) for name in ALARM_LEVELS),
-        *(Member(f"{name}Severity", DINT, initial=500) for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")),
-        *(Member("MinDurationPRE", DINT), Member("Deadband", REAL)),
-        *members(REAL, "ROCPosLimit ROCNegLimit ROCPeriod ROC"),
-        *members(BOOL, "EnableOut InAlarm AnyInAlarmUnack"),
-        *(
-            Member(f"{name}{state}", BOOL, initial=state == "Acked" or None)
-            for state in ("InAlarm", "Acked", "InAlarmUnack")
-            for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg")
-        ),
-        *members(BOOL, "Suppressed Disabled"),
-        *(Member("MinDurationACC", DINT), Member("Status", DINT)),
+    members_of(
+        f"BOOL EnableIn REAL In BOOL InFault {for_each('#Enabled=1', *ALARM_LEVELS)} AckRequired=1 "
+        f"ProgAckAll OperAckAll {_ALARM_COMMANDS} REAL {for_each('#Limit', *ALARM_LEVELS)} "
+        f"DINT {for_each('#Severity=500', *ANALOG_ALARMS)} MinDurationPRE "
+        "REAL Deadband ROCPosLimit ROCNegLimit ROCPeriod ROC BOOL EnableOut InAlarm AnyInAlarmUnack "
+        f"{for_each('#InAlarm', *ANALOG_ALARMS)} {for_each('#Acked=1', *ANALOG_ALARMS)} "
+        f"{for_each('#InAlarmUnack', *ANALOG_ALARMS)} Suppressed Disabled DINT MinDurationACC Status"
     ),
-    hidden=(
-        *(Member("AckAll", BOOL), *_ALARM_HIDDEN),
-        *(Member("sampled", BOOL), Member("sampled_ns", LINT), Member("sample", REAL)),
-    ),
+    hidden=members_of("BOOL AckAll active LINT since_ns BOOL sampled LINT sampled_ns REAL sample"),
 )
 """Structure of ALMA [1756-RM003N p. 56-63]."""
 
-TYPES: Mapping[str, DataType] = {
+TYPES |= {
     kind.name: kind
-    for kind in (
-        *(BOOL, SINT, INT, DINT, LINT, USINT, UINT, UDINT, ULINT, REAL, LREAL),
-        *(TIMER, COUNTER, CONTROL, STRING),
-        *(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG),
-    )
+    for kind in (*(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG),)
 }
 
 
@@ -438,6 +441,15 @@ def _alignment(kind: DataType) -> int:
     if isinstance(kind, Elementary):
         return 4 if kind.is_bool else kind.bits // 8
     return max(4, *(_alignment(member.type) for member in kind.members)) if kind.members else 4
+
+
+def dims_text(dims: tuple[int, ...]) -> str:
+    """Return dimensions in brackets; "" if there are none.
+
+    >>> dims_text((4, 2)), dims_text(())
+    ('[4,2]', '')
+    """
+    return f"[{','.join(map(str, dims))}]" if dims else ""
 
 
 def count_of(dims: tuple[int, ...]) -> int:

@@ -31,10 +31,10 @@ from .algebra.terms import T, and_
 from .claims import Claim, ClaimKind
 from .contracts import KeptBy
 from .induction import Limits, Verdict, VerdictKind, prove
-from .monitors import Key, MonitoredProgram, WatchedClaim, monitored, why_broken
+from .monitors import MonitoredProgram, WatchedClaim, monitored, why_broken
 from .replaying import ScanOf, done_by
 from .smallest import smallest
-from .system import Happenings, ProgramSystem, ScanBounds
+from .system import Happenings, Key, ProgramSystem, ScanBounds
 from .system.happenings import PROGRAM_MODE
 
 LIMITS = Limits()

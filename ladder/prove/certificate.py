@@ -8,14 +8,14 @@ scans as SMT-LIB and runs another solver.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .algebra.meaning import BOOL, INT
-from .algebra.terms import T, const, variables
+from .algebra.meaning import INT
+from .algebra.terms import T, variables
 from .solving.smtlib import Script, Text
-from .solving.translation import fit, sort_of, translate, width
+from .solving.translation import fit, interval_conditions, literal, sort_of, translate, width
 
 if TYPE_CHECKING:
     from .solving.invariants import Invariant
@@ -77,7 +77,7 @@ class _ScriptWriter:
         self.late: dict[str, str] = {}
         self.ranges: list[dict[str, Any]] = []
         self._memo: dict[int, Any] = {}
-        self._seen: set[str] = set()
+        self._declared: dict[str, Text] = {}
 
     def part(self, each: Certificate) -> dict[str, Any]:
         """Write the terms of a proof; return their roles."""
@@ -98,44 +98,26 @@ class _ScriptWriter:
 
     def _lookup(self, each: Certificate, v: T) -> Text:
         if v.val in each.held:
-            return self._literal(v, each.initial[v.val])
-        if v.val not in self._seen:
-            self._seen.add(v.val)
-            self.script.declare(sort_of(v), v.val)
-        return Text(_quoted(v.val), sort_of(v))
+            made: Text = literal(self.script, v, each.initial[v.val])
+            return made
+        if v.val not in self._declared:
+            self._declared[v.val] = self.script.declare(sort_of(v), v.val)
+        return self._declared[v.val]
 
     def _variable(self, each: Certificate, v: T) -> None:
-        name = _quoted(v.val)
-        if v.val in each.held or name in self.states or any(one["of"] == name for one in self.ranges):
+        if v.val in each.held:
             return
-        self._lookup(each, v)
-        is_state = v.val in each.next
+        declared = self._lookup(each, v)
+        name, is_state = declared.text, v.val in each.next
+        if name in self.states or any(one["of"] == name for one in self.ranges):
+            return
         if is_state:
             after = each.next[v.val]
             made = self._made(each, after)
             made = fit(self.script, made, width(after), width(v)) if v.kind == INT else made
-            initial = self._literal(v, each.initial[v.val]).text
+            initial = literal(self.script, v, each.initial[v.val]).text
             self.states[name] = {"next": made.text, "initial": initial}
         elif v.val in each.late:
-            self.late[name] = self._literal(v, each.initial[v.val]).text
-        if v.kind == INT:
-            within = self._within(v, Text(name, sort_of(v)))
-            self.ranges += [{"of": name, "term": text, "state": is_state} for text in within]
-
-    def _within(self, v: T, made: Text) -> Iterable[str]:
-        """Yield bound conditions for a number whose interval is narrower than its bits allow."""
-        bits, script = width(v), self.script
-        if v.lo != -(1 << bits - 1):
-            yield script.apply("bvsle", [script.value(bits, v.lo), made]).text
-        if v.hi != (1 << bits - 1) - 1:
-            yield script.apply("bvsle", [made, script.value(bits, v.hi)]).text
-
-    def _literal(self, v: T, value: Any) -> Text:
-        if v.kind == INT:
-            return self.script.value(width(v), int(value))
-        return self.script.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
-
-
-def _quoted(name: str) -> str:
-    """Return a name in the quoted form that `Script.declare` writes."""
-    return "|" + name.replace("|", "_").replace("\\", "_") + "|"
+            self.late[name] = literal(self.script, v, each.initial[v.val]).text
+        for within in interval_conditions(self.script, v, declared):
+            self.ranges.append({"of": name, "term": within.text, "state": is_state})

@@ -20,37 +20,21 @@ clear. So a contract between two images does not constrain that scan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 from scanrack.io_images.amci3601.bits import StatusMsw
 from scanrack.io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
 
 from ..run.engine import Engine
-from ..state.lowered import LoweredProgram
 from .algebra.meaning import BOOL, INT
 from .algebra.numbers import bit, eq, le
 from .algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
-
-Key = tuple[str, int]
+from .system import ProgramSystem
 
 Words = tuple[int, ...]
 
 NO_IMAGE = ((StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value, 0, 0, 0, 0, 0, 0, 0)
-
-
-class Sight(Protocol):
-    """A program with terms of its values, such as a `Problem`."""
-
-    lowered: LoweredProgram
-    likely: dict[str, Sequence[int]]
-
-    def now(self, key: Key) -> T:
-        """Return the value of a place at the beginning of a scan."""
-
-    def before(self, name: str, value: T, first: bool | int) -> T:
-        """Return the value that a term had in the previous scan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +51,7 @@ class KeptBy:
     contracts: tuple[Contract, ...]
     at_rpi: bool = False
 
-    def __call__(self, program: Sight) -> T:
+    def __call__(self, program: ProgramSystem) -> T:
         """Return the condition as a term of one scan."""
         images, kept = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot), TRUE
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
@@ -102,7 +86,7 @@ class KeptBy:
 class _Terms(Reading[T]):
     """The images of a slot as terms."""
 
-    def __init__(self, program: Sight, slot: int) -> None:
+    def __init__(self, program: ProgramSystem, slot: int) -> None:
         layout = program.lowered.layout
         self._program = program
         self._paths = {output: layout.image(slot, output=output).path.upper() for output in (False, True)}
@@ -147,7 +131,7 @@ class _Terms(Reading[T]):
 class _TermsAtRpi(_Terms):
     """The images of a slot as terms, where only some scans begin with an exchange."""
 
-    def __init__(self, program: Sight, slot: int) -> None:
+    def __init__(self, program: ProgramSystem, slot: int) -> None:
         super().__init__(program, slot)
         begun = program.before(f"~begun:{slot}", TRUE, False)
         self._exchanged = or_(not_(begun), var(f"~exchanged:{slot}", BOOL))

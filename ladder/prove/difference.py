@@ -26,7 +26,18 @@ from .replaying import ScanOf, scenario
 from .sharing import NEW, SharedUnknowns, deciding, own
 from .solving.frames import Frame
 from .solving.solver import SAT, UNSAT, Solver
-from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
+from .system import (
+    RUN_ONLY,
+    STOPPED,
+    HeldNumber,
+    Key,
+    ProgramSystem,
+    Runnable,
+    ScanBounds,
+    System,
+    name_of,
+    shown,
+)
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 """Limits for each value that is equal in all random runs."""
@@ -56,7 +67,7 @@ class ChangedValue:
     @property
     def name(self) -> str:
         """The path, with the index of an array's element."""
-        return shown(f"{self.key[0]}[{self.key[1]}]")
+        return shown(name_of(self.key))
 
 
 @dataclass(slots=True)
@@ -83,14 +94,6 @@ class Difference:
     compared: int = 0
     held: list[HeldNumber] = field(default_factory=list)
 
-    def beyond(self, only: Iterable[str]) -> list[ChangedValue]:
-        """Return the values that can differ, without the given tags and their members."""
-        allowed = tuple(name.upper() for name in only)
-        starts = tuple(f"{name}{sign}" for name in allowed for sign in ".[")
-        return [
-            each for each in self.changed if each.name not in allowed and not each.name.startswith(starts)
-        ]
-
 
 def compare(
     old: Runnable,
@@ -99,8 +102,6 @@ def compare(
     *,
     free: Sequence[str] = (),
     written_outside: Sequence[str] = (),
-    limits: Limits = LIMITS,
-    budget: int = BUDGET,
     is_output: IsOutput = lambda _key: True,
 ) -> Difference:
     """Compare two programs from power-up, with the key in run and the same inputs in each scan.
@@ -118,7 +119,7 @@ def compare(
     if kept:
         before = ProgramSystem(old, bounds, **given, kept=kept)  # type: ignore[arg-type]
         after = ProgramSystem(new, bounds, **given, beside=before, kept=kept)  # type: ignore[arg-type]
-    return compared(before, after, limits, budget, is_output)
+    return compared(before, after, is_output=is_output)
 
 
 def compared(
@@ -255,7 +256,7 @@ class _Comparison:
         strict = set(self.unknowns.strict())
         if strict:
             touched = self._ever(both, {key for key in both if self._differ(key) is not FALSE})
-            names = {_variable(key) for key in touched} | self.unlike.keys()
+            names = {name_of(key) for key in touched} | self.unlike.keys()
             self.apart = strict & self._depending(names)
             self._match()
 
@@ -302,7 +303,7 @@ class _Comparison:
         pairs = {key: self._pair(key) for key in both}
         dirty, apart = set(first), {v.val for v in self.unlike.values()}
         while True:
-            names = {_variable(key) for key in dirty} | apart
+            names = {name_of(key) for key in dirty} | apart
             names |= self._depending(names)
             order = reach([t for pair in pairs.values() for t in pair])
             marked = _marked(order, names)
@@ -438,7 +439,7 @@ def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
         key[0]
         for problem, keys in ((old, its - mine), (new, mine - its))
         for key in keys
-        if problem.lowered.layout.find(key[0]) is not None and problem.role(_variable(key)) == "free"
+        if problem.lowered.layout.find(key[0]) is not None and problem.role(name_of(key)) == "free"
     }
 
 
@@ -453,7 +454,7 @@ def _after(problem: ProgramSystem, key: Key) -> T:
     """Return the value after a scan; for `FAULT`, whether a major fault has stopped the program."""
     if key == FAULT:
         return problem.next.get(STOPPED, FALSE)
-    name = _variable(key)
+    name = name_of(key)
     return problem.next[name] if name in problem.next else problem.machine.state[key]
 
 
@@ -475,9 +476,5 @@ def _is_shown(key: Key) -> bool:
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
 
 
-def _variable(key: Key) -> str:
-    return f"{key[0]}[{key[1]}]"
-
-
 def _name(key: Key) -> str:
-    return shown(_variable(key))
+    return shown(name_of(key))

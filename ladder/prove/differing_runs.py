@@ -7,7 +7,6 @@ from random import Random
 from typing import Any
 
 from ..model.errors import LadderFault
-from ..run.engine import Engine
 from .algebra.meaning import BOOL, INT, same_float
 from .algebra.terms import T
 from .replaying import ScanOf
@@ -20,15 +19,13 @@ FAULT: Key = (STOPPED, 0)
 """Place of the value that becomes true when a major fault stops a program."""
 
 
-def random_runs(
-    old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
-) -> dict[Key, tuple[ScanOf, ...]]:
+def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differed."""
     found: dict[Key, tuple[ScanOf, ...]] = {}
     free = _free(new) | _free(old)
     inputs = {(new if name in new.key_of else old).key_of[name]: v for name, v in free.items()}
     rng = Random(1)
-    for _ in range(runs if keys else 0):
+    for _ in range(RUNS if keys else 0):
         both = StoppingRun(old), StoppingRun(new)
         scans: list[ScanOf] = []
         for scan in _random_scans(rng, inputs, old.bounds):
@@ -68,20 +65,17 @@ class StoppingRun:
         self.stopped = False
 
     def do(self, scan: ScanOf) -> None:
-        """Run a scan; skip inputs that the program does not have."""
-        layout, memory = self._engine.lowered.layout, self._engine.memory
-        for (path, index), value in scan.inputs.items():
-            leaf = layout.find(path)
-            if leaf is not None and index < leaf.size:
-                memory.write(leaf, index, value)
+        """Run a scan."""
         try:
-            self._engine.step(scan.ms)
+            scan.do(self._engine)
         except LadderFault:
             self.stopped = True
 
     def value(self, key: Key) -> Any:
         """Return the current value of a place."""
-        return self.stopped if key == FAULT else _value(self._engine, key)
+        if key == FAULT:
+            return self.stopped
+        return self._engine.memory.read(self._engine.lowered.layout.leaf(key[0]), key[1])
 
 
 def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
@@ -109,10 +103,6 @@ def _any(rng: Random, v: T, likely: float) -> Any:
 
 def _clipped(value: Any, low: Any, high: Any) -> Any:
     return max(low, min(high, value))
-
-
-def _value(engine: Engine, key: Key) -> Any:
-    return engine.memory.read(engine.lowered.layout.leaf(key[0]), key[1])
 
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:

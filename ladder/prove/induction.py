@@ -92,8 +92,6 @@ class Verdict:
         invariants: the invariants that the proof used.
         held: numbers and bits that nothing writes; the proof assumes that they keep their values.
         blame: the instructions or limits that prevented an answer, if unknown.
-        states: number of state values that decide the property.
-        values: number of variables of any role that decide it.
         work: terms of the questions.
         steps: the solver's steps.
         certificates: of the property, and of "the relation follows the program" if that needs a proof.
@@ -105,8 +103,6 @@ class Verdict:
     invariants: tuple[str, ...] = ()
     held: tuple[HeldNumber, ...] = ()
     blame: tuple[str, ...] = ()
-    states: int = 0
-    values: int = 0
     work: int = 0
     steps: int = 0
     certificates: tuple[Certificate, ...] = ()
@@ -151,17 +147,13 @@ class _Proof:
 
     def _answer(self, cone: dict[str, T]) -> None:
         system, result = self.system, self.result
-        result.states, result.values = sum(name in system.next for name in cone), len(cone)
         result.held = system.held_numbers(cone, [self.bad])
-        self._decide(cone)
-        if result.kind is VerdictKind.UNKNOWN:
-            result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
-
-    def _decide(self, cone: dict[str, T]) -> None:
         if self.bad is FALSE:
             self._proved(0)
-            return
-        self._search(cone)
+        else:
+            self._search(cone)
+        if result.kind is VerdictKind.UNKNOWN:
+            result.blame = tuple(dict.fromkeys((*result.blame, *system.blame(cone))))
 
     # --- the two questions
 

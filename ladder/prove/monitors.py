@@ -48,9 +48,7 @@ from ..model.types import BOOL
 from ..run.engine import Engine
 from ..st import parse_statements
 from .claims import NEVER, Claim, ClaimKind, claims_in, named_apart
-
-Key = tuple[str, int]
-"""A value: the path of its leaf in capitals, and the index."""
+from .relation.places import Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +79,20 @@ class MonitoredProgram:
     properties: tuple[WatchedClaim, ...]
     assume: tuple[Key, ...]
     assumptions: tuple[Claim, ...]
+
+
+class ClaimWatch:
+    """Watches a run for the scan that breaks a claim, until an assumption fails."""
+
+    def __init__(self, program: MonitoredProgram, watched: WatchedClaim) -> None:
+        self._assumed = [name for name, _ in (*program.assume, *watched.assume)]
+        self._bit = watched.bit[0]
+        self._is_kept = True  # whether all assumptions have held so far
+
+    def is_broken(self, tags: Any) -> bool:
+        """Whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
+        self._is_kept = self._is_kept and all(tags[name] for name in self._assumed)
+        return self._is_kept and bool(tags[self._bit])
 
 
 def monitored(
@@ -215,7 +227,7 @@ class _Maker:
     watched: list[WatchedClaim] = field(default_factory=list)
     routines: list[str] = field(default_factory=list)  # full names of the monitors in capitals, in order
     _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tags by scope and text
-    _lines: dict[tuple[str, int], Claim] = field(default_factory=dict)  # the claim of each line of a monitor
+    _claims: dict[str, Claim] = field(default_factory=dict)  # the claim of a monitor, by its full name
     _bits: int = 0
 
     def lower(self, lowering: Lowering) -> None:
@@ -344,7 +356,7 @@ class _Maker:
     ) -> None:
         full = self._add(lowering, scope, Routine(name, (), statements=tuple(statements)))
         if claim is not None:
-            self._lines[full, 0] = claim
+            self._claims[full] = claim
 
     def _add(self, lowering: Lowering, scope: str, routine: Routine) -> str:
         """Lower a routine as the next monitor; return its full name in capitals."""
@@ -358,7 +370,7 @@ class _Maker:
         """Return the error for a program that can't be built with its monitors; it names the claims."""
         lines = []
         for each in error.problems:
-            claim = self._lines.get((each.site.routine.upper(), 0))
+            claim = self._claims.get(each.site.routine.upper())
             where = _named(claim) + f": {claim.text}" if claim else each.where
             lines.append(f"{where}: {each.text}; {each.remedy}")
         return LadderError("\n".join(lines), *(each.site for each in error.problems))

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..model.arithmetic import wrap
 from ..model.errors import LadderFault
 from ..run.edit import started_again
 from ..run.engine import Engine
@@ -57,9 +58,11 @@ class ScanOf:
         engine.step(self.ms)
 
     def write_inputs(self, engine: Engine) -> None:
-        """Write the inputs that change."""
+        """Write the inputs that change; skip inputs that the program does not have."""
         for (path, index), value in self.inputs.items():
-            engine.memory.write(engine.lowered.layout.leaf(path), index, value)
+            leaf = engine.lowered.layout.find(path)
+            if leaf is not None and index < leaf.size:
+                engine.memory.write(leaf, index, value)
 
 
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
@@ -138,7 +141,7 @@ class Run:
             if bits is None:
                 continue
             word = int(self.engine.memory.read(leaf, key[1]))
-            after = signed_pattern(word & ~mask | int(bits) & mask, leaf.type.wraps)
+            after = wrap(word & ~mask | int(bits) & mask, leaf.type.wraps)
             if after != word:
                 self.engine.memory.write(leaf, key[1], after)
                 self.set_bits[key] = after
@@ -178,16 +181,6 @@ def off_ticks(values: Values, tick_ns: int) -> int:
 
 MOST_OFF_MS = 3_600_000
 """Longest time in program mode in a scenario, in ms; the solver may choose a longer one."""
-
-
-def signed_pattern(word: int, width: int) -> int:
-    """Return the number that |width| bits stand for, signed for a positive width.
-
-    >>> signed_pattern(0x8000, 16), signed_pattern(0x8000, -16)
-    (-32768, 32768)
-    """
-    word &= (1 << abs(width)) - 1
-    return word - (1 << width) if width > 0 and word >> width - 1 else word
 
 
 def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:

@@ -17,8 +17,9 @@ from ..model.tags import Layout
 from ..run.edit import started_again
 from ..run.engine import Engine
 from .contracts import KeptBy
-from .monitors import Key, run_claims
+from .monitors import run_claims
 from .replaying import ScanOf
+from .system import Key
 
 MOST_RUNS = 150
 """Maximum number of runs of the program."""

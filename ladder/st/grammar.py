@@ -29,20 +29,8 @@ from ..model.expressions import TAG_BASE
 
 KEYWORDS = (
     *("IF", "THEN", "ELSIF", "ELSE", "END_IF", "CASE", "OF", "END_CASE", "FOR", "TO", "BY", "DO", "END_FOR"),
-    *(
-        "WHILE",
-        "END_WHILE",
-        "REPEAT",
-        "UNTIL",
-        "END_REPEAT",
-        "EXIT",
-        "RETURN",
-        "OR",
-        "XOR",
-        "AND",
-        "MOD",
-        "NOT",
-    ),
+    *("WHILE", "END_WHILE", "REPEAT", "UNTIL", "END_REPEAT", "EXIT", "RETURN"),
+    *("OR", "XOR", "AND", "MOD", "NOT"),
 )
 
 _SIGNS = {

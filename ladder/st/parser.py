@@ -19,7 +19,7 @@ from scanrack.io_images.site import Site
 
 from ..instructions import BY_NAME
 from ..model.errors import RungTextError
-from ..model.spec import BYTE_ORDERS, Spec, Use
+from ..model.spec import BYTE_ORDER_OF, BYTE_ORDERS, Spec, Use
 from ..model.statements import (
     Arm,
     Assignment,
@@ -166,10 +166,9 @@ class _Reader:
     def _argument(self, use: Use, operand: Operand, name: Mark) -> Operand:
         if use is Use.MODE:
             mode = str(operand).upper()
-            mode = {**dict(zip("012", BYTE_ORDERS, strict=True)), "HIGHLOW": BYTE_ORDERS[2]}.get(mode, mode)
-            if mode not in BYTE_ORDERS:
+            if mode not in BYTE_ORDER_OF:
                 self._fail(name.start, f"one of {', '.join(BYTE_ORDERS)}", mode)
-            return Address(mode)
+            return Address(BYTE_ORDER_OF[mode])
         if operand == Address("") and use is not Use.LABEL:
             self._fail(name.start, f"an operand at every place of {name.upper()}", "none")
         return cast(Operand, self._checked(operand, name))

@@ -27,7 +27,6 @@ from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_
 MOST_ALIASES = 20
 """Maximum chained aliases."""
 
-_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 _HOST = "ZZZZZZZZZZ"
 """Prefix of the name of a byte that hosts BOOLs, as in Logix Designer."""
 
@@ -106,10 +105,9 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
 
 def _second_name(kind: Structure, member: Member, places: Places) -> Part:
     """Return a member that names a part of another member, such as a packed bit or `Delay.PRE`."""
-    packed = _PACKED.fullmatch(member.at)
-    if packed:
-        offset, _ = places[packed["host"].upper()]
-        number = int(packed["bit"])
+    if member.name in kind.packed:
+        host, number = kind.packed[member.name]
+        offset, _ = places[host.upper()]
         return Part(member.name, BIT, (), offset + number // 8, number % 8)
     place_text = member.at.upper()
     for each in fields_of(kind):

@@ -15,8 +15,7 @@ from hashlib import sha256
 from typing import Any
 
 from ..l5x.xml.elements import line_of_text
-from ..l5x.xml.parsing import L5xError, checked, parsed
-from ..l5x.xml.spans import ROOT
+from ..l5x.xml.parsing import ROOT, checked, parsed, root_of
 from .outline import ELEMENT, LINE, RUNG, CommonPart, Field, Item, Step
 from .pruning import CUT, PrunedDocument, pruned
 
@@ -68,9 +67,9 @@ _TEXTS = re.compile(r"('(?:[^'$]++|\$.)*+')")
 def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item]:
     """Read two L5X files without what both have in common; raise an L5xError if one can't be read."""
     documents = [checked(data, file) for data, file in zip((old, new), files, strict=True)]
-    root = parsed(documents[1], files[1])  # it contains everything that was cut out of either file
+    root = root_of(documents[1], files[1])  # it contains everything that was cut out of either file
     if documents[0] == documents[1]:
-        same = Item("export", "", _checked_root(root, files[1]))
+        same = Item("export", "", int(root.sourceline or 1))
         return same, same
     before, after = (
         _L5xOutline(file, cut).root()
@@ -92,14 +91,6 @@ def rung_key(text: str) -> str:
     """
     parts = _TEXTS.split(text)
     return "".join(part if number % 2 else "".join(part.split()) for number, part in enumerate(parts))
-
-
-def _checked_root(root: Any, file: str) -> int:
-    """Return the line of a root element; raise an L5xError if it is not the root of an L5X."""
-    line = int(root.sourceline or 1)
-    if root.tag != ROOT:
-        raise L5xError(file, line, f"its root is {root.tag}, that of an L5X is {ROOT}")
-    return line
 
 
 def _marks(rung: Any) -> Iterator[str]:
@@ -128,9 +119,7 @@ class _L5xOutline:
         self._file, self._document, self._shift = file, document, shift
 
     def root(self) -> Item:
-        root = parsed(self._document.data, self._file)
-        _checked_root(root, self._file)
-        return self._item(root)
+        return self._item(root_of(self._document.data, self._file))
 
     def _line(self, element: Any) -> int:
         return int(element.sourceline or 0) + self._shift

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from scanrack.io_images.input_files import open_input
 from scanrack.ladder.model.errors import LadderError
 
-from ..l5x.xml.parsing import MOST_BYTES
+from ..l5x.xml.document import read_bytes
 from .comparison import Comparison, compared
 from .l5x import outline, outlines
-from .outline import Item, canonical_lines
+from .outline import canonical_lines
 from .slc import outline_of_slc
 
 
@@ -20,7 +19,7 @@ def compare_exports(old: Path, new: Path) -> Comparison:
     Raises:
         LadderError: one can't be read, or one is an L5X and the other is not.
     """
-    before, after = _bytes_of(old), _bytes_of(new)
+    before, after = read_bytes(old), read_bytes(new)
     kinds = [_is_xml(each) for each in (before, after)]
     if kinds[0] != kinds[1]:
         names = [
@@ -30,26 +29,14 @@ def compare_exports(old: Path, new: Path) -> Comparison:
         raise LadderError(f"{', '.join(names)}: --against compares two L5X files, or two of RSLogix 500")
     if kinds[0]:
         return compared(*outlines(before, after, (str(old), str(new))))
-    return compared(_slc(before, old), _slc(after, new))
+    return compared(outline_of_slc(before, str(old)), outline_of_slc(after, str(new)))
 
 
 def text_of_export(path: Path) -> str:
     """Return an export as text that ignores order and dates; raise a LadderError if it can't be read."""
-    data = _bytes_of(path)
-    item = outline(data, str(path)) if _is_xml(data) else _slc(data, path)
+    data = read_bytes(path)
+    item = outline(data, str(path)) if _is_xml(data) else outline_of_slc(data, str(path))
     return "\n".join(canonical_lines(item))
-
-
-def _slc(data: bytes, path: Path) -> Item:
-    return outline_of_slc(data, str(path))
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        with open_input(path) as stream:
-            return stream.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise LadderError(f"{path}: it can't be read: {error.strerror}") from None
 
 
 def _is_xml(data: bytes) -> bool:

@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from scanrack.ladder.draw.layout import NO_CAPTIONS, place
 from scanrack.ladder.draw.marks import Box, Mark, Picture, Symbol
 from scanrack.ladder.draw.markup import CELL, Pen, plain, units
 from scanrack.ladder.draw.ruler import GAP, Ruler
-from scanrack.ladder.draw.shapes import BoxFrame, Letters, Line, shape_bottom, shapes_of
+from scanrack.ladder.draw.shapes import BoxFrame, Letters, Line, bottom_of, shapes_of
 from scanrack.ladder.instructions import BY_NAME
 from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.text import parse_rung
@@ -92,9 +91,9 @@ def picture(step: Step) -> str:
     return "" if rung is None else _svg(rung, set())
 
 
-def _svg(rung: Rung, edited: set[int], captions: Mapping[str, Any] = NO_CAPTIONS) -> str:
-    drawn = place(rung, WIDTH, Ruler(captions))
-    bottom = max((shape_bottom(shape) for mark in drawn.marks for shape in shapes_of(mark)), default=0.0)
+def _svg(rung: Rung, edited: set[int]) -> str:
+    drawn = place(rung, WIDTH, Ruler(NO_CAPTIONS))
+    bottom = bottom_of(drawn)
     wide, high = (drawn.width + 2 * _EDGE) * CELL, units((bottom + 1) * ROW)
     parts = [*_marked(drawn, edited), *_rails(drawn, bottom), *_shapes(drawn, edited)]
     size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'

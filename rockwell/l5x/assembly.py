@@ -121,8 +121,7 @@ class Parts:
     def known(self, program: str, address: Address) -> DataType | None:
         """Return the type of an address in a program; None if it is undeclared."""
         address = self.without_aliases(program, address)
-        tag = self.declaration(program, address.name)
-        return type_at(tag, address) if isinstance(tag, Tag) else None
+        return type_at(self.declaration(program, address.name), address)
 
     def declaration(self, program: str, name: str) -> Declaration | None:
         r"""Return a declaration by its name in a program; `\Main.Run` names the tag of program Main."""

@@ -31,7 +31,7 @@ from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import chart_options_of, tasks_of
 from .scopes import motion_of, remotes_of, scope_of
 from .unknown import UnknownTypes
-from .uses import all_instructions, numbered_instructions
+from .uses import all_instructions
 from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
@@ -197,7 +197,7 @@ class Importer:
         if not withheld:
             return
         for owner, routine in self._owned():
-            for number, instruction in numbered_instructions(routine):
+            for number, instruction in routine.instructions():
                 reason = withheld.get(instruction.name.upper())
                 if reason is not None:
                     at, text = Site(instruction=instruction.name), f"{instruction.name}: {reason}"
@@ -206,7 +206,7 @@ class Importer:
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
         """Replace add-on instructions without a definition with stubs; see `_refuse_absent`."""
-        for name in instruction_names(self._document):
+        for name in instruction_names(each for _, each in self._document.routines()):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
                 self._absent[name.upper()] = name
@@ -215,7 +215,7 @@ class Importer:
     def _refuse_absent(self) -> None:
         """Refuse rungs that call add-on instructions without a definition; statements are kept."""
         for owner, routine in self._owned() if self._absent else ():
-            for number, instruction in numbered_instructions(routine):
+            for number, instruction in routine.instructions():
                 name = self._absent.get(instruction.name.upper())
                 if name is None:
                     continue

@@ -32,8 +32,9 @@ from .values.force_values import image_of
 from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
 from .xml.data import Data
+from .xml.elements import number_of
 from .xml.parsing import L5xError
-from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
+from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
 """Types of ports with addresses other than slots."""

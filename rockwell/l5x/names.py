@@ -62,7 +62,7 @@ class Names:
                 tag = Tag(record.name, types.find(record.type), record.dims)
             except LadderError:
                 return None
-        return type_at(tag, address) if isinstance(tag, Tag) else None
+        return type_at(tag, address)
 
 
 def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:

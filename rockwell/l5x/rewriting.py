@@ -14,7 +14,7 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.tags import program_of
 
 from .edits import NORMAL
-from .xml.records import number_of
+from .xml.elements import number_of
 from .xml.spans import L5xText, Span, Splice, defined
 
 

@@ -6,7 +6,7 @@ The number of a rung in the tree is its index in the document, so that a later r
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
 from scanrack.io_images.site import NOWHERE, Site
 from scanrack.ladder.instructions import BY_NAME
@@ -28,11 +28,8 @@ from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
-from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord, lines_of
+from .xml.records import EncodedRecord, L5xRungRecord, RoutineRecord, lines_of
 
-_ANOTHER_LANGUAGE = (
-    'write the routine as ladder or structured text, or let it do nothing: {} = "false" below [stubs]'
-)
 UNKNOWN = "stub the instruction, or take it out"
 """Remedy for an unknown instruction."""
 
@@ -56,10 +53,8 @@ _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
 """Keywords that may precede an expression in parentheses."""
 
 
-def instruction_names(document: L5xDocument) -> list[str]:
+def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
     """Return the names of the called instructions, each once."""
-    routines = [each for program in document.programs for each in program.routines]
-    routines += [each for add_on in document.add_ons for each in add_on.routines]
     found: dict[str, None] = {}
     for routine in routines:
         for rung in routine.rungs:
@@ -86,13 +81,8 @@ def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
 
 def line_of(record: RoutineRecord, number: int) -> int:
     """Return the file's line for a line of structured text; for an empty routine, the routine's line."""
-    numbers = _lines_of(record)[1] or [record.line]
+    numbers = lines_of(record.lines)[1] or [record.line]
     return numbers[min(max(number - 1, 0), len(numbers) - 1)]
-
-
-def _lines_of(record: RoutineRecord) -> tuple[list[str], list[int]]:
-    """Return the lines of structured text and their numbers in the file."""
-    return lines_of(record.lines)
 
 
 class RoutineReader:
@@ -105,9 +95,7 @@ class RoutineReader:
         self._presets: dict[str, Presets] = {}
         self._texts: dict[tuple[str, str], StructuredRoutine] = {}
         self._diagrams: dict[tuple[str, str], DiagramText] = {}
-        self.known: Callable[[str], DocumentNames] | None = (
-            None  # what the document says about a program's names
-        )
+        self.known: Callable[[str], DocumentNames] | None = None  # names in diagrams, by program or add-on
         self.specs: Mapping[str, Spec] = BY_NAME  # all instruction specs, by name in capitals
         self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 
@@ -182,7 +170,7 @@ class RoutineReader:
         return self._presets[owner.upper()].settled(read, self.specs)
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
-        lines, numbers = _lines_of(record)
+        lines, numbers = lines_of(record.lines)
         try:
             block = parse_statements(
                 "\n".join(lines), file=self._report.file, lines=numbers, specs=self.specs
@@ -257,7 +245,7 @@ class RoutineReader:
 
     def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
         """Count the statements of a routine; all of them count as refused if it can't be read."""
-        lines, _ = _lines_of(record)
+        lines, _ = lines_of(record.lines)
         if block is None:
             refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")
         else:
@@ -291,9 +279,7 @@ class RoutineReader:
             )
         )
 
-    def refuse_object(
-        self, owner: str, routine: str, reason: str, line: int, remedy: str = _ANOTHER_LANGUAGE
-    ) -> None:
+    def refuse_object(self, owner: str, routine: str, reason: str, line: int, remedy: str) -> None:
         """Refuse a routine or another object, unless it is stubbed."""
         counted = self._texts.get((owner.upper(), routine.upper()))
         if counted is not None:

@@ -13,7 +13,8 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.schedule import PRIORITIES, Task, TaskKind
 
 from .report import Report
-from .xml.records import L5xDocument, TaskRecord, number_of
+from .xml.elements import number_of
+from .xml.records import L5xDocument, TaskRecord
 
 
 def _programs_run(

@@ -78,13 +78,10 @@ class UnknownTypes:
         records = list(self._records())
         axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
         axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
-        owned = [(each.name, each.routines) for each in document.programs]
-        owned += [(each.name, each.routines) for each in document.add_ons]
-        for owner, routines in owned if axes else ():
-            for routine in routines:
-                named = _members_named(routine)
-                if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
-                    yield owner.upper(), routine.name.upper()
+        for owner, routine in document.routines() if axes else ():
+            named = _members_named(routine)
+            if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
+                yield owner.upper(), routine.name.upper()
 
     def _records(self) -> Iterator[TagRecord]:
         """Yield all tags and parameters."""

@@ -19,15 +19,16 @@ class AxisTable(Table):
     """An axis.
 
     Attributes:
-        slot: slot of its 3601; none of an ideal axis.
+        slot: slot of its 3601; left out for an ideal axis.
         counts_per_unit: steps per unit of the axis.
         max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
         max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
         home_speed: speed of homing, units/s; 0 takes HomeSpeed of the tag.
-        home_acceleration: its rates, units/s²; 0 takes `max_acceleration`.
+        home_acceleration: rates of homing, units/s²; 0 takes `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
-        configuration: the eight words of the module, which MSO sends; none if the program configures it.
-        unwind: of an ideal rotary axis: its positions are 0 to below it, units; 0 for a linear axis.
+        configuration: the eight configuration words, which MSO sends to the module; empty if the program
+            configures it.
+        unwind: units per turn of an ideal rotary axis, whose positions stay below it; 0 for a linear axis.
     """
 
     slot: Annotated[int, Field(ge=1)] | None = None
@@ -43,11 +44,11 @@ class AxisTable(Table):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         """Refuse the keys of a 3601 if there is no slot, and the keys of an ideal axis if there is one."""
-        given = self.model_fields_set
-        wrong = given & {"unwind"} if self.slot is not None else given - {*IDEAL, "slot"}
+        keys = self.model_fields_set
+        wrong = keys & {"unwind"} if self.slot is not None else keys - {*IDEAL, "slot"}
         if wrong:
-            what = "an ideal axis" if self.slot is not None else "an axis with a slot"
-            raise SettingError(min(wrong), f"this key is that of {what}")
+            kind = "an ideal axis" if self.slot is not None else "an axis with a slot"
+            raise SettingError(min(wrong), f"this key is that of {kind}")
         return self
 
     def values(self) -> dict[str, Any]:

@@ -19,9 +19,9 @@ class ExportTable(Table):
     """How a program that is an export begins.
 
     Attributes:
-        keep_values: the first scan continues with the values of the export: timers, one-shots, steps of
-            charts; without it prescan resets them, as after a download.
-        memory_mib: memory that the tags of the export may take, 1 to 4096 MiB.
+        keep_values: whether the first scan continues with the values in the export: timers, one-shots, steps
+            of charts; false: prescan resets them, as after a download.
+        memory_mib: maximum memory of the export's tags, 1 to 4096 MiB.
     """
 
     keep_values: bool = False

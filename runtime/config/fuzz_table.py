@@ -1,4 +1,4 @@
-"""The table `[fuzz]` of a rack file: what `scanrack fuzz` does there unless its options say otherwise.
+"""The table `[fuzz]` of a rack file: settings of `scanrack fuzz`, which its options override.
 
 [fuzz]
 seed = 7                    # another search of the same program
@@ -20,12 +20,12 @@ Names = Annotated[tuple[str, ...], Field(strict=False)]
 
 
 class FuzzTable(Table):
-    """How a rack is searched.
+    """Settings of `scanrack fuzz`.
 
     Attributes:
-        seed: another number makes another search, 0 to 2147483647.
-        only: the kinds of random events; all that are possible if left out.
-        without: kinds that are left out.
+        seed: seed of the search, 0 to 2147483647; another seed makes another search.
+        only: kinds of random events; all possible kinds if left out.
+        without: kinds of random events to omit.
     """
 
     seed: Annotated[int, Field(ge=0, le=MOST_SEED)] = 0

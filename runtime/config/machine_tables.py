@@ -50,12 +50,12 @@ class Table(BaseModel):
         Raises:
             ValueError: neither or both are given.
         """
-        given = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
-        units = [unit for unit, value in given.items() if value is not None]
+        values = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
+        units = [unit for unit, value in values.items() if value is not None]
         if len(units) != 1:
             text = f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}"
             raise SettingError(f"{name}_ms", text)
-        return exact_ns(given[units[0]], units[0], key=f"{name}_{units[0]}")
+        return exact_ns(values[units[0]], units[0], key=f"{name}_{units[0]}")
 
 
 def _validated_later(table: type[Table], _handler: Any) -> core_schema.CoreSchema:
@@ -100,8 +100,8 @@ class TimelineTable(Part):
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: the module's input.
-        energized: its level from then on; "wired" gives it back to its switch or station.
-        for_ms: how long a button is pressed, ms; or `for_s`.
+        energized: level from then on; "wired" connects the input to its switch or station again.
+        for_ms: duration of a button press, ms; or `for_s`.
     """
 
     at_ms: Milliseconds | None = None
@@ -129,10 +129,10 @@ class StationTable(Part):
     """A station that signals the end of its work.
 
     Attributes:
-        position: where the shaft stops at it, steps.
-        input: the module's input that gets its signal.
-        work_ms: how long it works, ms; or `work_s`.
-        pulse_ms: how long the signal lasts, ms; or `pulse_s`.
+        position: position at which the shaft stops for it, steps.
+        input: the module's input that receives its signal.
+        work_ms: duration of its work, ms; or `work_s`.
+        pulse_ms: duration of the signal, ms; or `pulse_s`.
     """
 
     position: int
@@ -151,9 +151,9 @@ class TurnTable(Part):
     """A movement of a master encoder.
 
     Attributes:
-        at_ms: when it begins, time since power-up, ms; or `at_s`.
-        counts: x4 counts that it makes, evenly spread; negative counts down.
-        for_ms: how long it takes, ms; or `for_s`.
+        at_ms: time of its start since power-up, ms; or `at_s`.
+        counts: x4 counts, evenly spread; negative counts down.
+        for_ms: duration, ms; or `for_s`.
     """
 
     at_ms: Milliseconds | None = None
@@ -168,17 +168,18 @@ class TurnTable(Part):
 
 
 class MachineTable(Table):
-    """All of a machine.
+    """A machine.
 
     Attributes:
         switches: switches and sensors that the shaft operates.
-        timeline: actions of people; those of one instant in the given order.
+        timeline: actions of people; actions at one instant happen in the given order.
         encoder: an encoder on the shaft.
         slips: positions where the motor loses steps.
         jams: positions that the shaft can't pass.
         stations: stations that signal the end of their work.
-        turns: movements of a master encoder, which a follower follows, one after the other.
-        master_speed: greatest speed of a master encoder, x4 counts/s; `scanrack fuzz` then turns it.
+        turns: successive movements of a master encoder, which a follower follows.
+        master_speed: maximum speed of a master encoder, x4 counts/s; `scanrack fuzz` turns an encoder with
+            this key.
     """
 
     switches: Annotated[tuple[Switch, ...], Field(strict=False)] = ()

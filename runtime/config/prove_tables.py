@@ -28,11 +28,11 @@ CLAIMS = ("never", "always", "reachable")
 """Keys of a property; each property has exactly one of them."""
 
 
-def _range(given: object) -> tuple[float, float]:
-    if isinstance(given, list | tuple) and len(given) == 2:
-        shortest, longest = given
-        numbers = all(type(each) in (int, float) for each in given)
-        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, given)):
+def _range(value: object) -> tuple[float, float]:
+    if isinstance(value, list | tuple) and len(value) == 2:
+        shortest, longest = value
+        numbers = all(type(limit) in (int, float) for limit in value)
+        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, value)):
             return shortest, longest
     limit = str(LONGEST_SCAN_MS)
     raise PydanticCustomError(
@@ -63,11 +63,11 @@ class PropertyTable(Table):
     """A property: one of `never`, `always` and `reachable`.
 
     Attributes:
-        name: its name in reports, and its folder; each name once.
-        never: a condition that no scan leaves true.
-        always: a condition that each scan leaves true.
+        name: unique name in reports, and name of its folder.
+        never: a condition that is false after every scan.
+        always: a condition that is true after every scan.
         reachable: a condition that some run makes true; the scenario is that run.
-        assume: conditions that hold in each scan.
+        assume: conditions to assume in every scan.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -78,35 +78,36 @@ class PropertyTable(Table):
 
     @property
     def claim(self) -> str:
-        """The key that is given: never, always or reachable."""
-        return next(each for each in CLAIMS if getattr(self, each) is not None)
+        """The key of its condition: never, always or reachable."""
+        return next(claim for claim in CLAIMS if getattr(self, claim) is not None)
 
     @property
     def condition(self) -> str:
-        """The condition given with the claim."""
+        """The condition of the claim."""
         text: str = getattr(self, self.claim)
         return text
 
     @model_validator(mode="after")
     def _has_one(self) -> Self:
-        given = [each for each in CLAIMS if getattr(self, each) is not None]
-        if len(given) != 1:
-            problem = f"{given[0]} is given already" if given else "one is missing"
-            raise SettingError(given[1] if given else "name", f"{problem}: one of {', '.join(CLAIMS)}")
+        claims = [claim for claim in CLAIMS if getattr(self, claim) is not None]
+        if len(claims) != 1:
+            problem = f"{claims[0]} is given already" if claims else "one is missing"
+            raise SettingError(claims[1] if claims else "name", f"{problem}: one of {', '.join(CLAIMS)}")
         return self
 
 
 class ProveTable(Table):
-    """What is proved of a rack.
+    """What to prove of a rack, and what to assume.
 
     Attributes:
-        scan_ms: the shortest and the longest time between two scans, ms.
-        free: patterns of numbers that nothing in the program writes and that differ from scan to scan.
-        written_outside: patterns of tags that the program writes and that change between scans, too.
-        assume: conditions that hold in each scan, for all properties.
-        happens: what may happen between two scans: the key is turned to program mode and back, a run ends and
-            the next one begins with its tags, a module loses its link.
-        property: the properties.
+        scan_ms: shortest and longest time between two scans, ms.
+        free: patterns of numbers that the program does not write and that may change between scans.
+        written_outside: patterns of tags that the program writes and that may also change between scans.
+        assume: conditions to assume in every scan, for all properties.
+        happens: what may happen between two scans: "program mode": the key is turned to program mode and
+            back; "retained start": a run ends and the next run begins with its tags; "lost link": a module
+            loses its link.
+        property: the properties to prove.
     """
 
     scan_ms: Annotated[

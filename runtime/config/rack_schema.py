@@ -54,18 +54,18 @@ def described_keys(cls: type) -> dict[str, str]:
     """Return the meaning of the keys of a table, from the `Attributes:` of its docstring and its bases'.
 
     >>> described_keys(SlotSpec)["number"]
-    'from 1.'
+    'slot number, from 1.'
     """
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         _, _, part = (inspect.cleandoc(base.__dict__.get("__doc__") or "")).partition("\nAttributes:\n")
-        found.update({name: re.sub(r"\s+", " ", said) for name, said in _ATTRIBUTE.findall(part)})
+        meanings.update({name: re.sub(r"\s+", " ", meaning) for name, meaning in _ATTRIBUTE.findall(part)})
     for key in getattr(cls, "model_fields", ()):
         name, _, unit = key.rpartition("_")
         other = f"{name}_{_OTHER_UNIT.get(unit)}"
-        if key not in found and other in found:  # the same time in the other unit
-            found[key] = found[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
-    return found
+        if key not in meanings and other in meanings:  # the same time in the other unit
+            meanings[key] = meanings[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
+    return meanings
 
 
 class _Generator(GenerateJsonSchema):
@@ -92,9 +92,9 @@ class _Generator(GenerateJsonSchema):
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
         """Describe a number of any kind."""
-        found: JsonSchemaValue = {"type": "number"}
-        self.update_with_validations(found, schema, self.ValidationsMapping.numeric)
-        return {key: float(value) if key != "type" else value for key, value in found.items()}
+        described: JsonSchemaValue = {"type": "number"}
+        self.update_with_validations(described, schema, self.ValidationsMapping.numeric)
+        return {key: float(value) if key != "type" else value for key, value in described.items()}
 
     def encode_default(self, dft: Any) -> Any:
         """Return a default as a TOML value; None for a table, which has no default of its own."""
@@ -104,31 +104,31 @@ class _Generator(GenerateJsonSchema):
 
     def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
         """Omit defaults that are tables or None."""
-        found = super().default_schema(schema)
-        if "default" in found and found["default"] is None:
-            del found["default"]
-        return found
+        described = super().default_schema(schema)
+        if "default" in described and described["default"] is None:
+            del described["default"]
+        return described
 
 
 def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
     keys = described_keys(cls)
     node["description"] = inspect.cleandoc(cls.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
     node.pop("title", None)
-    for key, each in node.get("properties", {}).items():
-        each.pop("title", None)
+    for key, value in node.get("properties", {}).items():
+        value.pop("title", None)
         if key in keys:
-            each["description"] = keys[key]
-        _limits(each)
+            value["description"] = keys[key]
+        _limits(value)
     return node
 
 
 def _limits(node: JsonSchemaValue) -> None:
     """Rename the limits of a validated number to their JSON Schema keywords."""
-    for each in (node, *node.get("anyOf", ())):
-        each.pop("decimal_places", None)
+    for branch in (node, *node.get("anyOf", ())):
+        branch.pop("decimal_places", None)
         for key, word in (("ge", "minimum"), ("gt", "exclusiveMinimum"), ("le", "maximum")):
-            if key in each:
-                each[word] = each.pop(key)
+            if key in branch:
+                branch[word] = branch.pop(key)
 
 
 def _add_options(schema: dict[str, Any]) -> None:
@@ -155,17 +155,17 @@ def _add_options(schema: dict[str, Any]) -> None:
 def _without_null(node: Any) -> Any:
     """Remove null, which TOML doesn't have: a key without a value is omitted."""
     if isinstance(node, list):
-        return [_without_null(each) for each in node]
+        return [_without_null(entry) for entry in node]
     if not isinstance(node, dict):
         return node
-    rest = [each for each in node.get("anyOf", ()) if each != {"type": "null"}]
+    rest = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
     if len(rest) == 1:
-        node = {**rest[0], **{key: each for key, each in node.items() if key != "anyOf"}}
-    return {key: _without_null(each) for key, each in node.items()}
+        node = {**rest[0], **{key: value for key, value in node.items() if key != "anyOf"}}
+    return {key: _without_null(value) for key, value in node.items()}
 
 
 def _each_as_draft4(schemas: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: _as_draft4(each) for name, each in schemas.items()}
+    return {name: _as_draft4(schema) for name, schema in schemas.items()}
 
 
 _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
@@ -185,16 +185,16 @@ _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
     """Return a schema in Draft 4: references without siblings, flags for exclusive limits, no `if`."""
     if isinstance(node, list):
-        return [_as_draft4(each) for each in node]
+        return [_as_draft4(entry) for entry in node]
     if not isinstance(node, Mapping):
         return node
-    found: dict[str, Any] = {}
+    draft4: dict[str, Any] = {}
     for key, value in node.items():
         convert = _DRAFT_4_KEYS.get(key)
-        found |= {key: _as_draft4(value)} if convert is None else convert(value, node)
+        draft4 |= {key: _as_draft4(value)} if convert is None else convert(value, node)
     if top:
-        found["$schema"] = DRAFT_4
-    if "$ref" in found:
-        reference = {"$ref": found.pop("$ref").replace("#/$defs/", "#/definitions/")}
-        return {"allOf": [reference], **found} if found else reference
-    return found
+        draft4["$schema"] = DRAFT_4
+    if "$ref" in draft4:
+        reference = {"$ref": draft4.pop("$ref").replace("#/$defs/", "#/definitions/")}
+        return {"allOf": [reference], **draft4} if draft4 else reference
+    return draft4

@@ -169,8 +169,8 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
     Args:
         lines: lines of its keys, if known.
     """
-    found, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
-    mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
+    shown, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
+    mistakes = [_mistake(details) for details in shown if not _follows_from_others(details, shown)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
     return _refusal(mistakes, path, lines, f"{path}: and {more:,} more mistakes" if more > 0 else "")
@@ -179,11 +179,13 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
 def _refusal(
     mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, more: str = ""
 ) -> RackFileError:
-    text = "\n".join(filter(None, [*(each.message(path, lines) for each in mistakes), more]))
+    text = "\n".join(filter(None, [*(mistake.message(path, lines) for mistake in mistakes), more]))
     if lines is None:
         return RackFileError(text)
-    sites = (Site(file=str(path), line=lines.line(each.path), key=str(each.key)) for each in mistakes)
-    return RackFileError(text, *sites, reasons=[each.reason for each in mistakes])
+    sites = (
+        Site(file=str(path), line=lines.line(mistake.path), key=str(mistake.key)) for mistake in mistakes
+    )
+    return RackFileError(text, *sites, reasons=[mistake.reason for mistake in mistakes])
 
 
 def _read(path: Path) -> str:
@@ -223,19 +225,19 @@ class _Mistake:
     @property
     def reason(self) -> str:
         """Key, value and problem."""
-        given = f"{self.key} = {self.value}" if self.value else self.key
-        return ": ".join(filter(None, (given, self.problem)))
+        key_and_value = f"{self.key} = {self.value}" if self.value else self.key
+        return ": ".join(filter(None, (key_and_value, self.problem)))
 
     def message(self, path: Path, lines: KeyLines | None) -> str:
         where = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
         return f"{where}: {self.reason}"
 
 
-def _follows_from_others(details: ErrorDetails, found: list[ErrorDetails]) -> bool:
+def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails]) -> bool:
     """Return whether an array is too short only because some of its entries were refused."""
     path = details["loc"]
     return details["type"] == "too_short" and any(
-        len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in found
+        len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in all_details
     )
 
 

@@ -112,7 +112,7 @@ def _firmware_text(value: object) -> object:
 
 def _plain(value: object) -> object:
     """Convert decimals of a rack file to floats, for options and JSON."""
-    return {key: float(given) if isinstance(given, Decimal) else given for key, given in _items(value)}
+    return {key: float(number) if isinstance(number, Decimal) else number for key, number in _items(value)}
 
 
 def _items(value: object) -> list[tuple[object, object]]:
@@ -153,18 +153,19 @@ Version = Annotated[
 
 
 class SlotSpec(Table):
-    """A slot.
+    """A slot with its module.
 
     Attributes:
-        number: from 1.
-        module: its catalog name.
-        firmware: its version, or a serial number: "serial 96317".
-        needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
-        options: options of the model by name.
+        number: slot number, from 1.
+        module: catalog name of the module.
+        firmware: firmware version, or a serial number such as "serial 96317".
+        needs_firmware: oldest firmware version that the program supports; `scanrack fuzz` tries no older
+            version.
+        options: options of the module by name.
         machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
-        port: of an adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
-        address: of the controller there; the factory's if left out.
+        port: adapter: "sim", or the port of a real controller: a serial device, or tcp:HOST:PORT.
+        address: adapter: address of the controller at the port; the factory address if left out.
     """
 
     number: Annotated[int, Field(ge=1)]
@@ -230,8 +231,8 @@ class SlotSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_made(self, info: ValidationInfo) -> Self:
-        given = _of_file(info)
-        self._record = given[self.module] if self.module in given else MODULES[self.module]
+        own_modules = _of_file(info)
+        self._record = own_modules[self.module] if self.module in own_modules else MODULES[self.module]
         self.make(seed=0)
         needed = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
         if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
@@ -249,14 +250,15 @@ def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
     steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
     if number in steppers:
         return steppers[number]
-    return max(steppers.values(), key=lambda each: each.limits.speed, default=WORDS_3601)
+    return max(steppers.values(), key=lambda profile: profile.limits.speed, default=WORDS_3601)
 
 
 class ForceSpec(Table):
-    """A force that holds from the first scan on.
+    """A force from the first scan on.
 
     Attributes:
-        address: a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or "slot1.status.MOVE_COMPLETE".
+        address: address of a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or
+            "slot1.status.MOVE_COMPLETE".
         value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
     """
 
@@ -267,24 +269,24 @@ class ForceSpec(Table):
 def _happening(value: object) -> object:
     if isinstance(value, FaultKind):
         return value
-    names = [each.value for each in FaultKind]
+    names = [kind.value for kind in FaultKind]
     if value not in names:
         raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
     return FaultKind(value)
 
 
 class InjectedFaultSpec(Table):
-    """An event of a module or of the CPU, beside commands and inputs.
+    """An injected fault of a module or of the CPU.
 
     Attributes:
-        at_ms: its begin; or `at_s`.
+        at_ms: its start, ms; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
             "controller-power-cycle"; of a drive "condition".
-        slot: its module; left out for "program-mode", and where there is one module only.
-        for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
-        late_words: of a torn update: the output words that arrive late.
-        state: of conditions: what begins, such as "temperature=95" or "cable=lost".
+        slot: slot of its module; left out for "program-mode"; optional in a rack with one module.
+        for_ms: duration, ms; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
+        late_words: torn update: the output words that arrive late.
+        state: condition: the state that begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
@@ -292,7 +294,7 @@ class InjectedFaultSpec(Table):
     what: Annotated[
         FaultKind,
         PlainValidator(_happening),
-        WithJsonSchema({"enum": [each.value for each in FaultKind]}),
+        WithJsonSchema({"enum": [kind.value for kind in FaultKind]}),
     ]
     slot: int | None = None
     for_ms: Milliseconds | None = None
@@ -301,7 +303,7 @@ class InjectedFaultSpec(Table):
     state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
-        """Return the incident; ValueError if times or words are missing or contradict each other."""
+        """Return the injected fault; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return InjectedFault(
@@ -322,33 +324,33 @@ class RackSpec(Table):
     """A rack and the settings of its runs.
 
     Attributes:
-        program: the logic: a path (`path[:function]`, relative to the rack file), or, in Python, a function.
-        name: of the rack, as reports show it.
+        program: the logic: a path (`path[:function]`, relative to the rack file); in Python also a function.
+        name: name of the rack in reports.
         scan_ms: time from scan to scan, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: longest processor time of the logic of one scan, which may take ten times that on the
-            clock; 0 = no watchdog.
-        run_for_s: machine time of a run, unless the command line sets it.
-        tags: patterns of the program's tags that are recorded beside the images.
+        watchdog_ms: maximum processor time of the logic of one scan; the maximum on the clock is ten times as
+            long; 0 = no watchdog.
+        run_for_s: machine time of a run; the command line overrides it.
+        tags: patterns of the program's tags to record in addition to the images.
         stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
             tags, by name; `missing_tags = "declare"` declares missing tags, `refused = "empty"` runs an
             export without its refused parts.
-        trace: path of the recording, relative to the rack file.
-        keep_traces: number of earlier recordings kept under numbers; 0 = none.
-        axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
-        prove: what `scanrack prove` proves of the program, and what it assumes.
-        fuzz: how `scanrack fuzz` searches it.
+        trace: path of the trace, relative to the rack file.
+        keep_traces: number of earlier traces to keep under numbers; 0 = none.
+        axes: axes of a ladder program's motion instructions by tag, on a 3601 or ideal.
+        prove: what `scanrack prove` proves and assumes.
+        fuzz: settings of `scanrack fuzz`.
         export: how a program that is an export begins.
         server: what clients of a tag server see and may write.
-        seed: of random numbers, such as those of slips.
+        seed: seed of random numbers, such as those of slips.
         mode: position of the CPU's key at power-up.
-        modules: your own modules by name: a Python file, and its ModuleRecord if it is not RECORD,
-            "blinker.py:OTHER".
+        modules: your own modules by name: a Python file, with the name of its ModuleRecord unless that is
+            RECORD: "blinker.py:OTHER".
         slot: the slots, at least one.
-        force: bits and words that are held from the first scan on.
-        incident: what happens to modules and to the CPU.
-        unit: controllers on a serial line beside the rack.
+        force: bits and words that are forced from the first scan on.
+        incident: injected faults of modules and of the CPU.
+        unit: controllers on serial lines beside the rack.
     """
 
     program: Annotated[str | Callable[..., Any], PlainValidator(_program), WithJsonSchema({"type": "string"})]
@@ -379,8 +381,8 @@ class RackSpec(Table):
 
     @property
     def incidents(self) -> tuple[InjectedFault, ...]:
-        """The incidents, in the order given."""
-        return tuple(each.incident(self.slot[0].number) for each in self.incident)
+        """The injected faults, in the order of the file."""
+        return tuple(spec.incident(self.slot[0].number) for spec in self.incident)
 
     @property
     def scan_ns(self) -> int:
@@ -395,7 +397,7 @@ class RackSpec(Table):
     @property
     def words(self) -> Mapping[int, ModuleWords]:
         """The words of the modules by slot, in the order of the rack's memory."""
-        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda each: each.number)}
+        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda slot: slot.number)}
 
     @property
     def rpi_ns(self) -> int:
@@ -426,9 +428,9 @@ class RackSpec(Table):
 
     def _check_stubs(self) -> None:
         for name, only in STUB_SETTINGS.items():
-            given = self.stubs.get(name, only)
-            if given != only:
-                raise MisplacedError(("stubs", name), given, f'must be "{only}"')
+            setting = self.stubs.get(name, only)
+            if setting != only:
+                raise MisplacedError(("stubs", name), setting, f'must be "{only}"')
 
     def _check_axes(self) -> None:
         known = [slot.number for slot in self.slot]
@@ -446,11 +448,11 @@ class RackSpec(Table):
 
     def _check_properties(self) -> None:
         seen: set[str] = set()
-        for index, each in enumerate(self.prove.property):
-            if each.name.upper() in seen:
+        for index, claim in enumerate(self.prove.property):
+            if claim.name.upper() in seen:
                 path: KeyPath = ("prove", "property", index, "name")
-                raise MisplacedError(path, each.name, "another property has this name")
-            seen.add(each.name.upper())
+                raise MisplacedError(path, claim.name, "another property has this name")
+            seen.add(claim.name.upper())
 
     def _check_modules(self) -> None:
         for name, address in self.modules.items():
@@ -487,9 +489,9 @@ class RackSpec(Table):
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
         bolted = [
-            each.number
-            for each in self.slot
-            if (each.has(Trait.MACHINE) or each.record.unread) and not each.is_live
+            slot.number
+            for slot in self.slot
+            if (slot.has(Trait.MACHINE) or slot.record.unread) and not slot.is_live
         ]
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
@@ -502,7 +504,7 @@ class RackSpec(Table):
 
     def _check_switch(self, index: int, number: int, switch: str) -> None:
         """Refuse a cam of a switch that the stepper's machine does not have."""
-        machine = next(each.machine for each in self.slot if each.number == number)
+        machine = next(slot.machine for slot in self.slot if slot.number == number)
         by_hand = sum({entry.input.value for entry in machine.timeline})
         wired = machine.fed_inputs | by_hand
         if not wired & INPUT_NAMES[switch].value:
@@ -521,23 +523,23 @@ class RackSpec(Table):
 
     def _check_incidents(self) -> None:
         numbers = [slot.number for slot in self.slot]
-        for index, each in enumerate(self.incident):
+        for index, incident in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
-            if each.what is FaultKind.PROGRAM_MODE:
-                if each.slot is not None:
-                    raise MisplacedError(path, each.slot, "the key is the CPU's: leave the slot out")
-            elif each.slot is None and len(numbers) > 1:
+            if incident.what is FaultKind.PROGRAM_MODE:
+                if incident.slot is not None:
+                    raise MisplacedError(path, incident.slot, "the key is the CPU's: leave the slot out")
+            elif incident.slot is None and len(numbers) > 1:
                 raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
-            elif each.slot is not None and each.slot not in numbers:
+            elif incident.slot is not None and incident.slot not in numbers:
                 says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
-                raise MisplacedError(path, each.slot, says)
-            elif each.what in ON_THE_LINE and self._slot_of(each).is_live:
+                raise MisplacedError(path, incident.slot, says)
+            elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
                 says = "the line of a real port can't be disturbed"
-                raise MisplacedError(("incident", index, "what"), each.what.value, says)
-            elif each.late_words:
-                outputs = len(self._slot_of(each).words.outputs)
+                raise MisplacedError(("incident", index, "what"), incident.what.value, says)
+            elif incident.late_words:
+                outputs = len(self._slot_of(incident).words.outputs)
                 where = ("incident", index, "late_words")
-                _at(where, list(each.late_words), each.incident().check_late_words, outputs)
+                _at(where, list(incident.late_words), incident.incident().check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))

@@ -33,13 +33,13 @@ class UnitSpec(Table):
     """A controller beside the rack.
 
     Attributes:
-        controller: its kind.
-        address: on its line, 0 to 99.
+        controller: kind of the controller.
+        address: address on its line, 0 to 99.
         program: path of its stored program, relative to the rack file.
         start: whether the stored program starts at power-up.
-        ascii: the line is in AA ASCII from the beginning.
-        thumbwheel: seven digits; switch SW2 is then at TWS.
-        pins: states of its inputs by name, as `env` of `scanrack drive pcl601` has them.
+        ascii: whether the line starts in AA ASCII.
+        thumbwheel: seven digits, with switch SW2 at TWS; no thumbwheel if left out.
+        pins: states of its inputs by name, as in `env` of `scanrack drive pcl601`.
     """
 
     controller: Literal["pcl601"] = "pcl601"

@@ -20,9 +20,9 @@ class MapRow(Table):
     """A tag among the coils or registers.
 
     Attributes:
-        address: its first one, from 0.
-        tag: its name; an array takes the following addresses, too.
-        order: word of a DINT, REAL, LINT or LREAL that comes first; left out, that of the table.
+        address: address of its first coil or register, from 0.
+        tag: name of the tag; an array also takes the following addresses.
+        order: word of a DINT, REAL, LINT or LREAL that comes first; the `order` of the table if left out.
     """
 
     address: Annotated[int, Field(ge=0, le=0xFFFF)]
@@ -35,7 +35,7 @@ class ModbusTable(Table):
 
     Attributes:
         order: word of a DINT, REAL, LINT or LREAL that comes first.
-        fill: whether addresses without a tag, below the last one of their table, read as 0; left out, they
+        fill: whether addresses without a tag, below the last address of their table, read as 0; false: they
             are refused.
         coils: bits that clients read and write.
         discrete_inputs: bits that clients read.
@@ -55,10 +55,10 @@ class ServerTable(Table):
     """What clients of a tag server see and may write.
 
     Attributes:
-        writable: patterns of tags that clients may write, with all below each: "Run", "Recipe.*",
-            "Local:1:O.Data", "Program:Main.*"; without them clients only read.
+        writable: patterns of tags that clients may write with all their members: "Run", "Recipe.*",
+            "Local:1:O.Data", "Program:Main.*"; without patterns, clients can only read.
         profile: names of the parts of `Local:n:I`: "generic" (Fault, Data) or "3601" (Data0, ModuleOK, ...).
-        modbus: tags as coils and registers; without them `--server modbus-tcp` is refused.
+        modbus: tags as coils and registers; without this table `--server modbus-tcp` is refused.
     """
 
     writable: Rows[Text] = ()

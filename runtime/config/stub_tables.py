@@ -28,18 +28,18 @@ def _plain(value: object) -> Any:
     if isinstance(value, Decimal):
         return float(value)
     if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    return [_plain(entry) for entry in value] if isinstance(value, list | tuple) else value
 
 
 Data = Annotated[Any, PlainValidator(_plain)]
 
 
 class StubStep(Table):
-    """What a table says from a time on.
+    """The data of a consumed tag from a time on.
 
     Attributes:
-        at_ms: the time; or `at_s`. 0 if left out.
+        at_ms: start of this entry, ms; or `at_s`. 0 if left out.
         value: the data, in the form of a tag: a number, true, a text, an array, or a table of members.
         faulted: whether the connection is broken until the next entry.
         running: whether the producer is in run mode.
@@ -61,14 +61,14 @@ class StubTable(Table):
     """The partner of a message or of a consumed tag.
 
     Attributes:
-        after_ms: of a message: time from its begin to its end; or `after_s`. A consumed tag has none.
-        error: of a message: its ERR, 1 to 65,535; 0 = done.
-        value: the data, if they never change.
-        table: the data over time.
-        rack: the rack file whose program has the data; it runs beside this one, in the same time.
-        tag: the tag there; left out, of a consumed tag the export's.
-        to: of a message: the tag that gets the data; left out, the export's.
-        rpi_ms: of a consumed tag: its interval; left out, the export's, else 20.
+        after_ms: message: duration, ms; or `after_s`. A consumed tag does not have this key.
+        error: message: its ERR, 1 to 65,535; 0 if it succeeds.
+        value: data that never change.
+        table: data over time.
+        rack: rack file whose program has the data; it runs in the same time as this rack.
+        tag: the tag in that rack; a consumed tag takes the tag in its export if left out.
+        to: message: the tag that receives the data; the tag in the export if left out.
+        rpi_ms: consumed tag: its RPI, ms; the export's if left out, otherwise 20.
     """
 
     after_ms: Milliseconds | None = None
@@ -104,7 +104,7 @@ class StubTable(Table):
             raise SettingError("value", "a consumed tag needs value, table or rack, a message after_ms")
         if self.tag and not self.rack:
             raise SettingError("tag", "it is a tag of another rack: give rack, too")
-        times = [each.at_ns for each in self.table]
+        times = [step.at_ns for step in self.table]
         if times != sorted(set(times)):
             raise SettingError("table", "its times must rise")
         return self

@@ -28,8 +28,8 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     index = _indices(count)
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
         made, rest = divmod(terms[0], step)
-        each, more = divmod(terms[1], step)
-        whole = made + each * index
+        per_instant, more = divmod(terms[1], step)
+        whole = made + per_instant * index
         return whole + (rest + more * index) // step if more else whole  # a division is the slowest operation
     return _estimated(segment, first_ns, every_ns, index)
 
@@ -49,8 +49,8 @@ def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np
     most = float(len(index))
     error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * most**n for n, power in enumerate(powers)))
     below = np.floor(steps)
-    found = below.astype(np.int64) + made
+    exact = below.astype(np.int64) + made
     doubtful = (steps - below < error) | (below + 1 - steps < error)
     for at in np.flatnonzero(doubtful).tolist():
-        found[at] = segment.steps_at(first_ns + at * every_ns)
-    return found
+        exact[at] = segment.steps_at(first_ns + at * every_ns)
+    return exact

@@ -101,9 +101,9 @@ class FaultInjector(Device):
     def advance(self, now_ns: int) -> bytes:
         """Advance the device; return the replies that are due."""
         self._now_ns = now_ns
-        said = self._device.advance(now_ns)
-        if said and not self._silent and not self._drop.next():
-            self._wait(now_ns, said)
+        reply = self._device.advance(now_ns)
+        if reply and not self._silent and not self._drop.next():
+            self._wait(now_ns, reply)
         self._format = None
         due = b""
         while self._waiting and self._waiting[0][0] <= now_ns:
@@ -133,12 +133,12 @@ class FaultInjector(Device):
         else:
             raise ValueError(f"{text!r} is not a fault; choose from {ALLOWED}")
 
-    def _wait(self, now_ns: int, said: bytes) -> None:
+    def _wait(self, now_ns: int, reply: bytes) -> None:
         """Queue a reply until it is due; replies stay in order."""
         due_ns = now_ns + self._turnaround_ns() + self._delay_ns
         if self._waiting:
             due_ns = max(due_ns, self._waiting[-1][0])
-        damaged = said[:-1] + bytes((said[-1] ^ DAMAGE,)) if self._crc.next() else said
+        damaged = reply[:-1] + bytes((reply[-1] ^ DAMAGE,)) if self._crc.next() else reply
         self._waiting.append((due_ns, damaged, self._device.line_format))
 
 

@@ -104,7 +104,7 @@ class Master:
     @property
     def overdue(self) -> int:
         """Number of missing answers that may still arrive."""
-        self._late_until_ns = [each for each in self._late_until_ns if each > self.now_ns]
+        self._late_until_ns = [instant_ns for instant_ns in self._late_until_ns if instant_ns > self.now_ns]
         return len(self._late_until_ns)
 
     def expect_nothing_late(self) -> None:

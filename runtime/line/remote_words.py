@@ -60,7 +60,7 @@ class RemoteWords:
             pdu: function code and data, at least one byte.
         """
         request = request_of(pdu, FUNCTIONS)
-        return answer_to(request, lambda each: self._carry_out(now_ns, each))
+        return answer_to(request, lambda command: self._carry_out(now_ns, command))
 
     def _carry_out(self, now_ns: int, request: ModbusPDU) -> ModbusPDU:
         if request.function_code == READ_HOLDING:

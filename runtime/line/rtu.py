@@ -131,15 +131,15 @@ class Framer:
         """
         buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):
-            found = _frame_at(buffer, at)
-            if not found and final and at in self._starts and is_frame(buffer[at:]):
-                found = buffer[at:]  # the length of this function is unknown
-            if found and (start := self._within(buffer, at, found)) is not None:
+            frame = _frame_at(buffer, at)
+            if not frame and final and at in self._starts and is_frame(buffer[at:]):
+                frame = buffer[at:]  # the length of this function is unknown
+            if frame and (start := self._within(buffer, at, frame)) is not None:
                 at = start
-            elif found:
-                yield found
-                at = end = at + len(found)
-            elif found is not None or (final and not self._may_begin(buffer, at)):
+            elif frame:
+                yield frame
+                at = end = at + len(frame)
+            elif frame is not None or (final and not self._may_begin(buffer, at)):
                 at += 1
             elif (start := self._frame_after(buffer, at)) is not None:
                 at = start
@@ -150,14 +150,14 @@ class Framer:
     def _may_begin(self, buffer: bytes, at: int) -> bool:
         return at in self._starts and _begins(buffer, at)
 
-    def _within(self, buffer: bytes, at: int, found: bytes) -> int | None:
+    def _within(self, buffer: bytes, at: int, outer: bytes) -> int | None:
         """Return where a frame begins after a silence within another one, if it is the likelier of the two.
 
         It is likelier unless only the other frame ends exactly with the received bytes.
         """
         if self._starts[-1:] <= [at]:
             return None
-        end = at + len(found)
+        end = at + len(outer)
         start = self._frame_after(buffer, at)
         if start is None or start >= end:
             return None
@@ -166,7 +166,7 @@ class Framer:
 
     def _frame_after(self, buffer: bytes, at: int) -> int | None:
         """Return the first place after a silence and after `at` where a frame begins."""
-        return next((each for each in self._starts if each > at and _frame_at(buffer, each)), None)
+        return next((start for start in self._starts if start > at and _frame_at(buffer, start)), None)
 
     def _drop(self, count: int) -> None:
         """Drop bytes at the beginning of the buffer."""
@@ -176,7 +176,7 @@ class Framer:
             self.deadline_ns = None
         else:
             del self._buffer[:count]
-            self._starts = [each - count for each in self._starts if each >= count]
+            self._starts = [start - count for start in self._starts if start >= count]
 
 
 def _frame_at(buffer: bytes, at: int) -> bytes | None:

@@ -84,10 +84,10 @@ class RackPrediction:
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
         self._memory = rack.memory
         places = rack.layout.places.values()
-        self._inputs = [each.inputs for each in places]
-        self._outputs = [each.outputs for each in places]
+        self._inputs = [place.inputs for place in places]
+        self._outputs = [place.outputs for place in places]
         modules = [slot.module for slot in rack.slots.values()]
-        self._modules = [each for module in modules if (each := foreseeing(module)) is not None]
+        self._modules = [foreseen for module in modules if (foreseen := foreseeing(module)) is not None]
         self._sent = sent
         self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)

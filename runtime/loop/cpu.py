@@ -312,7 +312,7 @@ class Cpu:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
         recorded = phase in (self._phases.record, self.housekeeping)  # the scan is recorded, at least in part
-        last_words = self._tell_fault if recorded else self._record_fault
+        last_words = self._report_fault if recorded else self._record_fault
         for step in (self._phases.drop_outputs, last_words, self.close):
             try:
                 step()
@@ -324,13 +324,13 @@ class Cpu:
 
     def _record_fault(self) -> None:
         """Report the unfinished scan and its fault to the listeners."""
-        self._phases.tell_news()
-        self._tell_fault()
+        self._phases.report_changes()
+        self._report_fault()
         self._listeners.scan(self.scan, self.now_ns, self._phases.flags | ScanFlag.FAULT)
 
-    def _tell_fault(self) -> None:
+    def _report_fault(self) -> None:
         if self.fault is not None:
-            self._phases.tell_module_events()
+            self._phases.report_module_events()
             self._listeners.event(self.scan, self.now_ns, "/faults", self.fault.fields)
 
 

@@ -65,7 +65,7 @@ class Exchange(ABC):
 
     def stop(self) -> None:
         """Inform the modules at once that the PLC does not run; the last outputs stay in force."""
-        _tell_modules(self._rack, False)
+        _set_modules_running(self._rack, False)
 
     def tell_before_change(self, notice: Callable[[], None]) -> None:
         """Call `notice` before anything other than this exchange acts on a module."""
@@ -123,7 +123,7 @@ class EndOfScan(Exchange):
     @override
     def start(self) -> None:
         """Inform the modules at the end of this scan."""
-        _tell_modules(self._rack, True)
+        _set_modules_running(self._rack, True)
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
@@ -263,7 +263,7 @@ class EveryRpi(Exchange):
         self._sent[:] = self._waiting
         if self._starting:
             self._starting = False
-            _tell_modules(self._rack, True)
+            _set_modules_running(self._rack, True)
 
 
 def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
@@ -292,6 +292,6 @@ def _advance(lines: tuple[Line, ...], now_ns: int) -> None:
         update(now_ns, outputs)
 
 
-def _tell_modules(rack: Rack, running: bool) -> None:
+def _set_modules_running(rack: Rack, running: bool) -> None:
     for slot in rack.slots.values():
         slot.module.plc_run(running)

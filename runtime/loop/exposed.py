@@ -79,12 +79,12 @@ class ExposedModule(Module):
         self.module, self._conditions = module, conditions
         self._foreseeing = foreseeing(module)
         self.events = module.events
-        ordered = sorted(incidents, key=lambda each: each.at_ns)
-        for each in ordered:
-            self._check(each)
-        self._tears = [each for each in ordered if each.what is FaultKind.TORN_UPDATE]
+        ordered = sorted(incidents, key=lambda fault: fault.at_ns)
+        for fault in ordered:
+            self._check(fault)
+        self._tears = [fault for fault in ordered if fault.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
-            (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),
+            (act for fault in ordered if fault.what is not FaultKind.TORN_UPDATE for act in _acts(fault)),
             key=lambda act: act[0],
         )
         self._faults: set[FaultKind] = set()
@@ -103,18 +103,18 @@ class ExposedModule(Module):
         self._check(incident)
         self.before_change()
         if incident.what is FaultKind.TORN_UPDATE:
-            self._tears = sorted([*self._tears, incident], key=lambda each: each.at_ns)
+            self._tears = sorted([*self._tears, incident], key=lambda fault: fault.at_ns)
         else:
             self._acts = sorted([*self._acts, *_acts(incident)], key=lambda act: act[0])
 
     def _check(self, incident: InjectedFault) -> None:
-        what, conditions = incident.what, self._conditions
-        if what is FaultKind.CONDITION and conditions is not None:
+        kind, conditions = incident.what, self._conditions
+        if kind is FaultKind.CONDITION and conditions is not None:
             conditions.check(incident.state)
-        elif what is FaultKind.CONDITION or not _can_happen(what, self.module):
+        elif kind is FaultKind.CONDITION or not _can_happen(kind, self.module):
             instead = "; set its conditions, such as cable=lost" if conditions is not None else ""
             module = type(self.module).__name__
-            raise ValueError(f"injected fault {what.value} does not apply to {module}{instead}")
+            raise ValueError(f"injected fault {kind.value} does not apply to {module}{instead}")
 
     @property
     def under_way(self) -> str | None:
@@ -201,29 +201,29 @@ class ExposedModule(Module):
         return self.module.update(now_ns, self._torn if torn else outputs)
 
     def _act(self, at_ns: int, incident: InjectedFault, *, begins: bool) -> None:
-        what = incident.what
-        if isinstance(self.module, OnALine) and what in ON_THE_LINE:
-            self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
-        elif self._conditions is not None and what is FaultKind.CONDITION:
+        kind = incident.what
+        if isinstance(self.module, OnALine) and kind in ON_THE_LINE:
+            self.module.disturb(kind, begins=begins, lasts=bool(incident.for_ns))
+        elif self._conditions is not None and kind is FaultKind.CONDITION:
             self._conditions.put(incident.state)
         else:
-            self._trouble(what, begins=begins)
-        self.events.append(incident_event(at_ns, what, begins=begins, state=incident.state))
+            self._trouble(kind, begins=begins)
+        self.events.append(fault_event(at_ns, kind, begins=begins, state=incident.state))
 
-    def _trouble(self, what: FaultKind, *, begins: bool) -> None:
-        if what is FaultKind.POWER_CYCLE:
+    def _trouble(self, kind: FaultKind, *, begins: bool) -> None:
+        if kind is FaultKind.POWER_CYCLE:
             self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
             self._current = None
         elif begins:
-            self._faults.add(what)
+            self._faults.add(kind)
         else:
-            self._faults.discard(what)
+            self._faults.discard(kind)
         self._settle()
 
     def _settle(self) -> None:
         """Show the worst of the present faults."""
-        worst = next((each for each in WORST_FIRST if each in self._faults), None)
+        worst = next((kind for kind in WORST_FIRST if kind in self._faults), None)
         if worst is self._current or not isinstance(self.module, ModuleWithFaults):
             return
         if worst is FaultKind.REMOVED:
@@ -235,10 +235,10 @@ class ExposedModule(Module):
         self._current = worst
 
 
-def _can_happen(what: FaultKind, module: Module) -> bool:
-    if what in ON_THE_LINE:
+def _can_happen(kind: FaultKind, module: Module) -> bool:
+    if kind in ON_THE_LINE:
         return isinstance(module, OnALine)
-    return what not in TROUBLES or isinstance(module, ModuleWithFaults)
+    return kind not in TROUBLES or isinstance(module, ModuleWithFaults)
 
 
 def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
@@ -247,13 +247,13 @@ def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
         yield incident.at_ns + incident.for_ns, incident, False
 
 
-def incident_event(at_ns: int, what: FaultKind, *, begins: bool, state: str = "") -> Event:
+def fault_event(at_ns: int, kind: FaultKind, *, begins: bool, state: str = "") -> Event:
     """Return the event of an incident that begins or ends."""
-    if what is FaultKind.CONDITION:
+    if kind is FaultKind.CONDITION:
         text = f"Around the module: {state}."
-        return Event(at_ns, "stimulus", what.value, text, {"begins": begins, "state": state})
-    if what in ON_THE_LINE:
-        text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
+        return Event(at_ns, "stimulus", kind.value, text, {"begins": begins, "state": state})
+    if kind in ON_THE_LINE:
+        text = _BEGUN_ON_THE_LINE[kind] if begins else _OVER_ON_THE_LINE
     else:
-        text = _BEGUN[what] if begins else _OVER
-    return Event(at_ns, "stimulus", what.value, text, {"begins": begins})
+        text = _BEGUN[kind] if begins else _OVER
+    return Event(at_ns, "stimulus", kind.value, text, {"begins": begins})

@@ -114,7 +114,7 @@ def place_of(error: BaseException) -> str:
 
 def is_the_users(file_name: str) -> bool:
     """Return whether code is the user's: neither ours nor installed, here or in an environment below."""
-    return not file_name.startswith(_not_the_users()) and not any(each in file_name for each in _PACKAGES)
+    return not file_name.startswith(_not_the_users()) and not any(folder in file_name for folder in _PACKAGES)
 
 
 _ROOMS = (
@@ -137,4 +137,4 @@ def _not_the_users() -> tuple[str, ...]:
     return (*_ROOMS, *(f"{sysconfig.get_path(kind)}{os.sep}" for kind in kinds), _GENERATED)
 
 
-_PACKAGES = tuple(f"{os.sep}{each}-packages{os.sep}" for each in ("site", "dist"))
+_PACKAGES = tuple(f"{os.sep}{kind}-packages{os.sep}" for kind in ("site", "dist"))

@@ -18,10 +18,10 @@ class KeySwitch(QuietListener):
     def __init__(self, cpu: Cpu, incidents: Iterable[InjectedFault]) -> None:
         self._cpu = cpu
         turns = []
-        for each in incidents:
-            turns.append((each.at_ns, CpuMode.PROGRAM))
-            if each.for_ns:
-                turns.append((each.at_ns + each.for_ns, CpuMode.RUN))
+        for fault in incidents:
+            turns.append((fault.at_ns, CpuMode.PROGRAM))
+            if fault.for_ns:
+                turns.append((fault.at_ns + fault.for_ns, CpuMode.RUN))
         self._turns = sorted(turns)
 
     @override

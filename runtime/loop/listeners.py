@@ -112,8 +112,8 @@ class Listeners:
         self._sort()
 
     def _sort(self) -> None:
-        found = [each for listener in self.listeners if (each := by_rows(listener)) is not None]
-        self._by_rows = found if len(found) == len(self.listeners) else None
+        receivers = [receiver for listener in self.listeners if (receiver := by_rows(listener)) is not None]
+        self._by_rows = receivers if len(receivers) == len(self.listeners) else None
 
     def add(self, listener: ScanListener) -> None:
         """Add a listener."""
@@ -130,14 +130,14 @@ class Listeners:
     @property
     def looks(self) -> list[Callable[[], bool]]:
         """Return the functions to call after the logic of each scan by rows."""
-        looks = [each.look for each in self._by_rows or ()]
+        looks = [listener.look for listener in self._by_rows or ()]
         return [look for look in looks if look is not None]
 
     def begin_rows(self, scan: int) -> int:
         """Return how many scans all can receive at once from number `scan` on; 0 = each by itself."""
         if self._by_rows is None:
             return 0
-        return min([ROWS_AT_ONCE, *(each.begin_rows(scan) for each in self._by_rows)])
+        return min([ROWS_AT_ONCE, *(listener.begin_rows(scan) for listener in self._by_rows)])
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
         """Pass on successive finished scans."""
@@ -164,10 +164,10 @@ class Listeners:
 
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
         """Pass on the modules' events in order of time, and empty the modules' lists."""
-        found = [(slot.number, event) for slot in slots for event in slot.module.events]
+        events = [(slot.number, event) for slot in slots for event in slot.module.events]
         for slot in slots:
             slot.module.events.clear()
-        for number, event in sorted(found, key=lambda entry: entry[1].at_ns):
+        for number, event in sorted(events, key=lambda entry: entry[1].at_ns):
             self.raised(scan, event, slot=number)
 
     def dismiss(self, listener: ScanListener) -> None:

@@ -25,22 +25,22 @@ class Options(BaseModel):
 
     owner: ClassVar[str]  # name of the device in messages
 
-    def __init__(self, **given: Any) -> None:
+    def __init__(self, **values: Any) -> None:
         try:
-            super().__init__(**given)
+            super().__init__(**values)
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
             key = str(details["loc"][0]) if details["loc"] else "options"
             raise SettingError(key, self._mistake(details)) from None
 
     @classmethod
-    def of(cls, given: Mapping[str, JsonValue] | None) -> Self:
+    def of(cls, values: Mapping[str, JsonValue] | None) -> Self:
         """Return options from values by name; None leaves all defaults.
 
         Raises:
             ValueError: see the class.
         """
-        return cls(**(given or {}))
+        return cls(**(values or {}))
 
     @classmethod
     def _mistake(cls, details: ErrorDetails) -> str:
@@ -69,6 +69,6 @@ def _problem(field: FieldInfo, details: ErrorDetails) -> str:
 
 
 def _range(field: FieldInfo) -> str:
-    least = next(each.ge for each in field.metadata if hasattr(each, "ge"))
-    most = next((f"to {each.le}" for each in field.metadata if hasattr(each, "le")), "and more")
+    least = next(limit.ge for limit in field.metadata if hasattr(limit, "ge"))
+    most = next((f"to {limit.le}" for limit in field.metadata if hasattr(limit, "le")), "and more")
     return f"{least} {most}"

@@ -351,7 +351,7 @@ def _stack(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
-    return any(each.f_code in codes for each in _stack(frame))
+    return any(inner.f_code in codes for inner in _stack(frame))
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
@@ -359,7 +359,7 @@ DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_py
 
 
 def _in_debugger(frame: FrameType | None) -> bool:
-    return any(_of_debugger(each.f_globals.get("__name__")) for each in _stack(frame))
+    return any(_of_debugger(inner.f_globals.get("__name__")) for inner in _stack(frame))
 
 
 def _traced_by_debugger() -> bool:

@@ -24,7 +24,7 @@ from .forces import Forces
 from .listeners import Listeners
 from .pace import Pacer, Watchdog
 from .rack import Rack
-from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic
+from .scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 
 PHASES = (
     "input_latch",
@@ -46,6 +46,13 @@ IDLE_PHASES = {
     CpuMode.SINGLE_SCAN: frozenset({"output_latch"}),
 }
 """The phases that are skipped, by mode."""
+
+_LOGIC_RUNS = tuple("logic" not in IDLE_PHASES[mode] for mode in sorted(CpuMode))
+
+
+def runs_logic(flags: int) -> bool:
+    """Return whether the logic runs in a scan with these flags."""
+    return _LOGIC_RUNS[flags & MODE_MASK]
 
 
 class ScanPhases:
@@ -83,7 +90,7 @@ class ScanPhases:
         self.flags = self._prepared_flags = 0
         self.call_logic: Phase = self.logic
         self.attention = self.plain = False
-        self._given: tuple[object, ...] = ()  # the state for which the phases were listed
+        self._planned_for: tuple[object, ...] = ()  # the state for which the phases were listed
         self.after_logic: tuple[Phase, ...] = (self.output_latch, self.record, housekeeping)
         self._rack, self._exchange, self._forces = rack, exchange, forces
         self._pacer, self._watchdog = pacer, watchdog
@@ -118,7 +125,7 @@ class ScanPhases:
         view = self.view
         for module in self._modules:
             if module.events:
-                self.tell_module_events()
+                self.report_module_events()
                 break
         self.listeners.scan(view.number, view.now_ns, self.flags)
 
@@ -144,7 +151,7 @@ class ScanPhases:
         self._exchange.start()
         self._modules_run = True
 
-    def tell_news(self) -> None:
+    def report_changes(self) -> None:
         """Report the changes that took effect with this scan."""
         for topic, fields in self._news.items():
             self.listeners.event(self.view.number, self.view.now_ns, topic, fields)
@@ -155,7 +162,7 @@ class ScanPhases:
 
     # requests of the CPU
 
-    def tell_module_events(self) -> None:
+    def report_module_events(self) -> None:
         """Pass the modules' events to the listeners."""
         self.listeners.module_events(self.view.number, self._rack.slots.values())
 
@@ -194,9 +201,9 @@ class ScanPhases:
         news = bool(self._news or self._announced)
         forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
         starting = mode is CpuMode.RUN and not self._modules_run
-        given = (mode, starting, news, forced_in, forced_out, self._watchdog.timed, self._pacer.free)
-        if given != self._given:  # listing them costs more than a short scan
-            self._given = given
+        state = (mode, starting, news, forced_in, forced_out, self._watchdog.timed, self._pacer.free)
+        if state != self._planned_for:  # listing them costs more than a short scan
+            self._planned_for = state
             self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
             plan = self._plan(mode, starting, news, forced_in, forced_out)
             self.blame = {phase: cause for is_active, phase, cause in plan if is_active}
@@ -223,7 +230,7 @@ class ScanPhases:
             self._first_output_latch if starting else self.output_latch,
             Cause.MODULE,
         )
-        yield news, self.tell_news, Cause.LISTENER
+        yield news, self.report_changes, Cause.LISTENER
         yield True, self.record, Cause.LISTENER
         yield True, self.housekeeping, Cause.MODULE
 

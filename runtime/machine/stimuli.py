@@ -81,7 +81,7 @@ class Stimuli:
 
     def _act(self, entry: TimelineEntry) -> None:
         self.hold(entry.input, entry.energized)
-        self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energized)
+        self._report(entry.at_ns, entry.input, self._sentence(entry), entry.energized)
 
     def operate(self, bit: InputBit, energized: bool | None, now_ns: int) -> None:
         """Act on an input as an entry of the timeline does.
@@ -109,14 +109,14 @@ class Stimuli:
     def _begin_pulse(self, work: _Work) -> None:
         at_ns, station = work.due_ns, work.station
         work.due_ns, work.until_ns = FAR, work.due_ns + station.pulse_ns
-        self._tell(at_ns, station.input, f"The station at {station.position} is done and signals it.", True)
+        self._report(at_ns, station.input, f"The station at {station.position} is done and signals it.", True)
 
     def _end_pulse(self, work: _Work) -> None:
         at_ns, station = work.until_ns, work.station
         work.until_ns = FAR
-        self._tell(at_ns, station.input, f"The station at {station.position} ends its signal.", False)
+        self._report(at_ns, station.input, f"The station at {station.position} ends its signal.", False)
 
-    def _tell(self, at_ns: int, bit: InputBit, text: str, energized: bool | None) -> None:
+    def _report(self, at_ns: int, bit: InputBit, text: str, energized: bool | None) -> None:
         self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energized": energized}))
 
     def rest(self, now_ns: int, shaft: int) -> None:

@@ -91,7 +91,7 @@ class ModuleWithMachine(Module, Protocol):
 
 
 @runtime_checkable
-class BoltedAhead(ModuleWithMachine, Protocol):
+class PredictableMachine(ModuleWithMachine, Protocol):
     """A module that can predict its machine as long as nothing acts on it.
 
     An instant that is not later than the last `update` means that it can't predict it.

@@ -57,12 +57,12 @@ def _record_of(name: str) -> ModuleRecord:
     """Import the record of an installed package; ValueError if it has none."""
     point = _installed()[name]
     try:
-        found = point.load()
+        record = point.load()
     except Exception as error:  # report anything that the package raises as its own mistake
         raise ValueError(f"module {name}: {point.value} can't be imported: {error}") from error
-    if not isinstance(found, ModuleRecord) or found.name != name:
+    if not isinstance(record, ModuleRecord) or record.name != name:
         raise ValueError(f"module {name}: {point.value} is not the ModuleRecord of this name")
-    return found
+    return record
 
 
 class Registry(Mapping[str, ModuleRecord]):

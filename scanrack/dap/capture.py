@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.record.sequence_watch import sequences_in, standing
 from scanrack.jobs.record.tag_names import named_values, namespace_of
-from scanrack.jobs.why.twin import Twin
+from scanrack.jobs.replay.input_replay import InputReplay
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
 from scanrack.ladder.python.line_marks import Observer
@@ -156,7 +156,7 @@ _is_own = cache(is_the_users)
 def _callers(frame: FrameType) -> Iterator[FrameType]:
     """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
     above = frame.f_back
-    outermost = Twin._call.__code__  # its callers only use the program, such as a test
+    outermost = InputReplay.run_logic.__code__  # its callers only use the program, such as a test
     while above is not None and above.f_code is not outermost:
         if _is_own(above.f_code.co_filename):
             yield above

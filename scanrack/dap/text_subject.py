@@ -1,4 +1,4 @@
-"""Programs without rungs: plain Python, sequences, lists of steps. Their scans are run again by a twin.
+"""Programs without rungs: plain Python, sequences, lists of steps. They run again beside the session.
 
 window    scans before the scan in view, whose lines are kept, so that steps back stay in it
 """
@@ -13,8 +13,8 @@ from typing import Any
 
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.why.answer import Why
+from scanrack.jobs.why.program_rerun import ProgramRerun
 from scanrack.jobs.why.traced_run import Load
-from scanrack.jobs.why.twin import Twin
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
 from scanrack.ladder.python.line_marks import WATCH
@@ -120,12 +120,14 @@ class TextScan(View):
 class TextSubject(Subject):
     """A program without rungs.
 
-    Three twins: one at the scan that was looked at last, one before it, one for searches.
+    Three runs: one at the scan that was looked at last, one before it, one for searches.
     """
 
     def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
         self._load, self._spec, self._steps = load, spec, steps
-        self._shown, self._before, self._searched = (Twin(load, spec, self.recording) for _ in range(3))
+        self._shown, self._before, self._searched = (
+            ProgramRerun(load, spec, self.recording) for _ in range(3)
+        )
         self._kept: dict[int, TextScan] = {}
         self._at = 0  # the scan that was looked at last
         self._filling: Iterator[None] | None = None
@@ -146,22 +148,22 @@ class TextSubject(Subject):
 
     def _looked(self, scan: int) -> TextScan | None:
         """Run the scans up to `scan` again, and keep it with some scans before it."""
-        twins = self._shown, self._before
-        near = (each for each in twins if 0 <= each.at < scan <= each.at + WINDOW)
-        twin = next(near, twins[self._shown.at >= scan])
-        window = WINDOW if twin is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
+        reruns = self._shown, self._before
+        near = (each for each in reruns if 0 <= each.at < scan <= each.at + WINDOW)
+        rerun = next(near, reruns[self._shown.at >= scan])
+        window = WINDOW if rerun is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
         first = max(0, scan + 1 - window)
         self._filling = None
-        self._keep(twin, max(first, twin.at + 1) if twin.at < scan else first, scan)
+        self._keep(rerun, max(first, rerun.at + 1) if rerun.at < scan else first, scan)
         return self._kept.get(scan)
 
-    def _keep(self, twin: Twin, first: int, last: int) -> None:
+    def _keep(self, rerun: ProgramRerun, first: int, last: int) -> None:
         """Keep the scans from `first` to `last`; a DebugError if they can't be repeated."""
-        for number, own in twin.walk(first, last, Capture):
+        for number, own in rerun.walk(first, last, Capture):
             assert isinstance(own, Capture)
-            if twin.departs is None:
+            if rerun.departs is None:
                 self._kept[number] = TextScan(number, own)
-        departs: int | None = twin.departs
+        departs: int | None = rerun.departs
         if departs is not None and departs <= last:
             raise DebugError(
                 f"run again on the recorded inputs, the program writes other words from scan {departs:,} on: "
@@ -187,27 +189,27 @@ class TextSubject(Subject):
 
     def _fill(self, low: int) -> Iterator[None]:
         """Keep the scans before the window, in slices."""
-        first, twin = max(0, low - WINDOW_MOST), self._before
-        twin.rewind(first)
-        while twin.at + 1 < first:
-            last = min(first - 1, twin.at + QUICK)
-            yield from (None for _ in twin.walk(last, last, lambda _logic: None))
+        first, rerun = max(0, low - WINDOW_MOST), self._before
+        rerun.rewind(first)
+        while rerun.at + 1 < first:
+            last = min(first - 1, rerun.at + QUICK)
+            yield from (None for _ in rerun.walk(last, last, lambda _logic: None))
         for number in range(first, low, WINDOW):
-            self._keep(twin, number, min(number + WINDOW, low) - 1)
+            self._keep(rerun, number, min(number + WINDOW, low) - 1)
             yield
 
     def _search(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
     ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
         """Yield the scans from `first` to `last` that meet a breakpoint, in order."""
-        twin, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
-        continues = 0 <= twin.at == begin
-        twin.rewind(first if continues else begin)
-        looker, points = self._looker(requested, lambda: twin.logic, lambda: twin.at)
+        rerun, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
+        continues = 0 <= rerun.at == begin
+        rerun.rewind(first if continues else begin)
+        looker, points = self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
         if continues:
             begin = first
-            looker.prime(twin.at)
-        for number, _own in twin.walk(begin, last, lambda _logic: points):
+            looker.prime(rerun.at)
+        for number, _own in rerun.walk(begin, last, lambda _logic: points):
             met = looker.look(number)
             if met and number >= first:
                 yield number, [(check.breakpoint, text) for check, text in met]
@@ -223,9 +225,9 @@ class TextSubject(Subject):
 
     @override
     def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
-        twin = self._shown
-        twin.rewind(twin.at + 1)
-        self._looker(requested, lambda: twin.logic, lambda: twin.at)
+        rerun = self._shown
+        rerun.rewind(rerun.at + 1)
+        self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
 
     @override
     def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:

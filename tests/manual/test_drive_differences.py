@@ -45,7 +45,7 @@ def names(words, image: str, word: int, mask: int) -> set[str]:
 
 @pytest.mark.parametrize("row", DIFFERENCES, ids=lambda row: row.id)
 def test_the_bits_of_a_row_have_its_names_on_a_3601(row):
-    assert set(row.names(0xFFFF).split(", ")) <= names(WORDS_3601, row.image, row.word, row.mask)
+    assert set(row.names(0xFFFF).split(", ")) <= names(WORDS_3601, *row.place, row.bits)
 
 
 SAME_NAME = {"D-01", "D-06", "D-07", "D-20", "D-23", "D-24"}
@@ -58,10 +58,10 @@ SAME_NAME = {"D-01", "D-06", "D-07", "D-20", "D-23", "D-24"}
 def test_the_bits_of_a_row_have_another_name_on_the_drive_or_none(row):
     for layout in row.layouts:
         model = SMD if layout is Layout.SMD else ANF2
-        ours = names(model.words, row.image, row.word, row.mask)
+        ours = names(model.words, *row.place, row.bits)
         assert not ours & set(row.names(0xFFFF).split(", ")), model.name
         named = [name for name in ours if name in row.on_drive or name in row.write]
-        assert named == list(ours) or row.word == 1 or row.image == "O", ours
+        assert named == list(ours) or row.place != ("I", 0), ours
 
 
 def test_a_move_without_the_enable_bit_moves_a_3601_only():  # D-01

@@ -159,7 +159,7 @@ class Python:
 def check_of(rows: tuple[Contract, ...] = CONTRACTS):
     """Return a fast check of signed words: the rows that images break; `was` and `sent` may be None."""
     compiled = [(row, eval(f"lambda now, was, sent: {row.fact.read(Python())}")) for row in rows]
-    alone = [(row, fact) for row, fact in compiled if row.fact.speaks_of == {Side.NOW}]
+    alone = [(row, fact) for row, fact in compiled if row.fact.images == {Side.NOW}]
 
     def check(now, was, sent):
         if was is None:

@@ -25,10 +25,11 @@ def page() -> str:
 
 
 def _row(row: Difference) -> str:
-    bits = ", ".join(str(bit) for bit in range(16) if row.mask >> bit & 1)
-    side = "output" if row.image == "O" else "input"
-    models = "" if len(row.layouts) > 1 else f"{MODELS[next(iter(row.layouts))]}: "
+    bits = ", ".join(str(bit) for bit in range(16) if row.bits >> bit & 1)
+    image, word = row.place
+    side = "output" if image == "O" else "input"
+    models = "" if len(row.layouts) > 1 else f"{MODELS[row.layouts[0]]}: "
     return (
-        f"| {row.id} | {side} word {row.word}, bits {bits}: {row.names(0xFFFF)} | {row.on_3601} "
+        f"| {row.id} | {side} word {word}, bits {bits}: {row.names(0xFFFF)} | {row.on_3601} "
         f"| {models}{row.on_drive} | {row.write} | {row.source} |\n"
     )

@@ -39,7 +39,7 @@ def contracts_of(
     return tuple(
         row
         for row in CONTRACTS
-        if (each_update or not row.speaks_of_two)
+        if (each_update or not row.needs_two_images)
         and (row.adapters or not adapter)
         and all(chosen.get(name, needed) == needed for name, needed in row.readings.items())
     )

@@ -32,6 +32,6 @@ class Contract:
     readings: Mapping[str, bool] = field(default_factory=dict)
 
     @property
-    def speaks_of_two(self) -> bool:
+    def needs_two_images(self) -> bool:
         """Whether it is about two input images, and so holds only with one module update in between."""
-        return self.fact.speaks_of != {Side.NOW}
+        return self.fact.images != {Side.NOW}

@@ -12,7 +12,7 @@ outputs in between. `&`, `|` and `~` connect facts.
 >>> lost = now(StatusMsw.POSITION_INVALID) & ~was(StatusMsw.POSITION_INVALID)
 >>> lost.only_with(now(StatusMsw.STOPPED)).holds(now=(0x4408, 0), was=(0x4001, 0))
 True
->>> lost.only_with(sent(CommandMsw.IMMEDIATE_STOP)).speaks_of == {Side.NOW, Side.WAS, Side.SENT}
+>>> lost.only_with(sent(CommandMsw.IMMEDIATE_STOP)).images == {Side.NOW, Side.WAS, Side.SENT}
 True
 """
 
@@ -66,7 +66,7 @@ class Fact(ABC):
 
     @property
     @abstractmethod
-    def speaks_of(self) -> frozenset[Side]:
+    def images(self) -> frozenset[Side]:
         """The images that the fact needs."""
 
     def __and__(self, other: Fact) -> Fact:
@@ -107,7 +107,7 @@ class AnyOf(Fact):
 
     @property
     @override
-    def speaks_of(self) -> frozenset[Side]:
+    def images(self) -> frozenset[Side]:
         return frozenset({self.side})
 
 
@@ -126,7 +126,7 @@ class Within(Fact):
 
     @property
     @override
-    def speaks_of(self) -> frozenset[Side]:
+    def images(self) -> frozenset[Side]:
         return frozenset({self.side})
 
 
@@ -143,8 +143,8 @@ class Both(Fact):
 
     @property
     @override
-    def speaks_of(self) -> frozenset[Side]:
-        return self.first.speaks_of | self.second.speaks_of
+    def images(self) -> frozenset[Side]:
+        return self.first.images | self.second.images
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,8 +159,8 @@ class Negation(Fact):
 
     @property
     @override
-    def speaks_of(self) -> frozenset[Side]:
-        return self.fact.speaks_of
+    def images(self) -> frozenset[Side]:
+        return self.fact.images
 
 
 @dataclass(frozen=True, slots=True)

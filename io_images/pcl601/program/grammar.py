@@ -57,7 +57,7 @@ def keyword_terminal(word: str) -> str:
 
 def spoken(terminals: set[str]) -> str:
     """Return the names of terminals for a message, in the grammar's order."""
-    known = {name: said for name, (_, said) in TERMINALS.items()}
-    known |= {keyword_terminal(word): word for word in keywords()}
-    known["$END"] = "the end of the line"
-    return ", ".join(said for name, said in known.items() if name in terminals)
+    names = {name: meaning for name, (_, meaning) in TERMINALS.items()}
+    names |= {keyword_terminal(word): word for word in keywords()}
+    names["$END"] = "the end of the line"
+    return ", ".join(meaning for name, meaning in names.items() if name in terminals)

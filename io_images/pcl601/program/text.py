@@ -91,8 +91,8 @@ def _meaning(tree: Tree[Token]) -> Step | _Directive | None:
     if tree.data == "directive":
         return _directive(tokens[0].lower()[1:], tokens[1])
     row = _ROWS[str(tree.data)]
-    given = [token for token in tokens if token.type != "EQUALS"]
-    return Step(row.name, tuple(_value(o.value, t) for o, t in zip(row.operands, given, strict=True)))
+    values = [token for token in tokens if token.type != "EQUALS"]
+    return Step(row.name, tuple(_value(o.value, t) for o, t in zip(row.operands, values, strict=True)))
 
 
 def _directive(name: str, token: Token) -> _Directive:
@@ -118,10 +118,10 @@ def _column(line: str, error: UnexpectedInput) -> int:
 
 def _reason(line: str, error: UnexpectedInput) -> str:
     words = line[_column(line, error) - 1 :].split()
-    found = f"{words[0]!r} is unexpected" if words else "the line ends too early"
+    problem = f"{words[0]!r} is unexpected" if words else "the line ends too early"
     if line[: _column(line, error) - 1].strip() == "" and words:
         return _unknown(words[0])
-    return f"{found}; allowed here: {spoken(_allowed(error))}"
+    return f"{problem}; allowed here: {spoken(_allowed(error))}"
 
 
 def _unknown(word: str) -> str:

@@ -11,11 +11,9 @@ from scanrack.io_images.thousands import PARAMETER_MAX
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap
-from ...model.operands import Constant, Group, Place, constant
-from ...model.predefined.motion_types import AXIS_MEMBERS
-from ...model.types import DINT
+from ...model.operands import Group, constant
 from .axes import AxisSettings
-from .motion_control import AXIS_FAULT, SERVO_OFF, SHUT_DOWN, MotionControl
+from .motion_control import AXIS_FAULT, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, MotionControl, MotionError
 
 ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
 """Kinds of requests, see `axis3601.rung`."""
@@ -25,9 +23,6 @@ COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, 
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
-
-BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
-"""Member and bit number of each named bit of an axis."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,21 +39,8 @@ class Axis:
 
     def __init__(self, machine: Interpreter, bound: BoundAxis) -> None:
         self.machine, self.settings = machine, bound.settings
-        self._tag, self._state = bound.tag, bound.state
+        self._state = bound.state
         self.tag, self.state = Members(machine, bound.tag), Members(machine, bound.state)
-
-    def bit(self, name: str) -> bool:
-        """Return a bit of the tag."""
-        return bool(self.machine.get(self._bit(name)))
-
-    def set_bits(self, **bits: bool) -> None:
-        """Set bits of the tag."""
-        for name, value in bits.items():
-            self.machine.put(self._bit(name), value)
-
-    def _bit(self, name: str) -> Place:
-        word, _, bit = BITS[name].partition(".")
-        return replace(self._tag.member(word), bit=Constant(int(bit), DINT))
 
     def word(self, number: int) -> int:
         """Return an input word of the module."""
@@ -93,30 +75,32 @@ class Axis:
             return int(self.state["Kind"])
         return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
 
-    def refusal(self) -> int:
-        """Return the error code if the axis accepts no motion at present, else 0."""
-        if self.bit("ShutdownStatus"):
-            return SHUT_DOWN
-        if not self.bit("ServoActionStatus"):
-            return SERVO_OFF
-        return AXIS_FAULT if self.status in (0, ERROR_STOP) else 0
+    def check_ready(self) -> None:
+        """Raise a MotionError if the axis accepts no motion at present."""
+        if self.tag["ShutdownStatus"]:
+            raise MotionError(SHUT_DOWN)
+        if not self.tag["ServoActionStatus"]:
+            raise MotionError(SERVO_OFF)
+        if self.status in (0, ERROR_STOP):
+            raise MotionError(AXIS_FAULT)
 
-    # --- numbers
+    # --- numbers, which raise a MotionError if they do not fit in the module's words
 
-    def steps(self, units: float) -> int | None:
-        """Return a position or distance in steps; None if it does not fit in the module's words."""
+    def steps(self, units: float) -> int:
+        """Return a position or distance in steps."""
         value = units * self.settings.counts_per_unit
-        fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
-        return round(value) if fits else None
+        if not abs(value) <= PARAMETER_MAX:
+            raise MotionError(OUT_OF_RANGE)
+        return round(value)
 
-    def speed(self, value: float, unit: str) -> int | None:
+    def speed(self, value: float, unit: str) -> int:
         """Return a speed in steps/s."""
         if unit == "%OFMAXIMUM":
             value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
         return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
 
-    def rate(self, value: float, unit: str) -> int | None:
-        """Return an acceleration in steps/ms/s; None if the module has no such rate."""
+    def rate(self, value: float, unit: str) -> int:
+        """Return an acceleration in steps/ms/s."""
         if unit == "%OFMAXIMUM":
             value *= self.maximum() / 100
         return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
@@ -126,8 +110,10 @@ class Axis:
         return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
 
 
-def _within(value: float, most: int) -> int | None:
-    return round(value) if math.isfinite(value) and 1 <= round(value) <= most else None
+def _within(value: float, most: int) -> int:
+    if not (math.isfinite(value) and 1 <= round(value) <= most):
+        raise MotionError(OUT_OF_RANGE)
+    return round(value)
 
 
 def show(axis: Axis) -> None:
@@ -146,10 +132,10 @@ def show(axis: Axis) -> None:
     )
     moving = int(state["RunKind"]) if int(state["Step"]) in (1, 2) else None
     present, word = axis.status != 0, axis.word(0)
-    lost = not present and axis.bit("ServoActionStatus")
+    lost = not present and axis.tag["ServoActionStatus"]
     if lost:
-        axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
-    axis.set_bits(
+        axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
+    axis.tag.set(
         MoveStatus=moving in (ABSOLUTE, RELATIVE),
         JogStatus=moving == VELOCITY,
         HomingStatus=moving == HOME,
@@ -158,5 +144,5 @@ def show(axis: Axis) -> None:
         AccelStatus=present and bool(word >> 5 & 1),
         DecelStatus=present and bool(word >> 6 & 1),
         PhysicalAxisFault=axis.status == ERROR_STOP,
-        ModuleFault=lost or (not present and axis.bit("ModuleFault")),
+        ModuleFault=lost or (not present and axis.tag["ModuleFault"]),
     )

@@ -14,7 +14,7 @@ from ...model.predefined.motion_words import (
     RATE_UNITS,
     SPEED_UNITS,
 )
-from .motion_control import Given, MotionControl, number_of, word_of
+from .motion_control import OUT_OF_RANGE, Given, MotionControl, MotionError, number_of, word_of
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
@@ -55,10 +55,8 @@ Maxima = Callable[[str], float]
 """Returns 100 % of a maximum by name: Speed, Acceleration or Deceleration."""
 
 
-def dynamics_at(
-    call: MotionCall, place: int, maximum: Maxima, current: float | None = None
-) -> Dynamics | None:
-    """Return speed, rates and jerks from the ten operands at `place`; None if one is out of range.
+def dynamics_at(call: MotionCall, place: int, maximum: Maxima, current: float | None = None) -> Dynamics:
+    """Return speed, rates and jerks from the ten operands at `place`, or raise a MotionError.
 
     Args:
         current: present speed of the axis; unless it is 0, a merge at Current uses it instead of the operand.
@@ -68,8 +66,6 @@ def dynamics_at(
         scaled(call.number(place + by), call.word(place + by + 1, RATE_UNITS), maximum(name))
         for by, name in ((2, "Acceleration"), (4, "Deceleration"))
     )
-    if speed is None or up is None or down is None:
-        return None
     if call.word(place + 6, PROFILES) != "SCURVE":
         return Dynamics(speed, up, down)
     unit = call.word(place + 9, JERK_UNITS)
@@ -90,13 +86,31 @@ def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float)
     return merge, abs(speed) if at_current else None
 
 
-def scaled(value: float, unit: str, maximum: float) -> float | None:
-    """Return a speed or rate in units of the axis; None if out of range, or in units of a master or time."""
+def scaled(value: float, unit: str, maximum: float) -> float:
+    """Return a speed or rate in units of the axis.
+
+    Raises:
+        MotionError: it is out of range, or in units of a master or of time.
+    """
     if unit == "%OFMAXIMUM":
         value *= maximum / 100
     elif not unit.startswith("UNITSPERSEC"):
-        return None
-    return value if 1e-9 <= value <= LARGEST else None
+        raise MotionError(OUT_OF_RANGE)
+    return in_range(value, 1e-9)
+
+
+def in_range(value: float, least: float = -LARGEST) -> float:
+    """Return a number from `least` to `LARGEST`, or raise a MotionError."""
+    if not least <= value <= LARGEST:
+        raise MotionError(OUT_OF_RANGE)
+    return value
+
+
+def allowed(dynamics: Dynamics) -> Dynamics:
+    """Return speed and rates that are finite and above 0, or raise a MotionError."""
+    if not dynamics.allowed:
+        raise MotionError(OUT_OF_RANGE)
+    return dynamics
 
 
 def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:

@@ -9,6 +9,7 @@ and both back ends include it.
 
 from __future__ import annotations
 
+from dataclasses import fields
 from enum import IntEnum
 
 from ...state.memory import Value
@@ -32,7 +33,8 @@ FOLLOWING = (Kind.GEAR, Kind.PATH)
 ENDING = (Kind.MOVE, Kind.HOME, Kind.STOP)
 """Kinds of courses that end by themselves."""
 
-_DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
+DYNAMICS = tuple(each.name for each in fields(Dynamics))
+"""Names of speed and rates, for hidden members."""
 
 
 class Course:
@@ -71,7 +73,7 @@ class Course:
     @property
     def dynamics(self) -> Dynamics:
         """Speed and rates of the course."""
-        return Dynamics(*(float(self._of(name)) for name in _DYNAMICS))
+        return Dynamics(*(float(self._of(name)) for name in DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
         entry = float(self._of("entry"))
@@ -107,7 +109,7 @@ class Course:
     ) -> None:
         """Replace this course by a new one."""
         self.hide(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
-        self.hide(**{name: getattr(dynamics, name) for name in _DYNAMICS})
+        self.hide(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
         """Return how far the axis moved since the last call: the distance of its master, times a ratio."""

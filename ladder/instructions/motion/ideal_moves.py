@@ -30,10 +30,19 @@ from ...model.predefined.motion_words import (
     SPEED_UNITS,
     STOP_TYPES,
 )
-from .calls import LARGEST, MotionCall, dynamics_at, merge_at, scaled
+from .calls import MotionCall, dynamics_at, in_range, merge_at, scaled
 from .courses import Kind
 from .ideal_axis import BITS, IdealAxis, ahead
-from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, Given
+from .motion_control import (
+    ILLEGAL_CHANGE,
+    OUT_OF_RANGE,
+    SERVO_OFF,
+    SHUT_DOWN,
+    Answers,
+    Given,
+    MotionError,
+    begin_by,
+)
 from .ramps import Dynamics
 from .spots import Ideal, settle
 
@@ -41,17 +50,17 @@ ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 """Move types of a rotary axis; 0 is absolute, 1 incremental."""
 
 
-def refusal_of(axis: IdealAxis) -> int:
-    """Return the error code if the axis accepts no motion at present, else 0; virtual axes need no servo."""
+def check_ready(axis: IdealAxis) -> None:
+    """Raise a MotionError if the axis accepts no motion at present; virtual axes need no servo."""
     if axis.is_on("ShutdownStatus"):
-        return SHUT_DOWN
-    return 0 if axis.is_on("ServoActionStatus") or axis.part.kind == "AXIS_VIRTUAL" else SERVO_OFF
+        raise MotionError(SHUT_DOWN)
+    if not (axis.is_on("ServoActionStatus") or axis.part.kind == "AXIS_VIRTUAL"):
+        raise MotionError(SERVO_OFF)
 
 
 def _servo_on(axis: IdealAxis, call: MotionCall) -> None:
     if axis.is_on("ShutdownStatus"):
-        call.motion.refuse(SHUT_DOWN)
-        return
+        raise MotionError(SHUT_DOWN)
     _switch(axis, on=True)
     call.motion.set(DN=True)
 
@@ -86,7 +95,7 @@ def _reset(axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True)
 
 
-def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics | None, bool]:
+def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics, bool]:
     """Return the dynamics from the operands at `place`, and whether to merge."""
     speed = axis.instant(call.now_ns).speed
     merge, current = merge_at(call, place + 10, DISABLED_ENABLED, speed)
@@ -94,11 +103,10 @@ def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics | 
 
 
 def _move(axis: IdealAxis, call: MotionCall) -> None:
-    kind, where = int(call.number(0)), call.number(1)
+    kind, where = int(call.number(0)), in_range(call.number(1))
     dynamics, merge = _profile(axis, call, 2)
-    if dynamics is None or not 0 <= kind <= ROTARY_NEGATIVE or not abs(where) <= LARGEST:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+    if not 0 <= kind <= ROTARY_NEGATIVE:
+        raise MotionError(OUT_OF_RANGE)
     here = axis.position(call.now_ns)
     goal = _goal(kind, where, here, axis.settings.unwind)
     axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=goal - here, merge=merge)
@@ -126,9 +134,6 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
     dynamics, merge = _profile(axis, call, 1)
-    if dynamics is None:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
     speed = dynamics.speed * (-1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1)
     axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=speed, merge=merge)
     call.under_way()
@@ -147,14 +152,12 @@ def _stop(axis: IdealAxis, call: MotionCall) -> None:
     what, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
     planner, kind = STOPS.get(what, ("whole", Kind.STOP))
     if call.yes(1):
-        down = scaled(call.number(2), call.word(3, RATE_UNITS), down) or 0.0
-    if not what or not down:
-        call.motion.refuse(OUT_OF_RANGE)
-    elif what != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP):
-        call.motion.set(DN=True, PC=True)
-    else:
-        moving = stop(axis, call.now_ns, planner, down, call.motion.claim)
-        call.motion.set(DN=True, IP=moving, PC=not moving)
+        down = scaled(call.number(2), call.word(3, RATE_UNITS), down)
+    if not what:
+        raise MotionError(OUT_OF_RANGE)
+    stands = what != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
+    moving = not stands and stop(axis, call.now_ns, planner, down, call.motion.claim)
+    call.motion.set(DN=True, IP=moving, PC=not moving)
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
@@ -176,10 +179,7 @@ def _home(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _redefine(axis: IdealAxis, call: MotionCall) -> None:
-    units = call.number(2)
-    if not abs(units) <= LARGEST:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+    units = in_range(call.number(2))
     relative = call.word(0, REDEFINITIONS) == "RELATIVE"
     axis.redefine(units if relative else units - axis.position(call.now_ns))
     axis.hide(active=True)
@@ -191,21 +191,16 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
-        call.motion.refuse(ILLEGAL_CHANGE)
-        return
+        raise MotionError(ILLEGAL_CHANGE)
     now = course.dynamics
     units = ((1, 11, "Speed", now.speed), (3, 12, "Acceleration", now.up), (5, 13, "Deceleration", now.down))
-    changed = [
+    speed, up, down = (
         scaled(call.number(at + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
         if call.yes(at)
         else present
         for at, unit, name, present in units
-    ]
-    speed, up, down = (each or 0.0 for each in changed)
+    )
     dynamics = Dynamics(speed, up, down, now.up_share, now.down_share)
-    if not dynamics.allowed:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
     goal = course.goal - course.instant(call.now_ns).travel
     if kind is Kind.JOG:
         goal = speed if course.goal > 0 else -speed
@@ -224,9 +219,9 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
         ratio = abs(ratio) * (-1 if (before < 0) != (way == "REVERSE") else 1)
     elif way == "OPPOSITE":
         ratio = -ratio
-    if number in (0, axis.number) or not abs(ratio) <= LARGEST:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+    if number in (0, axis.number):
+        raise MotionError(OUT_OF_RANGE)
+    in_range(ratio)
     axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)
     axis.hide(master=number, ratio=ratio)
     axis.catch_up(call.now_ns, {})
@@ -269,7 +264,7 @@ def _done(_axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True, PC=True)
 
 
-ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, MotionCall], None], bool]] = {
+ANSWERS: Answers = {
     "MSO": (_servo_on, False),
     "MSF": (_off, False),
     "MASD": (_off, False),
@@ -291,7 +286,6 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, MotionCall], None], bool]] = {
     "MRHD": (_done, False),
     "MAHD": (_done, False),
 }
-"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
 def _group_stop(axis: IdealAxis, call: MotionCall) -> None:
@@ -314,17 +308,9 @@ GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
 
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
-    """Begin an instruction on an ideal axis."""
-    if call.name not in ANSWERS:
-        call.motion.refuse(ILLEGAL)
-        return
+    """Begin an instruction on an ideal axis, or raise a MotionError."""
     axis = IdealAxis(call.machine.memory, ideal, number)
-    answer, moves = ANSWERS[call.name]
-    refusal = refusal_of(axis) if moves else 0
-    if refusal:
-        call.motion.refuse(refusal)
-    else:
-        answer(axis, call)
+    begin_by(ANSWERS, call.name, lambda: check_ready(axis), axis, call)
 
 
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:

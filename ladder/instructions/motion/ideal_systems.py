@@ -16,7 +16,7 @@ position.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 
 from ...interpreter.files import Elements
@@ -24,11 +24,11 @@ from ...model.errors import LadderError
 from ...model.operands import Group, Place
 from ...model.types import Elementary, Structure
 from ...state.memory import Memory
-from .calls import LARGEST, MotionCall, dynamics_at, merge_at
-from .courses import Course, Kind
+from .calls import MotionCall, allowed, dynamics_at, in_range, merge_at
+from .courses import DYNAMICS, Course, Kind
 from .ideal_axis import IdealAxis
-from .ideal_moves import refusal_of, restart, servo_off
-from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL
+from .ideal_moves import check_ready, restart, servo_off
+from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, Answers, MotionError, begin_by
 from .ramps import Dynamics
 from .spots import ENDED, Ideal, MotionSpot, settle
 
@@ -50,8 +50,6 @@ BITS = {
     "TransformSourceStatus": "CoordinateMotionStatus.10",
     "TransformTargetStatus": "CoordinateMotionStatus.11",
 }
-
-_DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
 
 
 class IdealSystem(MotionSpot):
@@ -134,7 +132,7 @@ class IdealSystem(MotionSpot):
         """Store the pending path."""
         self.set_end("next", goal)
         self.hide(waiting=1, next_claim=claim)
-        self.hide(**{f"next_{name}": getattr(dynamics, name) for name in _DYNAMICS})
+        self.hide(**{f"next_{name}": getattr(dynamics, name) for name in DYNAMICS})
 
     def update(self, now_ns: int) -> None:
         """Move the axes, end the paths that are over, and write the tag."""
@@ -165,7 +163,7 @@ class IdealSystem(MotionSpot):
         self.course.settle(PC=True)
         self.rest(now_ns, all_of_it=False)
         if self["~waiting"]:
-            dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in _DYNAMICS))
+            dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in DYNAMICS))
             claim = int(self["~next_claim"])
             self.hide(waiting=0, next_claim=0)
             self.begin(now_ns, self.end("next"), dynamics, claim)
@@ -227,15 +225,15 @@ def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> fl
     return default
 
 
-def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float] | None:
-    """Return the position to go to; None if it is out of range. Coordinates that are not given stay."""
+def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float]:
+    """Return the position to go to, or raise a MotionError. Coordinates that are not given stay."""
     goal = [
         there + number if relative else number
         for there, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
     ]
     if not relative:
         goal[len(given) :] = here[len(given) :]
-    return goal if all(abs(each) <= LARGEST for each in goal) else None
+    return list(map(in_range, goal))
 
 
 MERGES = ("Disabled", "Coordinated Motion", "All Motion")
@@ -246,7 +244,7 @@ def _go(
     system: IdealSystem,
     call: MotionCall,
     given: list[float],
-    dynamics: Dynamics | None,
+    dynamics: Dynamics,
     *,
     relative: bool,
     merge: str = "DISABLED",
@@ -256,15 +254,13 @@ def _go(
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
     here = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
     goal = _goal(here, given, relative=relative)
-    if goal is None or dynamics is None:
-        call.motion.refuse(OUT_OF_RANGE)
-    elif begins:
+    if begins:
         entry = system.course.instant(now_ns).speed
         system.rest(now_ns)
         system.begin(now_ns, goal, dynamics, claim, entry=entry, merge=merge == "ALLMOTION")
         call.under_way()
     elif system["~waiting"]:
-        call.motion.refuse(QUEUE_FULL)
+        raise MotionError(QUEUE_FULL)
     else:
         system.wait(goal, dynamics, claim)
         call.motion.set(DN=True, IP=True)
@@ -291,11 +287,9 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
         if member is not None and member.dims and isinstance(member.type, Elementary):
             array = replace(path, type=member.type, path=f"{path.path}.{member.name}", dims=member.dims)
             given = _numbers(call._replace(operands=[array]), 0)
-    speed, up, down = (_member(call, 2, name, most) for name, most in RATES.items())
-    dynamics = Dynamics(speed, up, down)
-    fits = dynamics.allowed and max(speed, up, down) <= LARGEST
+    rates = (in_range(_member(call, 2, name, most)) for name, most in RATES.items())
     relative = _member(call, 0, "MoveType") == 1
-    _go(system, call, given, dynamics if fits else None, relative=relative)
+    _go(system, call, given, allowed(Dynamics(*rates)), relative=relative)
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
@@ -308,10 +302,7 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
         return
     now = system.course.dynamics
     down = call.number(2) if call.yes(1) else now.down
-    dynamics = Dynamics(now.speed, down, down, now.down_share, now.down_share)
-    if not dynamics.allowed:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+    dynamics = allowed(Dynamics(now.speed, down, down, now.down_share, now.down_share))
     system.course.settle(**ENDED)
     system.drop_pending()
     system.again(call.now_ns, Kind.STOP, dynamics, call.motion.claim)
@@ -320,17 +311,13 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
 
 def _change(system: IdealSystem, call: MotionCall) -> None:
     if system.kind is not Kind.MOVE:
-        call.motion.refuse(ILLEGAL_CHANGE)
-        return
+        raise MotionError(ILLEGAL_CHANGE)
     now = system.course.dynamics
     speed, up, down = (
         call.number(place + 1) if call.yes(place) else present
         for place, present in ((1, now.speed), (4, now.up), (7, now.down))
     )
-    dynamics = Dynamics(speed, up, down, now.up_share, now.down_share)
-    if not dynamics.allowed:
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+    dynamics = allowed(Dynamics(speed, up, down, now.up_share, now.down_share))
     system.again(call.now_ns, Kind.MOVE, dynamics, system.course.claim)
     call.motion.set(DN=True)
 
@@ -361,8 +348,7 @@ def _calculate(_system: IdealSystem, call: MotionCall) -> None:
     try:
         source, target = (Elements(call.machine, call.operands[place]) for place in (4, 5))  # type: ignore[arg-type]
     except (LadderError, IndexError):
-        call.motion.refuse(OUT_OF_RANGE)
-        return
+        raise MotionError(OUT_OF_RANGE) from None
     for place in range(min(len(source), len(target), SIZE)):
         target[place] = source[place]
     call.motion.set(DN=True, PC=True)
@@ -372,7 +358,7 @@ def _own(system: IdealSystem) -> Iterator[IdealAxis]:
     return (each for each in system.axes if each is not None)
 
 
-ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, MotionCall], None], bool]] = {
+ANSWERS: Answers = {
     "MCLM": (_line, True),
     "MCCM": (lambda system, call: _line(system, call, 5), True),
     "MCPM": (_path, True),
@@ -385,19 +371,14 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, MotionCall], None], bool]] = 
     "MCTP": (_calculate, False),
     "MCTPO": (_calculate, False),
 }
-"""The function that begins each instruction, and whether it needs axes that accept motion."""
 
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
-    """Begin an instruction on an ideal coordinate system."""
-    if call.name not in ANSWERS:
-        call.motion.refuse(ILLEGAL)
-        return
+    """Begin an instruction on an ideal coordinate system, or raise a MotionError."""
     system = IdealSystem(call.machine.memory, ideal, number)
-    answer, moves = ANSWERS[call.name]
-    refusals = (refusal_of(each) for each in _own(system)) if moves else ()
-    refusal = next(filter(None, refusals), 0)
-    if refusal:
-        call.motion.refuse(refusal)
-    else:
-        answer(system, call)
+    begin_by(ANSWERS, call.name, lambda: _check_ready(system), system, call)
+
+
+def _check_ready(system: IdealSystem) -> None:
+    for axis in _own(system):
+        check_ready(axis)

@@ -22,7 +22,7 @@ from . import ideal_moves, ideal_systems
 from .axis_3601 import Axis
 from .calls import MotionCall
 from .motion_3601 import begin, follow
-from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl
+from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl, MotionError
 
 USES = {
     "axis": Use.AXIS,
@@ -61,11 +61,14 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
     number = _number_of(machine, operands[0])
     axis = Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number > 0 else None
     if power and not (site.unit == "rung" and motion["EN"]):
-        if axis is not None:
-            motion.begin()
-            begin(axis, motion, name, operands[2:])
-        else:
-            _begin_ideal(machine, motion, name, operands, number)
+        try:
+            if axis is not None:
+                motion.begin()
+                begin(axis, motion, name, operands[2:])
+            else:
+                _begin_ideal(machine, motion, name, operands, number)
+        except MotionError as refused:
+            motion.refuse(refused.code)
         return
     if axis is not None:
         follow(axis, motion, name)
@@ -90,9 +93,11 @@ def _begin_ideal(
         ideal_moves.begin(ideal, number, call)
     elif isinstance(first, Group) and first.type == COORDINATE_SYSTEM:
         system = machine.whole(machine.get(first.member("~number")))
-        ideal_systems.begin(ideal, system, call) if system else motion.refuse(AXIS_NOT_CONFIGURED)
+        if not system:
+            raise MotionError(AXIS_NOT_CONFIGURED)
+        ideal_systems.begin(ideal, system, call)
     else:
-        motion.refuse(ILLEGAL)
+        raise MotionError(ILLEGAL)
 
 
 MOST_TICKETS = (1 << 31) - 1

@@ -20,7 +20,7 @@ another motion, they are refused without Merge (ERR 22); with Merge, the axis co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 
 from ...model.operands import Resolved
 from ...model.predefined.motion_words import (
@@ -49,13 +49,15 @@ from .axis_3601 import (
 from .motion_control import (
     AXIS_FAULT,
     AXIS_NOT_CONFIGURED,
-    ILLEGAL,
     ILLEGAL_CHANGE,
     IN_MOTION,
     OUT_OF_RANGE,
     SHUT_DOWN,
+    Answers,
     Given,
     MotionControl,
+    MotionError,
+    begin_by,
     number_of,
     word_of,
 )
@@ -67,32 +69,27 @@ def _pair(value: int) -> tuple[int, int]:
     return size if value >= 0 else (-size[0], -size[1])
 
 
-def _profile(
-    command: int, target: int, speed: int, rates: tuple[int, int], shape: int = 0
-) -> tuple[int, ...]:
+def _profile(command: int, target: int, speed: int, rates: Sequence[int], shape: int = 0) -> tuple[int, ...]:
     """Return the output words of a motion, in the module's units."""
     return command, shape, *_pair(target), *_pair(speed), *rates
 
 
-Answer = Callable[..., None]
-
-
 def _servo_on(axis: Axis, motion: MotionControl) -> None:
-    if axis.bit("ShutdownStatus"):
-        motion.refuse(SHUT_DOWN)
-    elif axis.status != 0:
-        axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+    if axis.tag["ShutdownStatus"]:
+        raise MotionError(SHUT_DOWN)
+    if axis.status != 0:
+        axis.tag.set(ServoActionStatus=True, DriveEnableStatus=True)
         motion.set(DN=True)
     elif axis.settings.configuration:
         axis.request(motion, CONFIGURE, *axis.settings.configuration)
     else:
-        motion.refuse(AXIS_NOT_CONFIGURED)
+        raise MotionError(AXIS_NOT_CONFIGURED)
 
 
 def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) -> None:
-    axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
+    axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
     if shut_down:
-        axis.set_bits(ShutdownStatus=True)
+        axis.tag.set(ShutdownStatus=True)
     if axis.state["Running"]:
         axis.request(motion, HALT)
         motion.ticket = 0
@@ -101,20 +98,18 @@ def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) ->
 
 def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
     if restart:
-        axis.set_bits(ShutdownStatus=False)
+        axis.tag.set(ShutdownStatus=False)
     if axis.status == 0:
-        motion.refuse(AXIS_NOT_CONFIGURED)
-    else:
-        axis.request(motion, RESET, COMMANDS[RESET])
+        raise MotionError(AXIS_NOT_CONFIGURED)
+    axis.request(motion, RESET, COMMANDS[RESET])
 
 
 def _move(axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *others: Given) -> None:
     request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
     target = axis.steps(number_of(axis.machine, position))
-    if request is None or target is None:
-        motion.refuse(OUT_OF_RANGE)
-    else:
-        _go(axis, motion, request, COMMANDS[request], target, others)
+    if request is None:
+        raise MotionError(OUT_OF_RANGE)
+    _go(axis, motion, request, COMMANDS[request], target, others)
 
 
 def _jog(axis: Axis, motion: MotionControl, direction: Given, *others: Given) -> None:
@@ -133,13 +128,8 @@ def _go(
     present = axis.under_way
     merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
     if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
-        motion.refuse(IN_MOTION)
-        return
-    dynamics = _dynamics(axis, *operands[:6])
-    if dynamics is None:
-        motion.refuse(OUT_OF_RANGE)
-        return
-    speed, rates = dynamics
+        raise MotionError(IN_MOTION)
+    speed, *rates = _dynamics(axis, *operands[:6])
     if merge and present and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
         words = axis.words
         speed = words[4] * 1000 + words[5] or speed
@@ -147,15 +137,14 @@ def _go(
     motion.set(DN=True, IP=True, AC=True)
 
 
-def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | None:
-    """Return speed and both rates in the module's units; None if one is out of range."""
+def _dynamics(axis: Axis, *operands: Given) -> tuple[int, int, int]:
+    """Return speed and both rates in the module's units."""
     values, units = operands[::2], operands[1::2]
     lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
     words = [word_of(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
     numbers = [number_of(axis.machine, each) for each in values]
-    speed = axis.speed(numbers[0], words[0])
     up, down = axis.rate(numbers[1], words[1]), axis.rate(numbers[2], words[2])
-    return None if speed is None or up is None or down is None else (speed, (up, down))
+    return axis.speed(numbers[0], words[0]), up, down
 
 
 def _stop(axis: Axis, motion: MotionControl, what: Given, *_others: Given) -> None:
@@ -169,30 +158,22 @@ def _stop(axis: Axis, motion: MotionControl, what: Given, *_others: Given) -> No
 
 def _home(axis: Axis, motion: MotionControl) -> None:
     settings = axis.settings
+    if axis.status != STANDSTILL:
+        raise MotionError(IN_MOTION)
     speed = axis.speed(settings.home_speed or float(axis.tag["HomeSpeed"]), "")
     rate = axis.rate(settings.home_acceleration or axis.maximum(), "")
-    if axis.status != STANDSTILL:
-        motion.refuse(IN_MOTION)
-    elif speed is None or rate is None:
-        motion.refuse(OUT_OF_RANGE)
-    else:
-        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit is CCW
-        axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
-        motion.set(DN=True, IP=True, AC=True)
+    command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit is CCW
+    axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
+    motion.set(DN=True, IP=True, AC=True)
 
 
 def _redefine(axis: Axis, motion: MotionControl, kind: Given, _select: Given, position: Resolved) -> None:
     units = number_of(axis.machine, position)
     if word_of(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
         units += float(axis.tag["ActualPosition"])
-    steps = axis.steps(units)
     if axis.status != STANDSTILL:
-        motion.refuse(IN_MOTION)
-    elif steps is None:
-        motion.refuse(OUT_OF_RANGE)
-    else:
-        thousands, rest = _pair(steps)
-        axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, thousands, rest)
+        raise MotionError(IN_MOTION)
+    axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, *_pair(axis.steps(units)))
 
 
 def _change(
@@ -209,23 +190,18 @@ def _change(
 ) -> None:
     """Change the speed of a manual move; a move can't be changed."""
     words = axis.words
-    moving = axis.bit("JogStatus") and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
+    moving = axis.tag["JogStatus"] and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
-        motion.refuse(ILLEGAL_CHANGE)
-        return
+        raise MotionError(ILLEGAL_CHANGE)
     speed_unit, up_unit, down_unit = (_unit(axis, each) for each in others[4:7])
     changes = [
         word_of(axis.machine, each, NO_YES) == "YES" for each in (change_speed, change_up, change_down)
     ]
-    values = (
+    new_speed, new_up, new_down = (
         axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],
         axis.rate(number_of(axis.machine, up), up_unit) if changes[1] else words[6],
         axis.rate(number_of(axis.machine, down), down_unit) if changes[2] else words[7],
     )
-    if None in values:
-        motion.refuse(OUT_OF_RANGE)
-        return
-    new_speed, new_up, new_down = (int(each or 0) for each in values)
     axis.request(motion, VELOCITY, *_profile(words[0], 0, new_speed, (new_up, new_down)))
     motion.ticket = 0
     motion.set(DN=True)
@@ -235,7 +211,7 @@ def _unit(axis: Axis, operand: Given) -> str:
     return word_of(axis.machine, operand, RATE_UNITS)
 
 
-ANSWERS: Mapping[str, tuple[Answer, bool]] = {
+ANSWERS: Answers = {
     "MSO": (_servo_on, False),
     "MSF": (_servo_off, False),
     "MASD": (lambda axis, motion: _servo_off(axis, motion, shut_down=True), False),
@@ -248,20 +224,11 @@ ANSWERS: Mapping[str, tuple[Answer, bool]] = {
     "MRP": (_redefine, True),
     "MCD": (_change, True),
 }
-"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
 def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Given, ...]) -> None:
-    """Begin an instruction with the operands after the axis and the control."""
-    if name not in ANSWERS:  # in an add-on instruction that is built before its arguments are known
-        motion.refuse(ILLEGAL)
-        return
-    answer, moves = ANSWERS[name]
-    refusal = axis.refusal() if moves else 0
-    if refusal:
-        motion.refuse(refusal)
-    else:
-        answer(axis, motion, *operands)
+    """Begin an instruction with the operands after the axis and the control, or raise a MotionError."""
+    begin_by(ANSWERS, name, axis.check_ready, axis, motion, *operands)
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:
@@ -274,7 +241,7 @@ def follow(axis: Axis, motion: MotionControl, name: str) -> None:
     elif axis.state["Finished"] == ticket:
         motion.set(IP=False, AC=False, DN=True, PC=name in ("MAM", "MAS", "MAH"))
         if name == "MSO":
-            axis.set_bits(ServoActionStatus=True, DriveEnableStatus=True)
+            axis.tag.set(ServoActionStatus=True, DriveEnableStatus=True)
     elif axis.state["Ticket"] != ticket:
         motion.set(IP=False, AC=False)
     else:

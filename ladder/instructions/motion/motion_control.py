@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from ...interpreter import Interpreter
-from ...model.operands import Constant, Group, Resolved
-from ...model.predefined.motion_types import MOTION_BITS
+from ...interpreter.files import Members
+from ...model.operands import Resolved
 from ...model.predefined.words import plain
 from ...model.types import DINT
 
@@ -28,54 +29,43 @@ ERRORS = {
 }
 """Meanings of the ERR codes."""
 
+
+class MotionError(Exception):
+    """A refused instruction: `code` is for ERR."""
+
+    def __init__(self, code: int) -> None:
+        self.code = code
+
+
 Given = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
 
-class MotionControl:
-    """A MOTION_INSTRUCTION in a scan; its bits are in FLAGS."""
-
-    def __init__(self, machine: Interpreter, group: Group) -> None:
-        self._machine, self._group = machine, group
-
-    def __getitem__(self, name: str) -> bool:
-        """Return a bit."""
-        place = replace(self._group.member("FLAGS"), bit=Constant(MOTION_BITS[name], DINT))
-        return self._machine.truth(self._machine.get(place))
-
-    def set(self, **bits: bool) -> None:
-        """Set bits."""
-        for name, value in bits.items():
-            place = replace(self._group.member("FLAGS"), bit=Constant(MOTION_BITS[name], DINT))
-            self._machine.put(place, value)
+class MotionControl(Members):
+    """A MOTION_INSTRUCTION in a scan."""
 
     @property
     def ticket(self) -> int:
         """Number of its request to the axis; 0 if it has none."""
-        return self._machine.whole(self._machine.get(self._group.member("~ticket")))
+        return self._machine.whole(self["~ticket"])
 
     @ticket.setter
     def ticket(self, value: int) -> None:
-        self._machine.put(self._group.member("~ticket"), value)
+        self.set(**{"~ticket": value})
 
     @property
     def claim(self) -> int:
         """Its own number and its request's number, combined as an ideal axis stores them."""
-        return self._machine.whole(self._machine.get(self._group.member("~number"))) << 32 | self.ticket
+        return self._machine.whole(self["~number"]) << 32 | self.ticket
 
     def begin(self, ticket: int = 0) -> None:
         """Set the bits of an instruction that has begun."""
-        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False, ACCEL=False, DECEL=False)
-        self._fail(0)
+        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False, ACCEL=False, DECEL=False, ERR=0)
         self.ticket = ticket
 
     def refuse(self, error: int) -> None:
         """Set the bits of a refused or failed instruction, with its ERR."""
-        self.set(ER=True, IP=False, AC=False)
-        self._fail(error)
-
-    def _fail(self, error: int) -> None:
-        self._machine.put(self._group.member("ERR"), error)
+        self.set(ER=True, IP=False, AC=False, ERR=error)
 
 
 def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str:
@@ -89,3 +79,22 @@ def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str
 def number_of(machine: Interpreter, operand: Given) -> float:
     """Return a numeric operand; 0 for a keyword, which has no number."""
     return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))
+
+
+Answers = Mapping[str, tuple[Callable[..., None], bool]]
+"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
+
+
+def begin_by(answers: Answers, name: str, check_ready: Callable[[], None], *given: Any) -> None:
+    """Begin an instruction by its function, or raise a MotionError.
+
+    Args:
+        check_ready: raises a MotionError if the axis accepts no motion at present.
+        given: arguments of the function.
+    """
+    if name not in answers:
+        raise MotionError(ILLEGAL)
+    answer, moves = answers[name]
+    if moves:
+        check_ready()
+    answer(*given)

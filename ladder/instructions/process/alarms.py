@@ -19,7 +19,8 @@ from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
 from ...model.spec import IN_RUNGS, Use, always
-from ...model.types import ALARM_LEVELS
+from ...model.types import ALARM_LEVELS, ANALOG_ALARMS
+from ..prescans import prescan_sets
 
 _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 
@@ -94,10 +95,6 @@ def _end_alarm(alarm: Members, *, reset: bool, disabled: bool) -> None:
         alarm.set(InAlarm=False)
 
 
-def _prescan_almd(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
-    Members(machine, group).set(InAlarm=False, InAlarmUnack=False, Acked=True, OperAck=False, OperReset=False)
-
-
 # --- ALMA
 
 
@@ -113,9 +110,8 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
     acknowledged = _requested(alarm, "AckAll")
     _levels(machine, alarm, disabled=disabled, acknowledged=acknowledged)
     _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
-    names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
-    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in names))
-    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in names))
+    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in ANALOG_ALARMS))
+    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in ANALOG_ALARMS))
 
 
 def _levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
@@ -164,11 +160,12 @@ def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged
         _level(alarm, name, on=on, acknowledged=acknowledged)
 
 
-def _prescan_alma(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
-    alarm = Members(machine, group)
-    for name in (*ALARM_LEVELS, "ROCPos", "ROCNeg"):
-        alarm.set(**{f"{name}InAlarm": False, f"{name}InAlarmUnack": False, f"{name}Acked": True})
-    alarm.set(InAlarm=False, AnyInAlarmUnack=False, OperAckAll=False)
+_NOT_IN_ALARM = {
+    **{f"{name}InAlarm": False for name in ("", *ANALOG_ALARMS)},
+    **{f"{name}InAlarmUnack": False for name in ("Any", *ANALOG_ALARMS)},
+    **{f"{name}Acked": True for name in ANALOG_ALARMS},
+    "OperAckAll": False,
+}
 
 
 # --- the rows
@@ -187,7 +184,7 @@ ALMD = always(
     write=write_almd,
     faults=False,
     instead=IN_RUNGS,
-    prescan=_prescan_almd,
+    prescan=prescan_sets(0, InAlarm=False, InAlarmUnack=False, Acked=True, OperAck=False, OperReset=False),
 )
 ALMA = always(
     "ALMA",
@@ -199,5 +196,5 @@ ALMA = always(
     run=_alma,
     write=write_alma,
     faults=False,
-    prescan=_prescan_alma,
+    prescan=prescan_sets(0, **_NOT_IN_ALARM),
 )

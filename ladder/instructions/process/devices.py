@@ -62,20 +62,20 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         state = by_program if program else requested
         return state if state is not None and block[f"State{state}Perm"] else None
 
-    def overriding(block: FunctionBlock, *, first: bool) -> bool:
+    def overriding(block: FunctionBlock) -> bool:
         """Return whether the device must be in its override state; an alarm gives the operator control."""
         by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
-        begins = first and block.on("OverrideOnInit")
+        begins = block.first and block.on("OverrideOnInit")
         requested = block.on("ProgOverrideReq") or by_alarm or begins
         if by_alarm or begins:
             block.set(ProgOper=False)
         invalid = three and block.wrong(OverrideStateInv=not 0 <= block["OverrideState"] < states)
         return requested and not invalid and not block["ProgHandReq"]
 
-    def state_of(block: FunctionBlock, before: int, *, first: bool) -> int:
+    def state_of(block: FunctionBlock, before: int) -> int:
         """Set the mode; return the commanded state."""
         program = block.control()
-        hand, override = block.on("ProgHandReq"), overriding(block, first=first)
+        hand, override = block.on("ProgHandReq"), overriding(block)
         block.set(Hand=hand, Override=override)
         state = commanded(block, program=program and block.on("ProgOper"))
         if override:
@@ -99,14 +99,13 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         return there
 
     def step(block: FunctionBlock) -> None:
-        first = block.starts()
-        if first:
+        if block.first:
             block.set(ModeAlarm=False, FaultAlarm=False)
             _mode_alarm(block, 0, commands)
         before = int(block["~state"])
-        state = state_of(block, before, first=first)
+        state = state_of(block, before)
         there = show(block, state)
-        if first or state != before:
+        if block.first or state != before:
             block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
         if there:
             block.set(**{"~timing": False})
@@ -114,7 +113,6 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
         block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
         _mode_alarm(block, state, commands)
-        block.clear_requests()
 
     return step
 

@@ -23,8 +23,7 @@ from __future__ import annotations
 
 import math
 
-from ...model.predefined.process_types import MIN_REAL
-from ...model.types import DINT
+from ...model.types import DINT, MIN_REAL
 from .filters import frequency
 from .function_block import FunctionBlock, block_row
 
@@ -85,21 +84,19 @@ def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float
 
 
 def _proportional_integral(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
-    if first:
+    if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~exact": 0.0})
     value, before = block.real("In"), block.real("~exact")
     gain = block.limited("Kp", MIN_REAL, math.inf)
-    lead = block.limited("Wld", MIN_REAL, 0.7 * math.pi / seconds if seconds > 0 else math.inf)
+    lead = block.limited("Wld", MIN_REAL, 0.7 * math.pi / block.delta_t if block.delta_t > 0 else math.inf)
     if block["Initialize"]:
         initial = _initial(block)
         return _keep(block, initial, x1=value, exact=initial)
-    if seconds <= 0:
+    if block.delta_t <= 0:
         return block.real("Out")
     if block["NonLinearMode"]:
         gain, lead = _shaped(block, "Kp", gain, value), _shaped(block, "Wld", lead, value)
-    integral = before + gain * lead * (value + block.real("~x1")) / 2 * seconds
+    integral = before + gain * lead * (value + block.real("~x1")) / 2 * block.delta_t
     integral, out = _with_limits(block, integral, before, gain * value)
     return _keep(block, out, x1=value, exact=integral)
 
@@ -108,24 +105,22 @@ def _proportional_integral(block: FunctionBlock) -> float:
 
 
 def _second_order(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
-    if first:
+    if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~y1": 0.0, "~exact": 0.0})
     value, last, before = block.real("In"), block.real("~x1"), block.real("~exact")
     gain = block.limited("Gain", MIN_REAL, math.inf)
-    lead, lag = (frequency(block, name, seconds) for name in ("WLead", "WLag"))
+    lead, lag = (frequency(block, name) for name in ("WLead", "WLag"))
     zeta = block.limited("ZetaLead", 0.0, 10.0)
     if block["Initialize"]:
         initial = _initial(block)
         return _keep(block, initial, x1=value, y1=0.0, exact=initial)
-    if seconds <= 0:
+    if block.delta_t <= 0:
         return block.real("Out")
     b = 1 / (lead * lead)
-    a, slope, pole = 2 * zeta / lead - 1 / lag, 2 * b / seconds, 2 / (lag * seconds)
+    a, slope, pole = 2 * zeta / lead - 1 / lag, 2 * b / block.delta_t, 2 / (lag * block.delta_t)
     part = gain * ((a + slope) * value + (a - slope) * last) - (1 - pole) * block.real("~y1")
     part /= 1 + pole
-    integral = before + gain * (value + last) / 2 * seconds
+    integral = before + gain * (value + last) / 2 * block.delta_t
     integral, out = _with_limits(block, integral, before, part)
     return _keep(block, out, x1=value, y1=part, exact=integral)
 
@@ -134,7 +129,6 @@ def _second_order(block: FunctionBlock) -> float:
 
 
 def _pulses(block: FunctionBlock) -> float:
-    first = block.begins()
     value = int(block["In"])
     size = int(block.limited("WordSize", 2, 32))
     parts = int(block.limited("Multiplier", -_MOST_PARTS, _MOST_PARTS))
@@ -143,8 +137,8 @@ def _pulses(block: FunctionBlock) -> float:
     if initialize:
         block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
         return 0.0
-    before = int(block["InitialValue"]) if held else value if first else int(block["~before"])
-    rest = 0 if first else int(block["~remainder"])
+    before = int(block["InitialValue"]) if held else value if block.first else int(block["~before"])
+    rest = 0 if block.first else int(block["~remainder"])
     half = 1 << (size - 1)
     difference = (value - before + half) % (2 * half) - half if block["Mode"] else value
     total = difference * parts + rest
@@ -171,33 +165,29 @@ def _quickest(rate: float, left: float, most: float, jerk: float, seconds: float
 
 
 def _s_curve(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
     target = block.real("In")
     up, down, jerk = (block.limited(f"{name}Rate", 0.0, math.inf) for name in ("Accel", "Decel", "Jerk"))
-    if first:
+    if block.first:
         out = block.real("Out")
         block.set(**{"~exact": out if math.isfinite(out) else 0.0, "~rate": 0.0})
     if block["Initialize"]:
         return _moved(block, block.real("InitialValue"), 0.0)
-    if seconds <= 0:
+    if block.delta_t <= 0:
         return block.real("Out")
     if not math.isfinite(target):
         return _keep(block, target)
     if jerk <= 0 or (block["HoldEnable"] and block["HoldMode"]):
         return _moved(block, block.real("~exact"), 0.0)
-    return _follow(block, target, (up, down), jerk, seconds)
+    return _follow(block, target, up, down, jerk)
 
 
-def _follow(
-    block: FunctionBlock, target: float, limits: tuple[float, float], jerk: float, seconds: float
-) -> float:
+def _follow(block: FunctionBlock, target: float, up: float, down: float, jerk: float) -> float:
     """Move Out toward In, or to rest with HoldEnable; return Out."""
-    out, rate = block.real("~exact"), block.real("~rate")
+    out, rate, seconds = block.real("~exact"), block.real("~rate"), block.delta_t
     held = block.on("HoldEnable")
     sign = math.copysign(1, rate if held else target - out)
     speeds_up = out * sign >= 0 if block["AbsAlgRamp"] else sign > 0
-    most = limits[0] if speeds_up else limits[1]
+    most = up if speeds_up else down
     if held:
         step, new = _braking_step(rate * sign, most, jerk, seconds)
         out += sign * step

@@ -23,14 +23,15 @@ import math
 
 from scanrack.io_images.dataclass import dataclass
 
+from ...model.types import ALARM_LEVELS, ANALOG_ALARMS
 from .function_block import FunctionBlock, block_row
 from .measuring import level_alarms, rate_alarms
 
 _REGULATING = ("CasRat", "Auto")
 _MODES = (*_REGULATING, "Manual", "Override", "Hand")
 _ALARMS = (
-    *(f"PV{name}Alarm" for name in ("HH", "H", "L", "LL", "ROCPos", "ROCNeg")),
-    *(f"Dev{name}Alarm" for name in ("HH", "H", "L", "LL")),
+    *(f"PV{name}Alarm" for name in ANALOG_ALARMS),
+    *(f"Dev{name}Alarm" for name in ALARM_LEVELS),
 )
 
 
@@ -40,8 +41,6 @@ class _PidLoop:
 
     block: FunctionBlock
     program: bool
-    seconds: float
-    first: bool
     bad_pv: bool = False  # no error can be computed
     bad_cv: bool = False  # no CV can be computed
     initializing: bool = False
@@ -72,7 +71,7 @@ def _check(loop: _PidLoop) -> None:
     )
     spanless = block["CVEUMax"] == block["CVEUMin"]
     loop.bad_cv = block.wrong(CVFaulted=block.on("CVFault"), CVEUSpanInv=spanless)
-    requested = loop.first or block.on("CVInitReq") or was_faulted
+    requested = block.first or block.on("CVInitReq") or was_faulted
     loop.initializing = requested and not loop.bad_cv
 
 
@@ -157,10 +156,10 @@ def _gains(block: FunctionBlock) -> list[float]:
 def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float, float]]:
     """Return the last two values of the error and of PV, newest first; store the present values."""
     block = loop.block
-    if loop.first:
+    if block.first:
         block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
     past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in now}
-    if loop.seconds > 0 and not loop.bad_pv and math.isfinite(loop.error):
+    if block.delta_t > 0 and not loop.bad_pv and math.isfinite(loop.error):
         block.set(**{f"~{each}2": values[0] for each, values in past.items()})
         block.set(**{f"~{each}1": value for each, value in now.items()})
     return past
@@ -168,7 +167,7 @@ def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float
 
 def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
-    block, seconds = loop.block, loop.seconds
+    block, seconds = loop.block, loop.block.delta_t
     gains = _gains(block)
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
     now = {"e": loop.error, "q": percent}
@@ -200,9 +199,9 @@ def _feed_forward(loop: _PidLoop) -> float:
     """Return the change of the feedforward; if no time has passed, leave it to the next call."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
-    if loop.seconds <= 0 and not loop.first:
+    if block.delta_t <= 0 and not block.first:
         return 0.0
-    before = value if loop.first else block.real("~ff")
+    before = value if block.first else block.real("~ff")
     if block["FFSetPrevious"]:
         before = block.limited("FFPrevious", -100.0, 100.0)
     block.set(**{"~ff": value})
@@ -227,19 +226,20 @@ def _select_cv(loop: _PidLoop) -> tuple[float, float]:
         return block.limited(loop.of_control("CV"), 0.0, 100.0), before
     if block["CVSetPrevious"]:
         before = block.limited("CVPrevious", 0.0, 100.0)
-    cv = before + change if loop.seconds > 0 else before
+    cv = before + change if block.delta_t > 0 else before
     return before if block.holds(cv - before, "WindupHIn", "WindupLIn") else cv, before
 
 
 def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool]:
     """Return CV limited by its rate of change, and whether it was limited."""
-    rate = loop.block.limited("CVROCLimit", 0.0, math.inf)
-    limiting = loop.regulates or (loop.mode == "Manual" and loop.block.on("CVManLimiting"))
+    block = loop.block
+    rate = block.limited("CVROCLimit", 0.0, math.inf)
+    limiting = loop.regulates or (loop.mode == "Manual" and block.on("CVManLimiting"))
     if not limiting or loop.initializing:
         return cv, False
-    cv = max(min(cv, loop.block.real("CVHLimit")), loop.block.real("CVLLimit"))
-    most = rate * loop.seconds
-    fast = rate > 0 and abs(cv - before) > most and loop.seconds > 0
+    cv = max(min(cv, block.real("CVHLimit")), block.real("CVLLimit"))
+    most = rate * block.delta_t
+    fast = rate > 0 and abs(cv - before) > most and block.delta_t > 0
     return max(min(cv, before + most), before - most) if fast else cv, fast
 
 
@@ -262,7 +262,7 @@ def _limit_cv(loop: _PidLoop) -> None:
     low, high = block.real("CVLLimit"), block.real("CVHLimit")
     block.wrong(CVLimitsInv=not 0 <= low <= high <= 100)
     above, below = cv > high or cv > 100, cv < low or cv < 0
-    if loop.first:
+    if block.first:
         above = below = False
     cv, fast = _limit_change(loop, max(min(cv, 100.0), 0.0), before)
     if not math.isfinite(cv):
@@ -278,7 +278,7 @@ def _limit_cv(loop: _PidLoop) -> None:
 
 
 def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
-    limits = {name: block.real(f"Dev{name}Limit") for name in ("HH", "H", "L", "LL")}
+    limits = {name: block.real(f"Dev{name}Limit") for name in ALARM_LEVELS}
     ordered = limits["HH"] >= limits["H"] >= 0 and limits["LL"] >= limits["L"] >= 0
     block.wrong(DevHLLimitsInv=not ordered)
     return limits
@@ -291,7 +291,7 @@ def _alarms(loop: _PidLoop) -> None:
     block.wrong(PVROCLimitsInv=any(not each >= 0 for each in rates))
     deviations = _deviation_limits(block)
     value, point = block.real("PV"), block.real("SP")
-    if loop.first or loop.bad_pv:
+    if block.first or loop.bad_pv:
         block.set(**dict.fromkeys(_ALARMS, False))
         rate_alarms(block, value, "PV", first=True)
         return
@@ -302,15 +302,12 @@ def _alarms(loop: _PidLoop) -> None:
 
 
 def _regulate(block: FunctionBlock) -> float:
-    first = block.starts()
-    seconds = block.seconds(first=first)
-    loop = _PidLoop(block, block.control(), seconds, first)
+    loop = _PidLoop(block, block.control())
     _check(loop)
     _choose_mode(loop)
     _set_point(loop)
     _limit_cv(loop)
     _alarms(loop)
-    block.clear_requests()
     return block.real("CV")
 
 

@@ -74,25 +74,26 @@ def _filtered(
     value: float,
     upper: Polynomial,
     lower: Polynomial,
-    seconds: float,
     *,
-    begin: bool,
+    begin: bool = False,
     again: bool = True,
 ) -> float:
     """Execute a transfer function; return Out.
 
     Args:
+        begin: whether the filter starts, as it does in the first scan and with Initialize.
         again: whether the filter starts again after a value that is not finite.
     """
     order = len(lower) - 1
+    begin = begin or block.first or block.on("Initialize")
     if begin or not math.isfinite(value + block.real("~y1")):
         steady = value * upper[0] / lower[0]
         block.set(Out=steady)
         _remember(block, [value] * order, [steady] * order, finite=math.isfinite(value), again=again)
         return steady
-    if seconds <= 0:
+    if block.delta_t <= 0:
         return block.real("Out")
-    above, below = (_in_delays(each, order, seconds) for each in (upper, lower))
+    above, below = (_in_delays(each, order, block.delta_t) for each in (upper, lower))
     inputs = [value, *_past(block, "x", order)]
     outputs = _past(block, "y", order)
     out = sum(a * x for a, x in zip(above, inputs, strict=True))
@@ -104,20 +105,18 @@ def _filtered(
 
 
 def _lead_lag(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
     value = block.real("In") * block.real("Gain") + block.real("Bias")
     lead = block.limited("Lead", 0.0, math.inf)
-    lag = block.limited("Lag", seconds / 2, math.inf)
-    begin = first or block.on("Initialize") or not math.isfinite(lead + lag)
-    return _filtered(block, value, (1.0, lead), (1.0, lag), seconds, begin=begin, again=False)
+    lag = block.limited("Lag", block.delta_t / 2, math.inf)
+    endless = not math.isfinite(lead + lag)
+    return _filtered(block, value, (1.0, lead), (1.0, lag), begin=endless, again=False)
 
 
-def frequency(block: FunctionBlock, name: str, seconds: float) -> float:
+def frequency(block: FunctionBlock, name: str) -> float:
     """Return a frequency, limited to the range that DeltaT allows."""
-    if seconds <= 0:
+    if block.delta_t <= 0:
         return 1.0
-    return block.limited(name, 1e-7 / seconds, 0.7 * math.pi / seconds)
+    return block.limited(name, 1e-7 / block.delta_t, 0.7 * math.pi / block.delta_t)
 
 
 def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
@@ -129,10 +128,8 @@ def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
     """Return the function of a filter by order; an invalid order means the first [help, LPF: Order]."""
 
     def step(block: FunctionBlock) -> float:
-        first = block.begins()
-        seconds = block.seconds(first=first)
         order = _order(block, orders)
-        w = frequency(block, name, seconds)
+        w = frequency(block, name)
         quality = block.limited("QFactor", 0.5, 100.0) if name == "WNotch" else 0.0
         if name == "WNotch":
             upper, lower = [w * w, 0.0, 1.0], [w * w, w / quality, 1.0]
@@ -141,8 +138,7 @@ def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
         else:
             lower = [each * w ** (order - power) for power, each in enumerate(_BUTTERWORTH[order])]
             upper = [lower[0]] if name == "WLag" else [0.0] * order + [1.0]
-        begin = first or block.on("Initialize")
-        return _filtered(block, block.real("In"), upper, lower, seconds, begin=begin)
+        return _filtered(block, block.real("In"), upper, lower)
 
     return step
 
@@ -151,10 +147,8 @@ _MOST_RATIO = {1: 40.0, 2: 10.0}
 
 
 def _second_lead_lag(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
     order = _order(block, (2, 1))
-    lead, lag = (frequency(block, name, seconds) for name in ("WLead", "WLag"))
+    lead, lag = (frequency(block, name) for name in ("WLead", "WLag"))
     most = _MOST_RATIO[order] * lead
     if block.wrong(WLagRatioInv=lag > most):
         lag = most
@@ -163,23 +157,20 @@ def _second_lead_lag(block: FunctionBlock) -> float:
         [1.0, 1 / w] if order == 1 else [1.0, 2 * zeta / w, 1 / (w * w)]
         for w, zeta in zip((lead, lag), damping, strict=True)
     )
-    begin = first or block.on("Initialize")
-    return _filtered(block, block.real("In"), upper, lower, seconds, begin=begin)
+    return _filtered(block, block.real("In"), upper, lower)
 
 
 def _derive(block: FunctionBlock) -> float:
     """Compute Out = Gain (In - previous In) / DeltaT; with ByPass, Out = In."""
-    first = block.begins()
-    seconds = block.seconds(first=first)
     value, before = block.real("In"), block.real("~x1")
     out = block.real("Out")
     if block["ByPass"]:
         out = value
-    elif first:
+    elif block.first:
         out = 0.0
-    elif seconds > 0:
-        out = block.real("Gain") * (value - before) / seconds
-    if math.isfinite(value) and (first or seconds > 0):
+    elif block.delta_t > 0:
+        out = block.real("Gain") * (value - before) / block.delta_t
+    if math.isfinite(value) and (block.first or block.delta_t > 0):
         block.set(**{"~x1": value})
     block.set(Out=out)
     return out
@@ -195,20 +186,18 @@ def _within_limits(block: FunctionBlock, out: float) -> float:
 
 def _integrate(block: FunctionBlock) -> float:
     """Compute Out = previous Out + IGain (In + previous In)/2 DeltaT, within its limits."""
-    first = block.begins()
-    seconds = block.seconds(first=first)
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
-    starts = first or block.on("Initialize")
+    starts = block.first or block.on("Initialize")
     before, change = block.real("~exact"), 0.0
     if starts:
         before = block.real("InitialValue")
-    elif seconds > 0:
-        change = gain * (value + block.real("~x1")) / 2 * seconds
+    elif block.delta_t > 0:
+        change = gain * (value + block.real("~x1")) / 2 * block.delta_t
     if block.holds(change):
         change = 0.0
     out = _within_limits(block, before + change)
     block.set(Out=out)
-    if math.isfinite(out) and math.isfinite(value) and (starts or seconds > 0):
+    if math.isfinite(out) and math.isfinite(value) and (starts or block.delta_t > 0):
         block.set(**{"~exact": out, "~x1": value})
     return out
 
@@ -220,19 +209,17 @@ def _delay(block: FunctionBlock) -> float:
     scan, after an InFault, and with an invalid Deadtime, Out is In x Gain + Bias without delay, and the
     buffer is filled with it.
     """
-    first = block.begins()
-    seconds = block.seconds(first=first)
     (buffer,) = block.arrays
     value = block.real("In") * block.real("Gain") + block.real("Bias")
     faulted, was = block.on("InFault"), block.on("~faulted")
     block.set(**{"~faulted": faulted})
     if block.wrong(InFaulted=faulted):
         return block.real("Out")
-    begin = first or was
-    if seconds <= 0 and not begin:
+    begin = block.first or was
+    if block.delta_t <= 0 and not begin:
         return block.real("Out")
     wait, size = block.real("Deadtime"), len(buffer)
-    invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
+    invalid = not block.first and block.wrong(DeadtimeInv=not 0 <= wait <= size * block.delta_t)
     if begin or invalid:
         block.set(Out=value)
         stored = block.rounded(value)
@@ -241,7 +228,7 @@ def _delay(block: FunctionBlock) -> float:
                 buffer[place] = stored
             block.set(**{"~held": size})
         return value
-    return _delayed(block, buffer, value, math.floor(wait / seconds + 0.5))
+    return _delayed(block, buffer, value, math.floor(wait / block.delta_t + 0.5))
 
 
 def _delayed(block: FunctionBlock, buffer: Elements, value: float, count: int) -> float:

@@ -11,7 +11,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from functools import cache, partial
 from typing import Any
 
@@ -26,6 +26,7 @@ from ...model.predefined.process_types import ARRAYS, STATUS_BITS
 from ...model.spec import Spec, Use, action
 from ...model.types import REAL, Structure
 from ...state.regions import converted
+from ..prescans import prescan_sets
 
 NS_PER_MS = 1_000_000
 NS_PER_S = 1000 * NS_PER_MS
@@ -37,12 +38,21 @@ MOST_OVERSAMPLE_S = 4194.303
 
 
 class FunctionBlock(Members):
-    """A block during a call: `block["In"]`, `block.set(Out=1.0)`."""
+    """A block during a call: `block["In"]`, `block.set(Out=1.0)`.
+
+    Attributes:
+        new: whether this is the first call ever; False for a block without a mode of control.
+        first: whether this is the first call after a prescan; False for a block that does not need it.
+        elapsed_ms: whole ms since the last call, 0 in the first scan; the remainder counts in the next call.
+        delta_t: DeltaT in seconds, 0 if the algorithm does not run.
+    """
 
     def __init__(self, machine: Interpreter, group: Group, arrays: tuple[Resolved, ...] = ()) -> None:
         super().__init__(machine, group)
         self.machine: Interpreter = machine
         self.arrays = tuple(Elements(machine, each) for each in arrays)
+        self.new = self.first = False
+        self.elapsed_ms, self.delta_t = 0, 0.0
         self._faults: dict[str, bool] = {}
 
     def real(self, name: str) -> float:
@@ -83,39 +93,53 @@ class FunctionBlock(Members):
             words[word] |= int(faults[name]) << bit
         self.set(**faults, **{word: value - (value >> 31 << 32) for word, value in words.items()})
 
-    # --- time
+    # --- the beginning of a call
 
-    def begins(self) -> bool:
-        """Return whether this is the first call after a prescan, and note the call."""
-        begins = not self.on("~begun")
-        self.set(**{"~begun": True})
-        return begins
+    def begin(self, names: Container[str]) -> None:
+        """Set the attributes, and note the call.
 
-    def first_run(self) -> bool:
-        """Return whether this is the first call ever, and note the call."""
-        first = not self.on("~ran")
-        self.set(**{"~ran": True})
-        return first
+        The first run starts in Operator control. The first scan ignores all earlier requests.
 
-    def elapsed_ms(self, *, first: bool) -> int:
-        """Return whole ms since the last call, 0 in the first scan; keep the remainder for the next call."""
+        Args:
+            names: the names of the block's members.
+        """
+        if "~ran" in names:
+            self.new = self._notes("~ran")
+        if self.new:
+            self.set(ProgOper=False)
+        if "~begun" in names:
+            self.first = self._notes("~begun")
+        if "~ran" in names and self.first:
+            self.clear_requests()
+        if "~last_ns" in names:
+            self.elapsed_ms = self._measure_ms()
+        if "TimingMode" in names:
+            self.delta_t = self._measure()
+
+    def _notes(self, name: str) -> bool:
+        """Set a hidden bit; return whether it was off."""
+        was_off = not self.on(name)
+        self.set(**{name: True})
+        return was_off
+
+    def _measure_ms(self) -> int:
         since = self._group.member("~last_ns")
-        if first:
+        if self.first:
             self.machine.start_clock(since)
             return 0
         return self.machine.elapsed(since, NS_PER_MS)
 
-    def seconds(self, *, first: bool) -> float:
+    def _measure(self) -> float:
         """Set DeltaT by the timing mode; return it, or 0 if the algorithm does not run."""
         mode = self["TimingMode"]
-        elapsed = self.elapsed_ms(first=first) / MS_PER_S
+        elapsed = self.elapsed_ms / MS_PER_S
         scheduler = self.machine.scheduler
         if mode == 1:
             elapsed = self.real("OversampleDT")
             if self.wrong(DeltaTInv=not 0 <= elapsed <= MOST_OVERSAMPLE_S):
                 elapsed = 0.0
         elif mode == 2:
-            elapsed = self._sampled(first=first)
+            elapsed = self._sampled()
         elif self.wrong(TimingModeInv=mode != 0):
             elapsed = 0.0
         elif scheduler is not None and scheduler.period_ns:
@@ -123,15 +147,15 @@ class FunctionBlock(Members):
         self.set(DeltaT=elapsed)
         return elapsed
 
-    def _sampled(self, *, first: bool) -> float:
+    def _sampled(self) -> float:
         """Return the time between the time stamps of two samples."""
         stamp, period = int(self["RTSTimeStamp"]), int(self["RTSTime"])
         unusable = self.wrong(RTSTimeInv=not 1 <= period < STAMPS)
         if self.wrong(RTSTimeStampInv=not 0 <= stamp < STAMPS):
             return 0.0
-        elapsed = 0 if first else (stamp - int(self["~stamp"])) % STAMPS
+        elapsed = 0 if self.first else (stamp - int(self["~stamp"])) % STAMPS
         self.set(**{"~stamp": stamp})
-        self.wrong(RTSMissed=not first and not unusable and abs(elapsed - period) > 1)
+        self.wrong(RTSMissed=not self.first and not unusable and abs(elapsed - period) > 1)
         return elapsed / MS_PER_S
 
     # --- control
@@ -149,18 +173,6 @@ class FunctionBlock(Members):
             program = True
         self.set(ProgOper=program)
         return program
-
-    def starts(self) -> bool:
-        """Begin a call and set its mode of control; return whether it is the first scan.
-
-        The first run starts in Operator control. The first scan ignores all earlier requests.
-        """
-        if self.first_run():
-            self.set(ProgOper=False)
-        first = self.begins()
-        if first:
-            self.clear_requests()
-        return first
 
     def clear_requests(self) -> None:
         """Clear the operator's requests, and with ProgValueReset also the program's."""
@@ -201,11 +213,10 @@ class CompiledBlock(FunctionBlock):
         for name, value in members.items():
             values[name] = converters[name](value)
 
-    def elapsed_ms(self, *, first: bool) -> int:
-        """Return the same time as `FunctionBlock.elapsed_ms`."""
+    def _measure_ms(self) -> int:
         now, last = self.machine.now_ns, self.values["~last_ns"]
-        elapsed = 0 if first else (now - last) // NS_PER_MS
-        self.values["~last_ns"] = now if first else last + elapsed * NS_PER_MS
+        elapsed = 0 if self.first else (now - last) // NS_PER_MS
+        self.values["~last_ns"] = now if self.first else last + elapsed * NS_PER_MS
         return elapsed
 
 
@@ -238,7 +249,10 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     converters = {name: _converter(each.type) for name, each in zip(names, types, strict=True)}
 
     def call(block: FunctionBlock) -> None:
+        block.begin(converters)
         result, machine = step(block), block.machine
+        if "~ran" in converters:
+            block.clear_requests()
         block.set(EnableOut=result is None or not (machine.is_infinite(result) or machine.is_nan(result)))
         if bits:
             block.report(bits)
@@ -251,11 +265,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         call(block)
         return tuple(block.values.values())
 
-    def prescan(machine: Interpreter, group: Group, *_given: Resolved) -> None:
-        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not a rising edge
-        named = (each.name for each in kind.hidden)
-        Members(machine, group).set(**{f"~{name}": begins[name] for name in named if name in begins})
-
+    begins = {"~begun": False, "~before": True}  # a clock that is on in the first scan is not a rising edge
     return action(
         name,
         Use.BLOCK,
@@ -266,7 +276,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         fetch=fetch,
         partly=True,
         faults=bool(arrays),
-        prescan=prescan,
+        prescan=prescan_sets(0, **{name: begins[name] for name in names if name in begins}),
         check=partial(_check_arrays, kind=kind),
         in_rungs=False,
     )

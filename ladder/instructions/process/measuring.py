@@ -14,6 +14,7 @@ import math
 import struct
 
 from ...interpreter.files import Elements
+from ...model.types import ALARM_LEVELS
 from .function_block import NS_PER_S, FunctionBlock, block_row
 
 
@@ -55,15 +56,12 @@ def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool)
 
 
 def _alarm(block: FunctionBlock) -> float:
-    first = block.begins()
     value = block.real("In")
     band = block.limited("Deadband", 0.0, math.inf)
-    level_alarms(
-        block, value, "", {name: block.real(f"{name}Limit") for name in ("HH", "H", "L", "LL")}, band
-    )
+    level_alarms(block, value, "", {name: block.real(f"{name}Limit") for name in ALARM_LEVELS}, band)
     for name, most in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
         block.limited(name, 0.0, most)
-    rate = rate_alarms(block, value, "", first=first)
+    rate = rate_alarms(block, value, "", first=block.first)
     if rate is not None:
         block.set(ROC=rate)
     return block.real("ROC")
@@ -76,7 +74,6 @@ _MOST_INPUTS = 6
 
 
 def _choose(block: FunctionBlock) -> float:
-    block.starts()
     program = block.control()
     override = block.on("ProgOverrideReq")
     block.set(Override=override)
@@ -93,7 +90,6 @@ def _choose(block: FunctionBlock) -> float:
             block.set(Out=block[f"In{number}"], SelectedIn=number)
     elif not few and _MANUAL < mode <= _AVERAGE:
         _by_mode(block, mode, faulted)
-    block.clear_requests()
     return block.real("Out")
 
 
@@ -120,7 +116,6 @@ def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
 
 def _samples(block: FunctionBlock, most: int) -> list[float] | None:
     """Take a sample; return the samples, newest first, or None if Out stays or is In."""
-    first = block.begins()
     value, count = block.real("In"), int(block["NumberOfSamples"])
     faulted, few = block.on("InFault"), not 1 <= count <= most
     if block.wrong(InFaulted=faulted, NumberOfSampInv=few):
@@ -129,7 +124,7 @@ def _samples(block: FunctionBlock, most: int) -> list[float] | None:
     if block["Initialize"] or not math.isfinite(value):
         block.set(Out=value, **{"~held": 0})
         return None
-    if first:
+    if block.first:
         block.set(**{"~held": 0})
     if not block["SampleEnable"]:
         return None
@@ -174,11 +169,9 @@ _UNIT_S = (1, 60, 3600, 86_400)
 
 
 def _total(block: FunctionBlock) -> float:
-    if not block["~ran"]:
+    if block.new:
         total = block.real("ResetValue")
         block.set(Total=total, OldTotal=0.0, **{"~exact": total})
-    first = block.starts()
-    seconds = block.seconds(first=first)
     program = block.control()
     value, base = block.real("In"), int(block["TimeBase"])
     unusable = block.wrong(InFaulted=block.on("InFault"), TimeBaseInv=not 0 <= base < len(_UNIT_S))
@@ -188,15 +181,14 @@ def _total(block: FunctionBlock) -> float:
     block.set(LowInCutoffFlag=low)
     runs, ran_before = block.on("RunStop"), block.on("~running")
     if not unusable:
-        if runs and ran_before and not low and seconds > 0:
-            _add(block, value, seconds / _UNIT_S[base])
+        if runs and ran_before and not low and block.delta_t > 0:
+            _add(block, value, block.delta_t / _UNIT_S[base])
         if math.isfinite(value):
             block.set(**{"~x1": 0.0 if low else value})
     block.set(**{"~running": runs})
     total, target = block.real("Total"), block.real("Target")
     block.set(TargetFlag=total >= target)
     block.set(**{f"{each}Flag": total >= target - block.real(each) for each in ("TargetDev1", "TargetDev2")})
-    block.clear_requests()
     return total
 
 

@@ -13,8 +13,6 @@ scan with a true rung is one update of UPD seconds, so run it in a periodic task
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from ...compiler.pid import write_pid
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
@@ -22,21 +20,14 @@ from ...model.arithmetic import percent, scaled
 from ...model.errors import PID_SETPOINT_CODE, PID_TIME_CODE
 from ...model.operands import Constant, Group, Place, Resolved
 from ...model.spec import Use, always
-from ...model.types import DINT, PID_BITS
+from ..prescans import prescan_sets
 
 
 class _Loop(Members):
-    """A PID in a scan; its bits are in CTL."""
+    """A PID in a scan."""
 
     def bit(self, name: str) -> bool:
-        return self._machine.truth(self._machine.get(self._bit(name)))
-
-    def set_bits(self, **values: bool) -> None:
-        for name, value in values.items():
-            self._machine.put(self._bit(name), bool(value))
-
-    def _bit(self, name: str) -> Place:
-        return replace(self._group.member("CTL"), bit=Constant(PID_BITS[name], DINT))
+        return self._machine.truth(self[name])
 
     def real(self, name: str) -> float:
         return float(self[name])
@@ -54,7 +45,7 @@ def _pid(
     held: Resolved,
 ) -> None:
     loop = _Loop(machine, group)
-    loop.set_bits(EN=power)
+    loop.set(EN=power)
     if not power:
         return
     if not loop.real("UPD") > 0:
@@ -83,7 +74,7 @@ def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
         loop.set(SP=value)
     low, high = loop.real("MINS"), loop.real("MAXS")
     outside = low != high and not low <= loop.real("SP") <= high
-    loop.set_bits(SPOR=outside)
+    loop.set(SPOR=outside)
     if outside:
         machine.fault_log.record(machine.site, "SP is out of range", PID_SETPOINT_CODE)
         loop.set(SP=min(max(loop.real("SP"), low), high))
@@ -94,7 +85,7 @@ def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
 
 def _tell(loop: _Loop) -> None:
     value, error = loop.real("PV"), loop.real("SP") - loop.real("PV")
-    loop.set_bits(
+    loop.set(
         PVHA=value >= loop.real("PVH") - (loop.real("PVDB") if loop.bit("PVHA") else 0.0),
         PVLA=value <= loop.real("PVL") + (loop.real("PVDB") if loop.bit("PVLA") else 0.0),
         DVPA=-error >= loop.real("DVP") - (loop.real("DVDB") if loop.bit("DVPA") else 0.0),
@@ -119,7 +110,7 @@ def _output(loop: _Loop) -> float:
     loop.set(**{"~sum": sum_before + integral * error * loop.real("UPD")})
     output = proportional * error + loop.real("~sum") + derivative * change + loop.real("BIAS")
     low, high = loop.real("MINO"), loop.real("MAXO")
-    loop.set_bits(OLL=output <= low, OLH=output >= high)
+    loop.set(OLL=output <= low, OLH=output >= high)
     if (output > high and error > 0) or (output < low and error < 0):
         loop.set(**{"~sum": sum_before})
     limited = min(max(output, low), high)
@@ -144,7 +135,7 @@ def _change(loop: _Loop) -> float:
     now = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
     before = loop.real("~last") if loop.bit("INI") else now
     loop.set(**{"~last": now})
-    loop.set_bits(INI=True)
+    loop.set(INI=True)
     return _percent(loop, now - before) / loop.real("UPD")
 
 
@@ -167,5 +158,5 @@ PID = always(
     run=_pid,
     write=write_pid,
     faults=False,
-    prescan=lambda machine, group, *_operands: _Loop(machine, group).set_bits(INI=False),
+    prescan=prescan_sets(0, INI=False),
 )

@@ -34,15 +34,14 @@ def _time(block: FunctionBlock, name: str, most: float) -> float:
     return 0.0 if wrong else value
 
 
-def _cycle(block: FunctionBlock, *, first: bool) -> tuple[float, int, bool]:
+def _cycle(block: FunctionBlock) -> tuple[float, int, bool]:
     """Advance the cycle timer.
 
     Returns:
         (CycleTime in s, the timer in ms, whether it has begun a cycle)
     """
     cycle = block.limited("CycleTime", 0.0, math.inf)
-    elapsed = block.elapsed_ms(first=first)
-    passed = 0 if first or cycle <= 0 else int(block["~timer"]) + elapsed
+    passed = 0 if block.first or cycle <= 0 else int(block["~timer"]) + block.elapsed_ms
     period = max(_ms(cycle), 1)
     block.set(**{"~timer": passed % period})
     return cycle, passed % period, passed >= period
@@ -63,10 +62,9 @@ def _percents(block: FunctionBlock) -> bool:
 
 
 def _position(block: FunctionBlock) -> float:
-    first = block.begins()
-    if first:
+    if block.first:
         block.set(OpenTime=0.0, CloseTime=0.0)
-    cycle, timer, begins = _cycle(block, first=first)
+    cycle, timer, begins = _cycle(block)
     valid = _percents(block) and cycle > 0
     most = _time(block, "MaxOnTime", cycle)
     least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
@@ -95,8 +93,7 @@ def _pulse(needed: float, dead: float, least: float, most: float) -> float:
 
 
 def _split_range(block: FunctionBlock) -> float:
-    first = block.begins()
-    cycle, timer, _ = _cycle(block, first=first)
+    cycle, timer, _ = _cycle(block)
     value, total = block.real("In"), 0.0
     for side in ("Heat", "Cool"):
         most = _time(block, f"Max{side}Time", cycle)

@@ -29,9 +29,9 @@ def _is_usable(value: float) -> bool:
     return 0 <= float(value) < math.inf
 
 
-def _mode(block: FunctionBlock, *, program: bool, new: bool) -> str:
+def _mode(block: FunctionBlock, *, program: bool) -> str:
     """Return the mode from the requests of the side in control; a new block is in Manual."""
-    if new:
+    if block.new:
         return "Manual"
     mode = next((each for each in ("Auto", "Hold") if block[each]), "Manual")
     if program:  # the first has precedence
@@ -54,8 +54,9 @@ def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate:
     return min(out + step, target) if out < target else max(out - step, target)
 
 
-def _automatic(block: FunctionBlock, count: int, minutes: float) -> bool:
+def _automatic(block: FunctionBlock, count: int) -> bool:
     """Execute the profile; return whether it continues."""
+    minutes = block.elapsed_ms / _MS_PER_MIN
     ramps, soaks, _ = block.arrays
     segment = int(block["CurrentSeg"])
     if segment not in range(count):
@@ -136,14 +137,11 @@ def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
 
 def _step(block: FunctionBlock) -> float:
     times = block.arrays[2]
-    new = not block["~ran"]
-    if new and _is_usable(times[0]):
+    if block.new and _is_usable(times[0]):
         block.set(CurrentSeg=0, SoakTimeProg=times[0], SoakTimeOper=times[0])
-    first = block.starts()
-    minutes = block.elapsed_ms(first=first) / _MS_PER_MIN
     program = block.control()
     who, stopped = _OF_CONTROL[program]
-    mode = _mode(block, program=program, new=new)
+    mode = _mode(block, program=program)
     count, valid, runnable = _check(block)
     if mode == "Auto" and not runnable:
         mode = stopped
@@ -154,10 +152,9 @@ def _step(block: FunctionBlock) -> float:
         _manual(block, who, count)
     if mode != "Auto":
         block.set(GuarRampOn=False, GuarSoakOn=False)
-    elif not _automatic(block, count, minutes):
+    elif not _automatic(block, count):
         mode = stopped
     _show(block, mode, program=program)
-    block.clear_requests()
     return block.real("Out")
 
 

@@ -68,11 +68,10 @@ def _add_selected(block: FunctionBlock) -> Any:
 
 def _capture(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock], None]:
     def step(block: FunctionBlock) -> None:
-        first = block.begins()
         if block["Reset"]:
             block.set(Out=block["ResetValue"])
         else:
-            block.set(Out=block["In"] if first else choose(block["Out"], block["In"]))
+            block.set(Out=block["In"] if block.first else choose(block["Out"], block["In"]))
 
     return step
 
@@ -110,13 +109,11 @@ def _accumulate(block: FunctionBlock) -> Any:
 
 
 def _follow(block: FunctionBlock) -> float:
-    first = block.begins()
-    seconds = block.seconds(first=first)
     block.wrong(**{f"{name}Inv": block[name] < 0 for name in ("IncRate", "DecRate")})
     value = block.real("In")
-    if not block["ByPass"] and not first and math.isfinite(value):
+    if not block["ByPass"] and not block.first and math.isfinite(value):
         before = block.real("~exact")
-        up, down = (max(block.real(name), 0.0) * seconds for name in ("IncRate", "DecRate"))
+        up, down = (max(block.real(name), 0.0) * block.delta_t for name in ("IncRate", "DecRate"))
         value = min(max(value, before - down), before + up)
     block.set(Out=value)
     if math.isfinite(value):  # an overflow is not stored

@@ -7,11 +7,13 @@ sequencer starts at step 0, and step 1 follows step LEN.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from ...interpreter import Interpreter
 from ...interpreter.files import Control, Elements
 from ...model.arithmetic import wrap
 from ...model.operands import Group, Place, Resolved
+from ..sequencers import sequencer_load, sequencer_output
 
 _BITS = 16
 
@@ -60,22 +62,8 @@ def _step(control: Control) -> bool:
     return True
 
 
-def sequence_output(
-    machine: Interpreter,
-    power: bool,
-    file: Resolved,
-    mask: Resolved,
-    target: Place,
-    group: Group,
-    *_shown: Resolved,
-) -> None:
-    """Run SQO: write the masked bits of a step."""
-    control = Control(machine, group)
-    if not power:
-        control.set(EN=False)
-    elif _step(control):
-        bits, value = machine.integer(mask), machine.whole(Elements(machine, file)[control["POS"]])
-        machine.put(target, wrap(machine.whole(machine.get(target)) & ~bits | value & bits, target.type.bits))
+sequence_output = partial(sequencer_output, step=_step)
+sequence_load = partial(sequencer_load, step=_step)
 
 
 def sequence_compare(
@@ -94,26 +82,3 @@ def sequence_compare(
     elif _step(control):
         entry = machine.whole(Elements(machine, file)[control["POS"]])
         control.set(FD=(machine.integer(source) ^ entry) & machine.integer(mask) & 0xFFFF == 0)
-
-
-def sequence_load(
-    machine: Interpreter, power: bool, file: Resolved, source: Resolved, group: Group, *_shown: Resolved
-) -> None:
-    """Run SQL: store the source in the next step."""
-    control = Control(machine, group)
-    rises = power and not control["EN"]
-    if not power:
-        control.set(EN=False)
-    elif _step(control) and rises:
-        Elements(machine, file)[control["POS"]] = wrap(machine.integer(source), _BITS)
-
-
-def prescan_control(name: str, place: int) -> Callable[..., None]:
-    """Return a prescan that sets the edge bit `name` of operand `place`, to ignore a true first rung."""
-
-    def run(machine: Interpreter, *operands: Resolved) -> None:
-        group = operands[place]
-        assert isinstance(group, Group)
-        Control(machine, group).set(**{name: True})
-
-    return run

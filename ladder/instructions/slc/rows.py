@@ -14,10 +14,12 @@ from ...interpreter import Interpreter
 from ...model.errors import ScanEndedError
 from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Place, Resolved
-from ...model.spec import InstructionKind, Spec, Use, action, always, condition
+from ...model.spec import InstructionKind, Spec, Use, action, always, condition, do_nothing
 from ...model.tree import Operand
 from ...state.lowered import OperandResolver
 from .. import assertion, bits, compare, control, files, move, shifts
+from .. import timing as logix_timing
+from ..prescans import prescan_sets
 from . import files as words
 from . import messages, numbers, timing
 
@@ -29,10 +31,6 @@ def _end_scan(_machine: Interpreter) -> None:
 def _suspend(machine: Interpreter, _number: Resolved) -> None:
     """Run SUS: it stops a real processor; here it ends the scan."""
     _end_scan(machine)
-
-
-def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
-    """Do nothing: images are exchanged at the ends of a scan, and interrupts do not run."""
 
 
 def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place) -> bool:
@@ -99,7 +97,7 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
 
 
 def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
-    prescan = words.prescan_control("EN", uses.index(Use.SLC_CONTROL))
+    prescan = prescan_sets(uses.index(Use.SLC_CONTROL), EN=True)
     return always(name, *uses, *_SHOWN[:shown], optional=shown, run=run, prescan=prescan)
 
 
@@ -120,12 +118,12 @@ _ROWS: tuple[Spec, ...] = (
     *(bits.XIC, bits.XIO, bits.OTE, bits.OTL, bits.OTU, bits.ONS, bits.OSF),
     always("OSR", Use.STORAGE, Use.COIL, optional=1, run=_one_shot, prescan=_prescan_one_shot, decides=True),
     # timers and counters
-    _timer("TON", timing.on_delay, timing.prescan_timer),
+    _timer("TON", timing.on_delay, prescan_sets(0, EN=False, TT=False, DN=False, ACC=0)),
     _timer("TOF", timing.off_delay, timing.prescan_off_delay),
-    _timer("RTO", timing.retentive, timing.prescan_retentive),
-    _counter("CTU", timing.count_up, timing.prescan_up),
-    _counter("CTD", timing.count_down, timing.prescan_down),
-    action("RES", Use.SLC_RESETTABLE, run=timing.reset),
+    _timer("RTO", timing.retentive, prescan_sets(0, EN=False, TT=False)),
+    _counter("CTU", timing.count_up, prescan_sets(0, CU=True)),
+    _counter("CTD", timing.count_down, prescan_sets(0, CD=True)),
+    action("RES", Use.SLC_RESETTABLE, run=logix_timing.RES.run),
     # comparisons: as in Logix
     *(compare.EQU, compare.NEQ, compare.LES, compare.LEQ, compare.GRT, compare.GEQ, compare.LIM, compare.MEQ),
     compare.CMP,
@@ -176,25 +174,32 @@ _ROWS: tuple[Spec, ...] = (
     _queue(shifts.LFL, Use.ITEM, Use.ARRAY),
     _queue(shifts.LFU, Use.ARRAY, Use.ITEM_TARGET),
     _file(
-        "SQO", Use.TABLE, Use.INTEGER, Use.INTEGER_TARGET, Use.SLC_CONTROL, shown=2, run=words.sequence_output
+        "SQO",
+        Use.TABLE,
+        Use.INTEGER,
+        Use.INTEGER_TARGET,
+        Use.SLC_CONTROL,
+        shown=2,
+        run=words.sequence_output,
     ),
     _file("SQC", *_MASKED, Use.INTEGER, Use.SLC_CONTROL, shown=2, run=words.sequence_compare),
-    _file("SQL", Use.ARRAY, Use.INTEGER, Use.SLC_CONTROL, shown=2, run=words.sequence_load),
+    _file(
+        "SQL",
+        Use.ARRAY,
+        Use.INTEGER,
+        Use.SLC_CONTROL,
+        shown=2,
+        run=words.sequence_load,
+    ),
     # program control
     *(control.JMP, control.LBL, control.JSR, control.RET, control.SBR, control.MCR, control.AFI, control.NOP),
     action("TND", run=_end_scan, prove=lambda machine, power: machine.end_scan(power)),
     condition("END", run=lambda _machine: True, alone=True),
     action("SUS", Use.IGNORED, run=_suspend, prove=lambda machine, power, _: machine.end_scan(power)),
-    action("IIM", Use.IGNORED, Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
-    action("IOM", Use.IGNORED, Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
-    action("REF", Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
-    action("STD", Use.IGNORED, optional=1, run=_nothing),
-    action("STE", Use.IGNORED, optional=1, run=_nothing),
-    action("STS", Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
-    action("INT", Use.IGNORED, optional=1, run=_nothing),
-    action("UID", Use.IGNORED, optional=1, run=_nothing),
-    action("UIE", Use.IGNORED, optional=1, run=_nothing),
-    action("UIF", Use.IGNORED, optional=1, run=_nothing),
+    # no effect: images are exchanged at the ends of a scan, and interrupts do not run
+    *(action(name, *[Use.IGNORED] * 3, optional=2, run=do_nothing) for name in ("IIM", "IOM")),
+    *(action(name, *[Use.IGNORED] * 2, optional=2, run=do_nothing) for name in ("REF", "STS")),
+    *(action(n, Use.IGNORED, optional=1, run=do_nothing) for n in ("STD", "STE", "INT", "UID", "UIE", "UIF")),
     messages.MSG,
     assertion.ASSERT,
 )

@@ -73,16 +73,6 @@ def off_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *
     timer.set(EN=False, TT=not done, DN=not done)
 
 
-def prescan_timer(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Reset a TON, as entering run mode does."""
-    Members(machine, group).set(EN=False, TT=False, DN=False, ACC=0)
-
-
-def prescan_retentive(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Reset the non-retentive bits of an RTO."""
-    Members(machine, group).set(EN=False, TT=False)
-
-
 def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) -> None:
     """Reset a TOF to its state after the delay."""
     timer = Members(machine, group)
@@ -111,29 +101,3 @@ def count_up(machine: Interpreter, power: bool, group: Group, *_shown: Resolved)
 def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
     """Run CTD; after -32,768 comes 32,767, with UN."""
     _counted(group, machine, power, "CD", -1, "UN")
-
-
-def prescan_up(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Set CU, so that a rung that is true in the first scan is not an edge."""
-    Members(machine, group).set(CU=True)
-
-
-def prescan_down(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Set CD, see `prescan_up`."""
-    Members(machine, group).set(CD=True)
-
-
-# --- RES
-
-
-RESET = {
-    "SLC_TIMER": ("EN", "TT", "DN", "ACC"),
-    "SLC_COUNTER": ("CU", "CD", "DN", "OV", "UN", "UA", "ACC"),
-    "SLC_CONTROL": ("EN", "EU", "DN", "EM", "ER", "UL", "IN", "FD", "POS"),
-}
-"""Members that RES clears, by type."""
-
-
-def reset(machine: Interpreter, group: Group) -> None:
-    """Run RES."""
-    Members(machine, group).set(**dict.fromkeys(RESET[group.type.name], 0))

@@ -10,10 +10,7 @@ from __future__ import annotations
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
-from ...model.spec import Use, action, always
-
-
-def _nothing(_machine: Interpreter, *_operands: Resolved) -> None: ...
+from ...model.spec import Use, action, always, do_nothing
 
 
 def _hmibc(machine: Interpreter, power: bool, group: Group, *_operands: Resolved) -> bool:
@@ -22,7 +19,7 @@ def _hmibc(machine: Interpreter, power: bool, group: Group, *_operands: Resolved
     return bool(button["EnableOut"])
 
 
-IOT = action("IOT", Use.IGNORED, run=_nothing)
-UID = action("UID", run=_nothing)
-UIE = action("UIE", run=_nothing)
+IOT = action("IOT", Use.IGNORED, run=do_nothing)
+UID = action("UID", run=do_nothing)
+UIE = action("UIE", run=do_nothing)
 HMIBC = always("HMIBC", Use.HMI_BUTTON, Use.IGNORED, optional=1, run=_hmibc, decides=True, alone=True)

@@ -14,7 +14,6 @@ tag that the export or the stub names.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,12 +21,13 @@ from scanrack.io_images.dataclass import dataclass
 
 from ...compiler.edges import write_message
 from ...interpreter import Interpreter
+from ...interpreter.files import Members
 from ...model.arithmetic import wrap
-from ...model.operands import Constant, Group
+from ...model.operands import Group
 from ...model.spec import Use, always
 from ...model.stubs import stub_of
 from ...model.tags import Leaf
-from ...model.types import DINT, MESSAGE_BITS, count_of
+from ...model.types import MESSAGE_BITS, count_of
 from ...run.partners import receive
 from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
@@ -36,50 +36,15 @@ TIMEOUT = 1
 """ERR of a message that its TO bit stopped: connection failure."""
 
 
-class _Message:
-    """A MESSAGE in a scan; its bits are in FLAGS."""
-
-    def __init__(self, machine: Interpreter, group: Group) -> None:
-        self._machine, self._group = machine, group
-
-    def __getitem__(self, name: str) -> bool:
-        place = replace(self._group.member("FLAGS"), bit=Constant(MESSAGE_BITS[name], DINT))
-        return self._machine.truth(self._machine.get(place))
-
-    def set(self, **bits: bool) -> None:
-        for name, value in bits.items():
-            place = replace(self._group.member("FLAGS"), bit=Constant(MESSAGE_BITS[name], DINT))
-            self._machine.put(place, value)
-
-    @property
-    def elapsed_ns(self) -> int:
-        return self._machine.now_ns - self._machine.whole(
-            self._machine.get(self._group.member("~started_ns"))
-        )
-
-    def start(self, *, waiting: bool = False) -> None:
-        self._machine.put(self._group.member("~waiting"), waiting)
-        self.set(EN=True, ST=True, EW=False, DN=False, ER=False, TO=False)
-        self._fail(0)
-        self._machine.put(self._group.member("~started_ns"), self._machine.now_ns)
-
-    def finish(self, error: int) -> None:
-        self.set(ST=False, EW=False, DN=not error, ER=bool(error))
-        self._fail(error)
-
-    def _fail(self, error: int) -> None:
-        self._machine.put(self._group.member("ERR"), wrap(error, 16))
-
-
 def _msg(machine: Interpreter, power: bool, group: Group) -> None:
-    message = _Message(machine, group)
-    if machine.lowered.sites[machine.site].unit != "rung":
-        if not message["EN"]:
-            message.start(waiting=True)
-        return
+    message = Members(machine, group)
+    in_text = machine.lowered.sites[machine.site].unit != "rung"
     if not message["EN"]:
-        if power:
-            message.start()
+        if power or in_text:
+            message.set(EN=True, ST=True, EW=False, DN=False, ER=False, TO=False, ERR=0)
+            message.set(**{"~waiting": in_text, "~started_ns": machine.now_ns})
+        return
+    if in_text:
         return
     if not (message["DN"] or message["ER"]):
         _go_on(machine, message, group.path)
@@ -87,14 +52,15 @@ def _msg(machine: Interpreter, power: bool, group: Group) -> None:
         message.set(EN=False)
 
 
-def _go_on(machine: Interpreter, message: _Message, path: str) -> None:
+def _go_on(machine: Interpreter, message: Members, path: str) -> None:
     stub = stub_of(machine.lowered.stubs, path)
     assert stub is not None  # `checks` refuses a program without one
-    if message["TO"]:
-        message.finish(TIMEOUT)
-    elif message.elapsed_ns >= stub.after_ns:
+    if not message["TO"] and machine.now_ns - machine.whole(message["~started_ns"]) < stub.after_ns:
+        return
+    error = TIMEOUT if message["TO"] else stub.error
+    if not message["TO"]:
         receive(machine.lowered, machine.memory, path, machine.now_ns)
-        message.finish(stub.error)
+    message.set(ST=False, EW=False, DN=not error, ER=bool(error), ERR=error)
 
 
 # --- messages of structured text

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ...interpreter import Interpreter
 from ...model.operands import Place, Resolved
-from ...model.spec import Spec, Use, action
+from ...model.spec import Spec, Use, action, do_nothing
 from ...state.regions import converted
 
 NOT_SCHEDULED = 24594
@@ -21,12 +21,9 @@ def _run(machine: Interpreter, *operands: Resolved | str) -> None:
         machine.put(result, converted(result.type, NOT_SCHEDULED))
 
 
-def _nothing(_machine: Interpreter, *_operands: Resolved | str) -> None: ...
-
-
 def _row(name: str, *operands: Use) -> Spec:
     with_result = Use.OPTIONAL_TARGET in operands
-    return action(name, *operands, run=_run if with_result else _nothing)
+    return action(name, *operands, run=_run if with_result else do_nothing)
 
 
 PSC = _row("PSC")

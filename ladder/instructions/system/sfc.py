@@ -8,19 +8,18 @@ from ...model.chart import STEP_TYPE, STOP_TYPE
 from ...model.operand_checks import OperandError, described, is_logical
 from ...model.operands import Constant, Group, Resolved
 from ...model.spec import Use, action
-from ...model.tree import Address, Number, Operand
+from ...model.tree import Number, Operand
 from ...model.types import DINT
 from ...state.lowered import OperandResolver
 from ..charts import EXECUTING, NEW, PAUSED
+from ..control import routine_named
 
 EOT_STATE = "~eot"
 """Name of the leaf with the state bit that EOT returns to a transition."""
 
 
 def _chart_of(resolver: OperandResolver, name: Operand) -> str:
-    if not isinstance(name, Address) or name.steps:
-        raise OperandError(f"{name} is not a routine", "write the name of a sequential function chart")
-    return resolver.named(name.name)
+    return routine_named(resolver, name, "write the name of a sequential function chart")
 
 
 def _resolve_sfr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:

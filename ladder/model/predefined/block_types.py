@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, REAL, Member, Structure, members
+from ..types import FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, Structure, for_each
 from .process_types import PROCESS, block_structure
 
 _CAPTURED = "REAL In BOOL Reset REAL ResetValue", "REAL Out", None
@@ -43,39 +43,27 @@ BLOCK_STRUCTURES: Mapping[str, Structure] = {
 BLOCK_TYPES: Mapping[str, Structure] = {each.name: each for each in BLOCKS.values()}
 
 
-def _of_diagrams(name: str, inputs: tuple[Member, ...], outputs: tuple[Member, ...]) -> Structure:
-    return Structure(
-        name,
-        (Member("EnableIn", BOOL, initial=True), *inputs, Member("EnableOut", BOOL), *outputs),
-    )
-
-
-_EIGHT = " ".join(f"In{number}" for number in range(1, 9))
-_TRUE = tuple(Member(name, BOOL, initial=True) for name in _EIGHT.split())  # set on the first download
-_DEST = {kind: members(kind, "Dest") for kind in (BOOL, DINT, REAL)}
-_OUT = members(BOOL, "Out")
+_EIGHT = for_each("In#", *range(1, 9))
 
 DIAGRAM_TYPES: Mapping[str, Structure] = {
-    name: _of_diagrams(name, inputs, outputs)
-    for name, inputs, outputs in (
-        ("FBD_BOOLEAN_AND", _TRUE, _OUT),
-        ("FBD_BOOLEAN_OR", members(BOOL, _EIGHT), _OUT),
-        ("FBD_BOOLEAN_XOR", members(BOOL, "In1 In2"), _OUT),
-        ("FBD_BOOLEAN_NOT", members(BOOL, "In"), _OUT),
-        ("FBD_MATH", members(REAL, "SourceA SourceB"), _DEST[REAL]),
-        ("FBD_MATH_ADVANCED", members(REAL, "Source"), _DEST[REAL]),
-        ("FBD_TRUNCATE", members(REAL, "Source"), _DEST[DINT]),
-        ("FBD_CONVERT", members(DINT, "Source"), _DEST[DINT]),
-        ("FBD_COMPARE", members(REAL, "SourceA SourceB"), _DEST[BOOL]),
-        ("FBD_LIMIT", members(REAL, "LowLimit Test HighLimit"), _DEST[BOOL]),
-        ("FBD_MASK_EQUAL", members(DINT, "Source Mask Compare"), _DEST[BOOL]),
-        ("FBD_LOGICAL", members(DINT, "SourceA SourceB"), _DEST[DINT]),
-        ("FBD_MASKED_MOVE", members(DINT, "Source Mask Target"), _DEST[DINT]),
-        (
-            "MULTIPLEXER",
-            (*members(REAL, _EIGHT), Member("Selector", DINT, initial=1)),
-            (*members(REAL, "Out"), *members(DINT, "Status"), *members(BOOL, "InstructFault SelectorInv")),
-        ),
+    name: block_structure(name, *parts)
+    for name, *parts in (
+        ("FBD_BOOLEAN_AND", for_each("In#=1", *range(1, 9)), "Out"),
+        ("FBD_BOOLEAN_OR", _EIGHT, "Out"),
+        ("FBD_BOOLEAN_XOR", "In1 In2", "Out"),
+        ("FBD_BOOLEAN_NOT", "In", "Out"),
+        ("FBD_MATH", "REAL SourceA SourceB", "REAL Dest"),
+        ("FBD_MATH_ADVANCED", "REAL Source", "REAL Dest"),
+        ("FBD_TRUNCATE", "REAL Source", "DINT Dest"),
+        ("FBD_CONVERT", "DINT Source", "DINT Dest"),
+        ("FBD_COMPARE", "REAL SourceA SourceB", "Dest"),
+        ("FBD_LIMIT", "REAL LowLimit Test HighLimit", "Dest"),
+        ("FBD_MASK_EQUAL", "DINT Source Mask Compare", "Dest"),
+        ("FBD_LOGICAL", "DINT SourceA SourceB", "DINT Dest"),
+        ("FBD_MASKED_MOVE", "DINT Source Mask Target", "DINT Dest"),
+        ("MULTIPLEXER", f"REAL {_EIGHT} DINT Selector=1", "REAL Out", "SelectorInv"),
     )
+} | {
+    "MULTIPLEXER": block_structure("MULTIPLEXER", f"REAL {_EIGHT} DINT Selector=1", "REAL Out", "SelectorInv")
 }
 """Structures of blocks that only diagrams have."""

@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, INT, LINT, LREAL, REAL, SINT, DataType, Member, Structure, members
+from ..types import BOOL, DINT, DataType, Member, Structure, for_each, members_of, packed_in
 
 
-def _word(host: str, names: str = "") -> tuple[Member, ...]:
+def _word(host: str, names: str) -> tuple[Member, ...]:
     """Return a DINT, and its bits from bit 0 on; `-` is a bit without a name."""
-    bits = enumerate(names.split())
-    return (
-        Member(host, DINT),
-        *(Member(name, BOOL, at=f"{host}.{bit}") for bit, name in bits if name != "-"),
-    )
+    bits = {name: bit for bit, name in enumerate(names.split()) if name != "-"}
+    return packed_in(Member(host, DINT), bits)
 
 
 MOTION_BITS = {
@@ -37,13 +34,9 @@ MOTION_BITS = {
 
 MOTION_INSTRUCTION = Structure(
     "MOTION_INSTRUCTION",
-    (
-        Member("FLAGS", DINT),
-        *(Member(name, BOOL, at=f"FLAGS.{bit}") for name, bit in MOTION_BITS.items()),
-        *(Member("ERR", INT), Member("STATUS", SINT), Member("STATE", SINT)),
-        *(Member("SEGMENT", DINT), Member("EXERR", SINT)),
-    ),
-    hidden=(Member("started_ns", LINT), *members(DINT, "ticket number")),
+    packed_in(Member("FLAGS", DINT), MOTION_BITS)
+    + members_of("INT ERR SINT STATUS STATE DINT SEGMENT SINT EXERR"),
+    hidden=members_of("LINT started_ns DINT ticket number"),
 )
 """Status of a motion instruction; `ticket` is the number of its request to the axis, `number` its own."""
 
@@ -124,26 +117,20 @@ AXIS_MEMBERS: tuple[Member, ...] = (
     *_word("ServoFault", _SERVO_FAULT),
     *_word("CIPAxisStatus", _CIP_STATUS),
     *_word("DriveStatus", _IO_STATUS),
-    *members(REAL, _AXIS_REALS),
-    *members(DINT, _AXIS_NUMBERS),
+    *members_of(f"REAL {_AXIS_REALS} DINT {_AXIS_NUMBERS}"),
 )
 
 PLANNERS = ("move", "jog", "gear", "whole")
 """Motions that an ideal axis can superimpose, see `ideal_axis`; `whole` is for paths and for MAS of All."""
 
 
-def _course(prefix: str = "") -> tuple[Member, ...]:
-    """Return the members of a course, see `courses`."""
-    names = (DINT, "kind"), (LINT, "begun_ns claim"), (LREAL, "entry goal speed up down up_share down_share")
-    return tuple(Member(f"{prefix}{each}", kind) for kind, some in names for each in some.split())
+_COURSE = "DINT #kind LINT #begun_ns #claim LREAL #entry #goal #speed #up #down #up_share #down_share"
+"""Hidden members of a course, see `courses`; `#` is the prefix of its planner."""
 
-
-_OF_AXES = (
-    *(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT), Member("active", BOOL)),
-    *(member for planner in PLANNERS for member in _course(f"{planner}_")),
-    *members(LREAL, "start target ratio watched"),
-    *members(DINT, "master watch"),
-    *members(LINT, "watch_claim"),
+_OF_AXES = members_of(
+    "LREAL position LINT shown_ns DINT axis BOOL active "
+    f"{for_each(_COURSE, *(f'{planner}_' for planner in PLANNERS))} "
+    "LREAL start target ratio watched DINT master watch LINT watch_claim"
 )
 
 _ANALOG_MEMBERS = tuple(
@@ -189,18 +176,17 @@ MOTION_GROUP = Structure(
             "AxisFault",
             "PhysicalAxisFault ModuleFault ConfigFault AxisMotionFault AxisGuardFault InitializationFault",
         ),
-        *members(
-            DINT, "Cycle AutoTagUpdate CoarseUpdatePeriod Instance TaskAverageIOTime TaskAverageScanTime"
+        *members_of(
+            "DINT Cycle AutoTagUpdate CoarseUpdatePeriod Instance TaskAverageIOTime TaskAverageScanTime "
+            "TaskLastIOTime TaskLastScanTime TaskMaximumIOTime TaskMaximumScanTime TimeOffset "
+            "LINT CycleStartTime MaximumInterval MinimumInterval StartTime"
         ),
-        *members(DINT, "TaskLastIOTime TaskLastScanTime TaskMaximumIOTime TaskMaximumScanTime TimeOffset"),
-        *members(LINT, "CycleStartTime MaximumInterval MinimumInterval StartTime"),
     ),
 )
 
 _ENDS = (
-    *(Member(f"{end}{place}", LREAL) for end in ("from", "to", "next") for place in range(6)),
-    *members(LREAL, "next_speed next_up next_down next_up_share next_down_share"),
-    *members(LINT, "next_claim"),
+    f"LREAL {for_each('from#', *range(6))} {for_each('to#', *range(6))} {for_each('next#', *range(6))} "
+    "next_speed next_up next_down next_up_share next_down_share LINT next_claim"
 )
 """Start and end of a path, then the end and the dynamics of the pending path."""
 
@@ -215,39 +201,29 @@ COORDINATE_SYSTEM = Structure(
             "TransformSourceStatus TransformTargetStatus CoordMotionLockStatus",
         ),
         *_word("AxisFault", "PhysicalAxisFault ModuleFault ConfigFault"),
-        *members(DINT, "AxesInhibitedStatus AxesShutdownStatus AxesServoOnStatus AxesConfigurationFaulted"),
-        *members(REAL, "ActualPosition CommandPosition", 6),
-        *members(
-            REAL, "MovePercentComplete DynamicsPercent ActualPositionTolerance CommandPositionTolerance"
+        *members_of(
+            "DINT AxesInhibitedStatus AxesShutdownStatus AxesServoOnStatus AxesConfigurationFaulted "
+            "REAL ActualPosition[6] CommandPosition[6] "
+            "MovePercentComplete DynamicsPercent ActualPositionTolerance CommandPositionTolerance"
         ),
     ),
-    hidden=(*_course(), *members(DINT, "number waiting"), *members(LINT, "transform"), *_ENDS),
+    hidden=members_of(f"{for_each(_COURSE, '')} DINT number waiting LINT transform {_ENDS}"),
 )
 
-CAM = Structure("CAM", (*members(REAL, "Master Slave"), Member("SegmentType", DINT)))
+CAM = Structure("CAM", members_of("REAL Master Slave DINT SegmentType"))
 
 CAM_PROFILE = Structure(
-    "CAM_PROFILE",
-    (Member("Status", DINT),),
-    hidden=(*members(REAL, "master slave c0 c1 c2 c3"), Member("kind", DINT)),
+    "CAM_PROFILE", members_of("DINT Status"), hidden=members_of("REAL master slave c0 c1 c2 c3 DINT kind")
 )
 
 OUTPUT_CAM = Structure(
     "OUTPUT_CAM",
-    (
-        *members(DINT, "OutputBit LatchType UnlatchType"),
-        *members(REAL, "Left Right Duration"),
-        *members(DINT, "EnableType EnableBit"),
-    ),
+    members_of("DINT OutputBit LatchType UnlatchType REAL Left Right Duration DINT EnableType EnableBit"),
 )
 
 OUTPUT_COMPENSATION = Structure(
     "OUTPUT_COMPENSATION",
-    (
-        *members(REAL, "Offset LatchDelay UnlatchDelay"),
-        Member("Mode", DINT),
-        *members(REAL, "CycleTime DutyCycle"),
-    ),
+    members_of("REAL Offset LatchDelay UnlatchDelay DINT Mode REAL CycleTime DutyCycle"),
 )
 
 BY_CLASS: Mapping[str, Structure] = {

@@ -5,12 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from ..types import BOOL, DINT, LINT, LREAL, REAL, Elementary, Member, Structure
-
-MAX_REAL, MIN_REAL = 3.4028234663852886e38, 1.1754943508222875e-38
-"""The largest REAL, and the smallest positive one of full precision."""
+from ..types import Structure, for_each, members_of
 
 TIMING = "DINT TimingMode REAL OversampleDT DINT RTSTime=1 RTSTimeStamp"
 """Inputs of blocks with timing modes."""
@@ -18,27 +15,8 @@ TIMING = "DINT TimingMode REAL OversampleDT DINT RTSTime=1 RTSTimeStamp"
 TIMING_FAULTS = ("TimingModeInv", "RTSMissed", "RTSTimeInv", "RTSTimeStampInv", "DeltaTInv")
 FIRST_TIMING_BIT = 27
 
-_TYPES: Mapping[str, Elementary] = {each.name: each for each in (BOOL, DINT, LINT, REAL, LREAL)}
-_VALUES: Mapping[str, object] = {"max": MAX_REAL, "-max": -MAX_REAL, "min": MIN_REAL}
-
 STATUS_BITS: dict[str, dict[str, tuple[str, int]]] = {}
 """Status word and bit of each fault indicator, by structure."""
-
-
-def _members(text: str) -> Iterator[Member]:
-    """Yield members: `REAL In Gain=1 BOOL Hold` has two REALs, one with an initial value, and a BOOL."""
-    kind = BOOL
-    for word in text.split():
-        if word in _TYPES:
-            kind = _TYPES[word]
-            continue
-        name, _, value = word.partition("=")
-        initial: object = _VALUES.get(value, value or None)
-        if isinstance(initial, str):
-            initial = (
-                bool(int(initial)) if kind is BOOL else float(initial) if "." in initial else int(initial)
-            )
-        yield Member(name, kind, initial=initial)
 
 
 def block_structure(
@@ -48,7 +26,7 @@ def block_structure(
 
     Args:
         name: name of the type.
-        inputs: its input parameters, see `_members`; `TIMING` has the inputs of timing modes.
+        inputs: its input parameters, see `members_of`; `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
         faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None without Status.
         hidden: what it remembers from call to call.
@@ -64,7 +42,7 @@ def block_structure(
         bits |= {each: (words[-1], FIRST_TIMING_BIT + n) for n, each in enumerate(TIMING_FAULTS)}
     STATUS_BITS[name] = bits
     text = f"BOOL EnableIn=1 {inputs} BOOL EnableOut {outputs} DINT {' '.join(words)} BOOL {' '.join(bits)}"
-    return Structure(name, tuple(_members(text)), hidden=tuple(_members(hidden)))
+    return Structure(name, members_of(text), hidden=members_of(hidden))
 
 
 _CONTROL = "ProgProgReq ProgOperReq"
@@ -77,10 +55,6 @@ _CYCLE = "BOOL begun LINT last_ns timer"
 _INTEGRATES = "REAL In BOOL Initialize REAL InitialValue"
 _BOUNDS = "REAL HighLimit=max LowLimit=-max BOOL HoldHigh HoldLow"
 _LEVELS = "HHLimit=max HLimit=max LLimit=-max LLLimit=-max"
-
-
-def _numbered(text: str, *numbers: int) -> str:
-    return " ".join(text.replace("#", str(number)) for number in numbers)
 
 
 PROCESS: Mapping[str, Structure] = {
@@ -102,13 +76,13 @@ PROCESS: Mapping[str, Structure] = {
     ),
     "D3SD": block_structure(
         "DISCRETE_3STATE",
-        f"{_numbered('Prog#Command', 0, 1, 2)} {_numbered('Oper#Req', 0, 1, 2)} "
-        f"{_numbered('State#Perm=1', 0, 1, 2)} FB0 FB1 FB2 FB3 HandFB0 HandFB1 HandFB2 "
+        f"{for_each('Prog#Command', 0, 1, 2)} {for_each('Oper#Req', 0, 1, 2)} "
+        f"{for_each('State#Perm=1', 0, 1, 2)} FB0 FB1 FB2 FB3 HandFB0 HandFB1 HandFB2 "
         "REAL FaultTime BOOL FaultAlarmLatch FaultAlmUnlatch OverrideOnInit OverrideOnFault "
-        f"{_numbered('Out#State0 Out#State1 Out#State2', 0, 1, 2)} DINT OverrideState "
-        f"BOOL {_numbered('FB#State0 FB#State1 FB#State2', 0, 1, 2, 3)} {_DEVICE_REQUESTS}",
-        f"{_numbered('Out#', 0, 1, 2)} {_numbered('Device#State', 0, 1, 2)} "
-        f"{_numbered('Command#Status', 0, 1, 2)} {_DEVICE}",
+        f"{for_each('Out#State0 Out#State1 Out#State2', 0, 1, 2)} DINT OverrideState "
+        f"BOOL {for_each('FB#State0 FB#State1 FB#State2', 0, 1, 2, 3)} {_DEVICE_REQUESTS}",
+        f"{for_each('Out#', 0, 1, 2)} {for_each('Device#State', 0, 1, 2)} "
+        f"{for_each('Command#Status', 0, 1, 2)} {_DEVICE}",
         "FaultTimeInv OverrideStateInv ProgCommandInv OperReqInv HandCommandInv",
         hidden=_DEVICE_STATE,
     ),
@@ -128,7 +102,7 @@ PROCESS: Mapping[str, Structure] = {
     ),
     "ESEL": block_structure(
         "SELECT_ENHANCED",
-        f"REAL {_numbered('In#', *range(1, 7))} BOOL {_numbered('In#Fault', *range(1, 7))} DINT InsUsed=1 "
+        f"REAL {for_each('In#', *range(1, 7))} BOOL {for_each('In#Fault', *range(1, 7))} DINT InsUsed=1 "
         f"SelectorMode ProgSelector OperSelector BOOL {_CONTROL} ProgOverrideReq {_OF_OPERATOR} "
         "ProgValueReset",
         "REAL Out DINT SelectedIn BOOL ProgOper Override",

@@ -4,31 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, LINT, Member, Structure, members
+from ..types import Structure, members_of
 
 DCI_STOP = Structure(
     "DCI_STOP",
-    (
-        *members(BOOL, "EnableIn ChannelA ChannelB InputStatus Reset RestartType ColdStartType"),
-        *members(DINT, "SafetyFunction InputType DiscrepancyTime"),
-        *members(BOOL, "EnableOut O1 FP"),
-        *members(DINT, "FaultCode DiagnosticCode"),
+    members_of(
+        "BOOL EnableIn ChannelA ChannelB InputStatus Reset RestartType ColdStartType "
+        "DINT SafetyFunction InputType DiscrepancyTime BOOL EnableOut O1 FP DINT FaultCode DiagnosticCode"
     ),
-    hidden=(
-        *members(BOOL, "reset valid tested free apart both"),
-        *members(DINT, "left"),
-        Member("since_ns", LINT),
-    ),
+    hidden=members_of("BOOL reset valid tested free apart both DINT left LINT since_ns"),
 )
 CONFIGURABLE_ROUT = Structure(
     "CONFIGURABLE_ROUT",
-    (
-        *members(BOOL, "EnableIn Actuate FeedbackType Feedback1 Feedback2 InputStatus OutputStatus Reset"),
-        *members(DINT, "FeedbackReactionTime"),
-        *members(BOOL, "EnableOut O1 O2 FP"),
-        *members(DINT, "FaultCode DiagnosticCode"),
+    members_of(
+        "BOOL EnableIn Actuate FeedbackType Feedback1 Feedback2 InputStatus OutputStatus Reset "
+        "DINT FeedbackReactionTime BOOL EnableOut O1 O2 FP DINT FaultCode DiagnosticCode"
     ),
-    hidden=(*members(BOOL, "reset valid powered settled moved held"), Member("since_ns", LINT)),
+    hidden=members_of("BOOL reset valid powered settled moved held LINT since_ns"),
 )
 
 SAFETY: Mapping[str, Structure] = {"DCS": DCI_STOP, "CROUT": CONFIGURABLE_ROUT}

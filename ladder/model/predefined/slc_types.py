@@ -9,19 +9,19 @@
 
 from __future__ import annotations
 
-from ..types import BOOL, INT, LINT, Member, Structure
+from ..types import BOOL, Member, Structure, members_of
 
 
-def _words(name: str, bits: str, *words: str, hidden: tuple[Member, ...] = ()) -> Structure:
+def _words(name: str, bits: str, words: str, hidden: str = "") -> Structure:
     flags = (Member(bit, BOOL, bit=15 - number) for number, bit in enumerate(bits.split()))
-    return Structure(name, (*flags, *(Member(word, INT) for word in words)), hidden=hidden)
+    return Structure(name, (*flags, *members_of(words)), hidden=members_of(hidden))
 
 
-SLC_TIMER = _words("SLC_TIMER", "EN TT DN", "PRE", "ACC", hidden=(Member("last_ns", LINT),))
+SLC_TIMER = _words("SLC_TIMER", "EN TT DN", "INT PRE ACC", "LINT last_ns")
 """PRE and ACC count time bases; `last_ns` is the instant up to which ACC has been counted."""
 
-SLC_COUNTER = _words("SLC_COUNTER", "CU CD DN OV UN UA", "PRE", "ACC")
+SLC_COUNTER = _words("SLC_COUNTER", "CU CD DN OV UN UA", "INT PRE ACC")
 
-SLC_CONTROL = _words("SLC_CONTROL", "EN EU DN EM ER UL IN FD", "LEN", "POS")
+SLC_CONTROL = _words("SLC_CONTROL", "EN EU DN EM ER UL IN FD", "INT LEN POS")
 
 SLC_TYPES = {each.name: each for each in (SLC_TIMER, SLC_COUNTER, SLC_CONTROL)}

@@ -5,50 +5,43 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, LINT, SINT, TYPES, DataType, Member, Structure, members, status_bits
+from ..types import DINT, TYPES, DataType, Member, Structure, members_of, packed_in, status_bits
 from .block_types import BLOCK_TYPES, DIAGRAM_TYPES
 from .motion_types import MOTION_TYPES
 from .safety_types import SAFETY
 from .slc_types import SLC_TYPES
 
 SERIAL_PORT_CONTROL = Structure(
-    "SERIAL_PORT_CONTROL",
-    (*status_bits("EN EU DN RN EM ER FD"), *members(DINT, "LEN POS ERROR")),
+    "SERIAL_PORT_CONTROL", status_bits("EN EU DN RN EM ER FD") + members_of("DINT LEN POS ERROR")
 )
 """Control of serial port instructions [1756-RM003N, ASCII serial port instructions]."""
 
-HMIBC = Structure("HMIBC", members(BOOL, "EnableIn EnableOut ProgFB ButtonState HMIButtonSet"))
+HMIBC = Structure("HMIBC", members_of("BOOL EnableIn EnableOut ProgFB ButtonState HMIButtonSet"))
 """Structure of HMIBC: a page or a test sets ButtonState."""
 
-_PLAIN = (
-    Structure("CONNECTION_STATUS", members(BOOL, "RunMode ConnectionFaulted")),
-    Structure("PHASE_INSTRUCTION", (*members(DINT, "Status"), *members(BOOL, "EN ER PC IP WA ABORT"))),
-    Structure("DATALOG_INSTRUCTION", (*members(BOOL, "EN DN ER IP"), *members(DINT, "ERR"))),
-    Structure(
-        "EXT_ROUTINE_CONTROL",
-        (*members(SINT, "ErrorCode NumParams"), *members(BOOL, "EN ReturnsValue DN ER")),
-    ),
-    Structure("ALARM_SET_CONTROL", (*members(BOOL, "LastState"), *members(DINT, "InstanceID"))),
-    Structure(
-        "PHASE",
+_PLAIN = tuple(
+    Structure(name, members_of(text))
+    for name, text in (
+        ("CONNECTION_STATUS", "BOOL RunMode ConnectionFaulted"),
+        ("PHASE_INSTRUCTION", "DINT Status BOOL EN ER PC IP WA ABORT"),
+        ("DATALOG_INSTRUCTION", "BOOL EN DN ER IP DINT ERR"),
+        ("EXT_ROUTINE_CONTROL", "SINT ErrorCode NumParams BOOL EN ReturnsValue DN ER"),
+        ("ALARM_SET_CONTROL", "BOOL LastState DINT InstanceID"),
         (
-            *members(DINT, "State Substate StepIndex Failure UnitID Owner PendingRequest"),
-            *members(
-                BOOL,
-                "Running Holding Restarting Stopping Aborting Resetting Idle Held Complete Stopped Aborted "
-                "Pausing Paused AutoPause Step NewInputParameters Producing Standby",
-            ),
+            "PHASE",
+            "DINT State Substate StepIndex Failure UnitID Owner PendingRequest BOOL Running Holding "
+            "Restarting Stopping Aborting Resetting Idle Held Complete Stopped Aborted Pausing Paused "
+            "AutoPause Step NewInputParameters Producing Standby",
         ),
-    ),
+    )
 )
 
 
-def _of_chart(name: str, bits: str, numbers: str, *hidden: Member) -> Structure:
-    """Return the type of a tag of a chart: bits in Status as `X31`, numbers, hidden numbers."""
-    packed = (re.fullmatch(r"(\w+?)(\d+)", each) for each in bits.split())
-    named = tuple(Member(each[1], BOOL, at=f"Status.{each[2]}") for each in packed if each)
-    own = (*members(DINT, "Status"), *named, *members(DINT, numbers))
-    return Structure(name, own, hidden=hidden)
+def _of_chart(name: str, bits: str, numbers: str, hidden: str = "") -> Structure:
+    """Return the type of a tag of a chart: bits in Status as `X31`, numbers, hidden members."""
+    places = dict(re.findall(r"(\w+?)(\d+)\b", bits))
+    status = packed_in(Member("Status", DINT), {name: int(bit) for name, bit in places.items()})
+    return Structure(name, status + members_of(f"DINT {numbers}"), hidden=members_of(hidden))
 
 
 CHARTS = (
@@ -56,10 +49,9 @@ CHARTS = (
         "SFC_STEP",
         "X31 FS30 SA29 LS28 DN27 OV26 AlarmEn25 AlarmLow24 AlarmHigh23 Reset22 PauseTimer21",
         "PRE T TMax Count LimitLow LimitHigh",
-        Member("ns", LINT),
-        Member("new", BOOL),
+        "LINT ns BOOL new",
     ),
-    _of_chart("SFC_ACTION", "A31 Q30 PauseTimer29", "PRE T Count", *members(LINT, "ns owner latch")),
+    _of_chart("SFC_ACTION", "A31 Q30 PauseTimer29", "PRE T Count", "LINT ns owner latch"),
     _of_chart("SFC_STOP", "X31 Reset22", "Count"),
 )
 """Tags of charts, with the bits of Status [1756-PM006, step and action tags]: `ns` is the time T counts,

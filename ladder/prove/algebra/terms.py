@@ -70,11 +70,6 @@ def forget() -> None:
     memo.clear()
 
 
-def known() -> int:
-    """Return the number of terms in the table."""
-    return len(_table)
-
-
 def var(name: str, kind: str = BOOL, lo: int = 0, hi: int = 0) -> T:
     """Return a variable; for a whole number, give its interval."""
     return mk("var", (), kind, name, lo, hi)

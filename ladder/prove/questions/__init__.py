@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from ..system import ProgramSystem
-from .asking import LIMITS, RULES, Answers, Finding, Listener, Question, answer_questions
+from .asking import LIMITS, RULES, Answers, Finding, Listener, Question, Questioning
 from .deciding import KnownRun, QuestionLimits
 from .of_program import questions_of
 
@@ -46,7 +46,9 @@ def ask(
         problem: a program.
         rules: ids of rules.
         routines: see `questions_of`.
-        limits, known_run, listener: see `answer_questions`.
+        limits: questions that need more stay open.
+        known_run: returns the conditions that a known run makes true, such as the rack's scenario.
+        listener: receives the findings as they are made.
     """
     questions = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answer_questions(problem, questions, limits, known_run, listener)
+    return Questioning(problem, questions, limits, listener or Listener()).answers(known_run)

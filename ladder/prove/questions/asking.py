@@ -107,23 +107,6 @@ class Listener(Generic[Found]):
         """Receive the next open question, and the number of questions after it."""
 
 
-def answer_questions(
-    problem: ProgramSystem,
-    questions: Sequence[Question],
-    limits: QuestionLimits = LIMITS,
-    known_run: KnownRun | None = None,
-    listener: Listener[Finding] | None = None,
-) -> Answers:
-    """Answer questions; return the findings in the order of the questions.
-
-    Args:
-        limits: questions that need more stay open.
-        known_run: returns the conditions that a known run makes true, such as the rack's scenario.
-        listener: receives the findings as they are made.
-    """
-    return _Questioning(problem, questions, limits, listener or Listener()).answers(known_run)
-
-
 def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
     """Return the conditions that are proved to hold in no scan."""
     decider = TruthDecider(problem, limits, dict.fromkeys(truths, ""))
@@ -133,7 +116,7 @@ def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: Questio
     return {t for t in dict.fromkeys(truths) if decider.never(t)}
 
 
-class _Questioning:
+class Questioning:
     """Asks questions in rounds."""
 
     def __init__(
@@ -153,7 +136,7 @@ class _Questioning:
         self._after = 0  # number of questions after the current one
 
     def answers(self, known_run: KnownRun | None) -> Answers:
-        """Answer all questions."""
+        """Answer all questions; return the findings in the order of the questions."""
         found, decider = Answers(), self._decider
         found.counts.update(rule for rule, _, _ in dict.fromkeys(each.key for each in self._questions))
         self._listener.begun(sum(found.counts.values()))

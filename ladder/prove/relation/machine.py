@@ -52,7 +52,6 @@ class ScanMachine(TermCalls):
         vars: the variable of each place before the scan.
         kinds: the leaf of each place, which has its type.
         written: the places that the scan may write.
-        rungs: each rung and statement, with the condition that it is reached and the power at its end.
         havocs: variables of values that are not modeled, with the instruction that writes them.
         cut: each instruction that is not modeled, with its name and the reason.
         faults: numbers of instructions, each with the condition of a major fault.
@@ -65,7 +64,6 @@ class ScanMachine(TermCalls):
         self, lowered: LoweredProgram, dt: tuple[int, int] = (1, 1000), known: Mapping[Key, Any] = NOTHING
     ) -> None:
         super().__init__(lowered, dt, known)
-        self.rungs: list[tuple[LoweredLine, T, T]] = []
         self.scheduler = TermScheduler(self)  # type: ignore[assignment]
 
     def scan_terms(self) -> None:
@@ -126,9 +124,7 @@ class ScanMachine(TermCalls):
         power = TRUE
         if self.lowered.override and not statement:
             power = not_(term_of(self.status(OVERRIDE), BOOL))
-        after = self._series(line.nodes, power)
-        self.log.add(self.rungs, (line, self.active, after))
-        return after
+        return self._series(line.nodes, power)
 
     # --- structured text
 

@@ -24,6 +24,11 @@ def is_finite(t: T) -> T:
     return mk("ffin", (t,), BOOL)
 
 
+def is_large(t: T) -> T:
+    """Return whether a float has no exact term as a whole number; NaN counts as large."""
+    return not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
+
+
 def absolute(t: T) -> T:
     """Return the absolute value of a whole number."""
     return t if t.lo >= 0 else ite(lt(t, const(0)), sub(const(0), t), t)
@@ -57,22 +62,17 @@ def remainder(a: T, b: T) -> T:
 def truncated(t: T) -> T:
     """Return a float without its fraction; 0 for infinity and NaN."""
     whole = to_float(to_int(t, "rtz"), t.kind)
-    big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
-    return ite(is_finite(t), ite(big, t, whole), const(0.0, t.kind))
+    large = is_large(t)
+    return ite(is_finite(t), ite(large, t, whole), const(0.0, t.kind))
 
 
 REAL: dict[str, Callable[..., T]] = {
-    **{
-        name: partial(fop, op)
-        for name, op in {
-            "+": "fadd",
-            "-": "fsub",
-            "*": "fmul",
-            "/": "fdiv",
-            "NEG": "fneg",
-            "ABS": "fabs",
-        }.items()
-    },
+    "+": partial(fop, "fadd"),
+    "-": partial(fop, "fsub"),
+    "*": partial(fop, "fmul"),
+    "/": partial(fop, "fdiv"),
+    "NEG": partial(fop, "fneg"),
+    "ABS": partial(fop, "fabs"),
     "MOD": remainder,
     "SQR": lambda a: fop("fsqrt", fop("fabs", a)),
     "TRN": truncated,

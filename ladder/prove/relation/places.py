@@ -21,6 +21,12 @@ CLOCK = "~LAST_NS"
 AGE = 1 << 32
 """Maximum time since an instant that a term shows, in ms: more than any timer counts."""
 
+
+def name_of(key: Key) -> str:
+    """Return the name of a place's variable."""
+    return f"{key[0]}[{key[1]}]"
+
+
 MOST_ELEMENTS = 2048
 """Maximum number of elements that a computed subscript chooses among."""
 

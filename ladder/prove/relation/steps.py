@@ -30,23 +30,12 @@ from .symbols import UnmodeledError, term_of
 from .term_values import TermValues
 from .unknowns import ONLY, UnknownOrigin, named, system_leaves
 
-_READ = frozenset(
-    (
-        *(Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TEXT, Use.EXPRESSION, Use.CONDITION),
-        *(
-            Use.TRUTH,
-            Use.SWITCH,
-            Use.IGNORED,
-            Use.SHOWN,
-            Use.SOURCE,
-            Use.TABLE,
-            Use.ITEM,
-            Use.CONSTANT,
-            Use.MODE,
-        ),
-        *(Use.KEYWORD, Use.LABEL),
-    )
+_READ_NAMES = (
+    "BIT NUMBER TEXT_OR_NUMBER INTEGER TEXT EXPRESSION CONDITION TRUTH SWITCH IGNORED SHOWN SOURCE TABLE "
+    "ITEM CONSTANT MODE KEYWORD LABEL"
 )
+
+_READ = frozenset(Use[name] for name in _READ_NAMES.split(" "))
 """Uses of operands that an instruction does not write."""
 
 _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
@@ -68,7 +57,12 @@ _FLOW = ("_ended", "_exits", "_pending", "_answers")
 """Attributes in `_OF_STEP` that redirect the scan."""
 
 REFUSED = (
-    *(UnmodeledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
+    UnmodeledError,
+    TypeError,
+    AttributeError,
+    LookupError,
+    ValueError,
+    ArithmeticError,
     RecursionError,
 )
 """Exceptions of a row that does something for which there are no terms."""

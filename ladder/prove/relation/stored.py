@@ -24,7 +24,7 @@ from ..algebra.numbers import add, bitop, div, eq, le, least, lt, rem, to_float,
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
 from .faults import TermFaults
 from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written_by
-from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
+from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of, name_of
 from .symbols import TermSymbol, UnmodeledError, term_of, truth_of, whole_of
 from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
@@ -138,7 +138,7 @@ class TermPlaces(Interpreter):
         if key in self.known:
             put(self._kept, key, const(self.known[key], kind_of(leaf.type)[0]))
             return
-        name = f"{key[0]}[{key[1]}]"
+        name = name_of(key)
         if key[0].endswith(CLOCK):
             own = var(name, INT, 0, self.most_age)
             now = least(add(own, ite(self.begun, const(0), self.dt)), self.most_age)

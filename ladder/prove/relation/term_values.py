@@ -26,7 +26,7 @@ from ..algebra.numbers import (
 )
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .copies import CopyRegions
-from .operations import DIVISIONS, FACTORS, FAR_AWAY, REAL, TRUTH, UNKNOWN, WHOLE, is_finite, is_nan
+from .operations import DIVISIONS, FACTORS, REAL, TRUTH, UNKNOWN, WHOLE, is_finite, is_large, is_nan
 from .patterns import Byte, constant_bytes, unpack
 from .places import kind_of
 from .stored import TermPlaces
@@ -158,9 +158,7 @@ class TermValues(TermPlaces):
 
     def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
         terms = [term_of(each, kind) for each in values]
-        if name == "/":
-            self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
-        if name == "MOD":
+        if name in ("/", "MOD"):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
         result = self._real(name, terms, kind)
         if name not in ("NEG", "ABS"):
@@ -217,7 +215,7 @@ class TermValues(TermPlaces):
         """
         exact = to_int(t, "rne")
         found = wrap(exact, kind.wraps)
-        big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
+        big = is_large(t)
         lost = or_(big, not_(eq(found, exact)))
         if t.kind == F64 or kind.bits > 32:
             far = and_(big, is_finite(t))
@@ -227,8 +225,7 @@ class TermValues(TermPlaces):
 
     def _cut(self, t: T) -> T:
         """Return a float without its fraction, as a whole number; the result is unknown for a large float."""
-        big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
-        far = and_(big, is_finite(t))
+        far = and_(is_large(t), is_finite(t))
         cut = self.computed("cut", (INT, -_LARGEST[t.kind], _LARGEST[t.kind]), t)
         return ite(far, cut, to_int(t, "rtz"))
 
@@ -309,5 +306,3 @@ class TermValues(TermPlaces):
             return self.compare(condition.name, *condition.operands)
         terms = [term_of(self.condition(each), BOOL) for each in condition.operands]
         return self.symbol(TRUTH[condition.name](*terms))
-
-    # --- paths

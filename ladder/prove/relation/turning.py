@@ -55,10 +55,10 @@ class TurningMachine(ScanMachine):
             begins: returns the value of a place before prescan, which it keeps if prescan does not write it.
             reads: returns the value that prescan reads there, which may have been written from outside.
         """
-        self._scanned, notes = (self._kept, self.written, self._lost), (self.faults, self.rungs)
+        self._scanned, faults = (self._kept, self.written, self._lost), self.faults
         self._begins, self._reads, self._turns = begins, reads, True
         self._kept, self.written, self._lost = self._turned, self.prescanned_places, self._turned_lost
-        self.faults, self.rungs = [], []
+        self.faults = []
         minor, self.fault_log.minor = self.fault_log.minor, {}  # type: ignore[assignment]
         may_fault = dict(self.may_fault)
         self.active = where
@@ -67,7 +67,7 @@ class TurningMachine(ScanMachine):
             self.active = where
             self._begin_tasks()
         finally:
-            (self._kept, self.written, self._lost), (self.faults, self.rungs) = self._scanned, notes
+            (self._kept, self.written, self._lost), self.faults = self._scanned, faults
             self.fault_log.minor = minor
             self.may_fault = may_fault
             self.active, self._turns = TRUE, False

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..algebra.meaning import BOOL, INT
-from ..algebra.terms import TRUE, T, const
+from ..algebra.meaning import INT
+from ..algebra.terms import TRUE, T
 from ..system import System
 from .solver import Solver
-from .translation import declare, fit, translate, width
+from .translation import declare, fit, literal, translate, width
 
 
 class Frame:
@@ -39,7 +39,7 @@ class Frame:
     def _lookup(self, v: T) -> Any:
         system, name = self.system, v.val
         if name in system.held or (self.first and (name in system.next or name in system.late)):
-            return self._constant(v, system.initial[name])
+            return literal(self.solver, v, system.initial[name])
         if self.before is not None and name in system.next:
             after = system.next[name]
             made = self.before.term(after)
@@ -48,11 +48,6 @@ class Frame:
         if known is None:
             known = self.chosen[name] = v, declare(self.solver, v, f"{name}@{self.number}")
         return known[1]
-
-    def _constant(self, v: T, value: Any) -> Any:
-        if v.kind == INT:
-            return self.solver.value(width(v), int(value))
-        return self.solver.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the scans up to this one, earliest first."""

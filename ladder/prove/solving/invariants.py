@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations, permutations
 from typing import Any, NamedTuple
 
@@ -186,7 +187,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 # --- search for those that hold
 
 
-@dataclass(slots=True)
+@dataclass
 class _Search:
     """Finds the candidates that hold; all of them are evaluated in each scan that the solver finds."""
 
@@ -254,16 +255,13 @@ class _Search:
                 values |= system.initial
             values |= each.values()
             if each is not frame:
-                names = list(system.next)
-                values |= dict(zip(names, self._next(names)(values), strict=True))
+                values |= dict(zip(system.next, self._next(values), strict=True))
         return values
 
-    def _next(self, names: list[str]) -> Evaluator:
-        if self._after is None:
-            self._after = Evaluator([self.system.next[name] for name in names])
-        return self._after
-
-    _after: Evaluator | None = None
+    @cached_property
+    def _next(self) -> Evaluator:
+        """Computes the states after a scan."""
+        return Evaluator([*self.system.next.values()])
 
 
 def _some_broken(solver: Solver, made: Sequence[Any]) -> Any:

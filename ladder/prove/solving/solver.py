@@ -16,10 +16,11 @@ from typing import Any
 from scanrack.io_images.installing import how_to_install
 from scanrack.io_images.versions import distribution_version
 
+from ...model.arithmetic import wrap
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
 from .smtlib import pattern_of
-from .translation import FIELDS, Sort, signed, width
+from .translation import FIELDS, Sort, width
 
 FUSE = 320_000
 """Default fuse of a question, in steps of the solver."""
@@ -213,7 +214,7 @@ class Solver:
         if t.kind == BOOL:
             return bool(value.value())
         if t.kind == INT:
-            return signed(int(value.value(10)), width(t))
+            return wrap(int(value.value(10)), width(t))
         return _float(value, t.kind)
 
 

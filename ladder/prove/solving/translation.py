@@ -5,11 +5,12 @@ The solver is anything that takes operations by their names in SMT-LIB 2.6: bitw
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
-from ..algebra.meaning import F32, F64, FAR, INT
-from ..algebra.terms import T, bits_of
+from ...model.arithmetic import wrap
+from ..algebra.meaning import BOOL, F32, F64, FAR, INT
+from ..algebra.terms import T, bits_of, const
 
 Sort = str | int
 """`BOOL`, `F32`, `F64`, or the width of a bit vector."""
@@ -47,26 +48,28 @@ def sort_of(t: T) -> Sort:
     return width(t) if t.kind == INT else t.kind
 
 
-def signed(pattern: int, bits: int) -> int:
-    """Return the signed value of the low bits.
-
-    >>> signed(0xFF, 8), signed(0x17F, 8)
-    (-1, 127)
-    """
-    pattern &= (1 << bits) - 1
-    return pattern - (1 << bits) if pattern >> bits - 1 else pattern
-
-
 def declare(sink: Sink, t: T, name: str) -> Any:
     """Return a new variable; assert that it lies in the interval of its term."""
     made = sink.declare(sort_of(t), name)
-    if t.kind == INT:
-        bits = width(t)
-        if t.lo != -(1 << bits - 1):
-            sink.state(sink.apply("bvsle", [sink.value(bits, t.lo), made]))
-        if t.hi != (1 << bits - 1) - 1:
-            sink.state(sink.apply("bvsle", [made, sink.value(bits, t.hi)]))
+    for each in interval_conditions(sink, t, made):
+        sink.state(each)
     return made
+
+
+def interval_conditions(sink: Sink, t: T, made: Any) -> Iterator[Any]:
+    """Yield the conditions that a whole number is in its interval, where its bits allow more."""
+    bits = width(t) if t.kind == INT else 0
+    if bits and t.lo != -(1 << bits - 1):
+        yield sink.apply("bvsle", [sink.value(bits, t.lo), made])
+    if bits and t.hi != (1 << bits - 1) - 1:
+        yield sink.apply("bvsle", [made, sink.value(bits, t.hi)])
+
+
+def literal(sink: Sink, v: T, value: Any) -> Any:
+    """Return a value of a variable as a constant."""
+    if v.kind == INT:
+        return sink.value(width(v), int(value))
+    return sink.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
 
 
 def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, Any]) -> Any:
@@ -185,7 +188,7 @@ def _bit(sink: Sink, t: T, made: list[Any]) -> Any:
 def _setbit(sink: Sink, t: T, made: list[Any]) -> Any:
     bits, (number, _) = width(t), t.val
     word = fit(sink, made[0], width(t.args[0]), bits)
-    one, rest = signed(1 << number, bits), signed(~(1 << number), bits)
+    one, rest = wrap(1 << number, bits), wrap(~(1 << number), bits)
     on = sink.apply("bvor", [word, sink.value(bits, one)])
     off = sink.apply("bvand", [word, sink.value(bits, rest)])
     return sink.apply("ite", [made[1], on, off])

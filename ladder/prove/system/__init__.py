@@ -22,11 +22,11 @@ Before the first scan, states have their values after prescan.
 | `held` | numbers and bits that are held: proofs assume their values |
 """
 
+from ..relation.places import CLOCK, Key, name_of
 from .happenings import RUN_ONLY, Happenings
 from .outside import refuse
 from .program import Contract, ProgramSystem, Runnable
 from .transition import (
-    CLOCK,
     DT,
     FIRST_SCAN,
     OFF,
@@ -36,11 +36,9 @@ from .transition import (
     TURNED,
     WRITTEN,
     HeldNumber,
-    Key,
     ScanBounds,
     System,
     ms_of,
-    name_of,
     shown,
 )
 

@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ..algebra.meaning import INT
 from ..algebra.terms import T, bits_of, reach
-from .transition import HeldNumber, Key, System
+from ..relation.places import Key
+from .transition import HeldNumber, System
 
 MOST_BITS = 8
 """Maximum number of bits that are listed separately; if there are more, the whole number is listed."""

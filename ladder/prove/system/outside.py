@@ -17,7 +17,7 @@ from ...model.tags import Layout, tag_in
 from ...run.view import Tags
 from ...state.lowered import Call, LoweredProgram
 from ..algebra.terms import T
-from .transition import Key
+from ..relation.places import Key
 
 INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 """Path prefix, in capitals, of a module's inputs that are ordinary tags in the program."""

@@ -16,7 +16,7 @@ from ..algebra.meaning import BOOL, INT
 from ..algebra.numbers import add, bit, least, setbit
 from ..algebra.terms import FALSE, T, and_, const, ite, not_, numbers_in, or_, var
 from ..relation.noting import NotingMachine
-from ..relation.places import kind_of
+from ..relation.places import CLOCK, Key, kind_of, name_of
 from .happenings import Happenings
 from .held import held_bits, held_numbers
 from .outside import (
@@ -30,7 +30,6 @@ from .outside import (
 )
 from .transition import (
     BEGUN,
-    CLOCK,
     FIRST_SCAN,
     OFF,
     RETAINED,
@@ -39,10 +38,8 @@ from .transition import (
     TURNED,
     WRITTEN,
     HeldNumber,
-    Key,
     ScanBounds,
     System,
-    name_of,
     shown,
 )
 
@@ -152,7 +149,6 @@ class ProgramSystem(System):
                 self.lengths = {}
             else:
                 self.machine = again
-        self.rungs = list(self.machine.rungs)
         self.machine.noting = False  # monitors are not part of the program
         self._run_monitors()
         self.stops = self.machine.stops

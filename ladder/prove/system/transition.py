@@ -10,15 +10,10 @@ from operator import attrgetter
 from typing import Any, NamedTuple
 
 from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
-
-Key = tuple[str, int]
-"""A place: the path of the leaf in capitals, and the flat index."""
+from ..relation.places import Key
 
 Fact = tuple[frozenset[str], T]
 """A condition that holds in each scan, with the names of the unknown values in it."""
-
-CLOCK = "~LAST_NS"
-"""Path suffix of a hidden member whose term is the time since an instant."""
 
 DT = "~dt"
 """Name of the variable with the time since the previous scan, in units of `System.tick_ns`."""
@@ -221,11 +216,6 @@ class System:
     def limits_met(self) -> tuple[str, ...]:
         """Return the places where the relation does not follow the program."""
         return ("a loop or call beyond the limits",)
-
-
-def name_of(key: Key) -> str:
-    """Return the name of a place's variable."""
-    return f"{key[0]}[{key[1]}]"
 
 
 def shown(name: str) -> str:

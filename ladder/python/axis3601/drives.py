@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from scanrack.io_images.amci3601.bits import CommandLsw
 from scanrack.io_images.amci3601.configuration import Configuration
-from scanrack.io_images.drives.bits import CommandBit, Modifier
+from scanrack.io_images.drives.bits import Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
 
@@ -65,7 +65,7 @@ def lacking(model: Model, command: Command) -> str:
         return f"the {title} follows no other encoder"
     if kind in (REGISTRATION, MINIMUM) and not model.modifiers & Modifier.REGISTRATION_MOVE:
         return f"registration moves of the {title} are not known"
-    if kind in (PROGRAM_BLEND, RUN_BLEND) and model.missing_commands & CommandBit.RUN_ASSEMBLED_MOVE:
+    if kind in (PROGRAM_BLEND, RUN_BLEND) and not model.runs_blends:
         return f"blends of the {title} are not known"
     if isinstance(command, BlendProgramming):
         return command.unfit_for_drives

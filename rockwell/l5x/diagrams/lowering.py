@@ -28,10 +28,9 @@ from dataclasses import dataclass, field
 from scanrack.io_images.site import Site
 from scanrack.ladder.instructions.addons import OFF
 from scanrack.ladder.model.drawing import Drawing
-from scanrack.ladder.model.predefined.process_types import MAX_REAL
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Address
-from scanrack.ladder.model.types import REAL, Elementary
+from scanrack.ladder.model.types import MAX_REAL, REAL, Elementary
 
 from ..xml.records import ElementRecord
 from .blocks import BlockForm, canonical

@@ -9,7 +9,8 @@ from itertools import chain
 
 from scanrack.ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 
-from ..xml.records import ElementRecord, number_of
+from ..xml.elements import number_of
+from ..xml.records import ElementRecord
 from .sheets import RUN, Diagram, Node, Pin, pin_of, wires_of
 from .wire_values import Values, form_of
 

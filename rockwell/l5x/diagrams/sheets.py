@@ -21,7 +21,8 @@ from heapq import heapify, heappop, heappush
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
 
-from ..xml.records import ElementRecord, number_of
+from ..xml.elements import number_of
+from ..xml.records import ElementRecord
 
 RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")
 """Elements that run."""

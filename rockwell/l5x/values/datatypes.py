@@ -24,7 +24,8 @@ from scanrack.ladder.model.types import (
     count_of,
 )
 
-from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
+from ..xml.elements import number_of
+from ..xml.records import DataTypeRecord, Element, MemberRecord
 from .layouts import Layouts
 from .module_bits import in_words
 
@@ -82,10 +83,6 @@ class Types:
         self.apart: dict[str, list[str]] = {}  # integers of module-defined types whose bits are not known
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
-
-    def names(self) -> list[str]:
-        """Names of the document's types."""
-        return [each.name for each in self._records.values()]
 
     def find(self, name: str) -> DataType:
         """Return a type by name.

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from scanrack.ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of
+from scanrack.ladder.state.memory import element_text
 
 from ..xml.data import Data
 from ..xml.records import Element
@@ -174,7 +175,7 @@ class _ForceMask:
     ) -> Iterator[tuple[str, Elementary, int, int | None]]:
         size = self._layouts.size(kind)
         for number in range(count_of(dims)):
-            index = _index(number, dims)
+            index = element_text("", dims, number)
             if kind is BOOL:
                 yield index, BOOL, at + number // 8, number % 8
             elif any(self._mask[at + number * size : at + (number + 1) * size]):
@@ -194,11 +195,3 @@ class _ForceMask:
             else:
                 for text, *place in self.places(member.type, member.dims, at + offset):
                     yield f".{member.name}{text}", *place  # type: ignore[misc]
-
-
-def _index(number: int, dims: tuple[int, ...]) -> str:
-    indices: list[int] = []
-    for length in reversed(dims):
-        number, index = divmod(number, length)
-        indices.insert(0, index)
-    return f"[{','.join(map(str, indices))}]"

@@ -11,7 +11,7 @@ from typing import Any
 
 from scanrack.ladder.model.types import DINT, DataType, Elementary, Structure, count_of
 
-from ..xml.records import number_of
+from ..xml.elements import number_of
 from .initials import ValueReading, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise
 

@@ -13,18 +13,18 @@ from scanrack.ladder.lowering.addon import ROUTINES
 from ..edits import chosen_text
 from .data import Data, cut_out
 from .elements import (
-    NUMBER,
     children,
     defined,
     defined_routines,
     dims_in,
     is_true,
     line_of_text,
+    number_of,
     text_of,
     whole_in,
     wrong_dims,
 )
-from .parsing import MOST_BYTES, L5xError, checked, parsed
+from .parsing import MOST_BYTES, L5xError, checked, parsed, root_of
 from .records import (
     AddOnRecord,
     DataTypeRecord,
@@ -40,7 +40,6 @@ from .records import (
     TagRecord,
     TaskRecord,
 )
-from .spans import ROOT
 from .unread import is_add_on, unread
 
 _KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCContent": "SFC"}
@@ -71,16 +70,13 @@ def copied(path: Path) -> bytes:
 def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file, see `read_document`."""
     root, cut = _parsed(data, file)
-    return _L5xReader(file, cut).document(root, data)
+    return _L5xReader(file, cut).document(root)
 
 
 def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
     """Return the root of a document without its values, and the values."""
     text, cut = cut_out(checked(data, file))
-    root = parsed(text, file)
-    if root.tag != ROOT:
-        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
-    return root, cut
+    return root_of(text, file), cut
 
 
 def _controller(root: Any, file: str) -> Any:
@@ -102,7 +98,7 @@ class _L5xReader:
     def _part(self, text: bytes, line: int) -> Any:
         return parsed(text, self._file, line)
 
-    def document(self, root: Any, source: bytes) -> L5xDocument:
+    def document(self, root: Any) -> L5xDocument:
         controller = _controller(root, self._file)
         get = controller.get
         target = root.get("TargetType") or "Controller"
@@ -119,7 +115,6 @@ class _L5xReader:
             root.get("SoftwareRevision", ""),
             target,
             get("Name") or root.get("TargetName") or "controller",
-            get("ProcessorType", ""),
             tuple(map(self._data_type, defined(controller, "DataTypes", "DataType"))),
             tuple(add_ons),
             tuple(map(self._tag, defined(controller, "Tags", "Tag"))),
@@ -128,7 +123,6 @@ class _L5xReader:
             tuple(map(self._module, children(controller, "Modules", "Module"))),
             tuple(unread(root)),
             (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
-            source,
         )
 
     # --- types and tags
@@ -136,9 +130,7 @@ class _L5xReader:
     def _data_type(self, element: Any) -> DataTypeRecord:
         return DataTypeRecord(
             element.get("Name", ""),
-            element.get("Family", ""),
             tuple(map(self._member, children(element, "Members", "Member"))),
-            text_of(element.find("Description")),
             element.sourceline,
         )
 
@@ -152,7 +144,6 @@ class _L5xReader:
             is_true(get("Hidden", "")),
             get("Target", ""),
             whole_in(get("BitNumber", "")),
-            element.sourceline,
             wrong_dims(dims),
         )
 
@@ -161,7 +152,6 @@ class _L5xReader:
         data: list[Data] = []
         forced: list[Data] = []
         comment = ""
-        comments: tuple[tuple[str, str], ...] = ()
         dims = get("Dimensions", get("Dimension", "")).strip()
         remote = rpi = ""
         for each in element:
@@ -171,8 +161,6 @@ class _L5xReader:
                 forced.append(self._data(each))
             elif each.tag == "Description":
                 comment = text_of(each)
-            elif each.tag == "Comments":
-                comments = _comments(each)
             elif each.tag == "ConsumeInfo":
                 remote, rpi = each.get("RemoteTag", ""), each.get("RPI", "")
         return TagRecord(
@@ -184,7 +172,6 @@ class _L5xReader:
             get("Usage", ""),
             is_true(get("Required", "")),
             comment,
-            comments,
             data,
             element.sourceline,
             wrong_dims(dims),
@@ -221,7 +208,6 @@ class _L5xReader:
             tuple(map(self._tag, defined(element, "Tags", "Tag"))),
             tuple(self._routine(each, tested=tested) for each in defined_routines(element)),
             tuple(map(_encoded, element.iterfind("Routines//EncodedData"))),
-            text_of(element.find("Description")),
             element.sourceline,
         )
 
@@ -249,9 +235,9 @@ class _L5xReader:
     def _rung(self, element: Any, place: int) -> L5xRungRecord:
         texts = element.findall("Text")
         text = texts[0] if texts else None
-        number = element.get("Number", "")
+        number = number_of(element.get("Number", ""))
         return L5xRungRecord(
-            int(number) if NUMBER.fullmatch(number) else place,
+            place if number is None else number,
             element.get("Type", "N"),
             text_of(text),
             text_of(element.find("Comment")),
@@ -284,15 +270,11 @@ class _L5xReader:
         return ModuleRecord(
             get("Name", ""),
             get("CatalogNumber", ""),
-            get("Vendor", ""),
-            get("ProductType", ""),
-            get("ProductCode", ""),
             get("ParentModule", ""),
             "" if upstream is None else upstream.get("Address", ""),
             "" if upstream is None else upstream.get("Type", ""),
             min(filter(None, rates), default=0),
             tuple(self._module_tags(element)),
-            is_true(get("Inhibited", "")),
             element.sourceline,
         )
 
@@ -314,7 +296,6 @@ class _L5xReader:
         return ModuleTagRecord(
             suffix,
             element.tag,
-            _comments(element.find("Comments")),
             data,
             whole_in(size),
             element.sourceline,
@@ -351,9 +332,5 @@ def _element_record(element: Any, depth: int = 0) -> ElementRecord:
     return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 
-def _comments(element: Any) -> tuple[tuple[str, str], ...]:
-    return tuple((each.get("Operand", ""), text_of(each)) for each in children(element, "Comment"))
-
-
 def _encoded(element: Any) -> EncodedRecord:
-    return EncodedRecord(element.get("EncodedType", ""), element.get("Name", ""), element.sourceline)
+    return EncodedRecord(element.get("Name", ""), element.sourceline)

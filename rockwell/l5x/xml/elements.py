@@ -6,7 +6,12 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-NUMBER = re.compile(r"\d{1,9}")
+_NUMBER = re.compile(r"[0-9]{1,9}")
+
+
+def number_of(text: str) -> int | None:
+    """Return an attribute's whole number of up to 9 digits, else None."""
+    return int(text) if _NUMBER.fullmatch(text) else None
 
 
 def text_of(element: Any) -> str:
@@ -20,12 +25,12 @@ def text_of(element: Any) -> str:
     return "".join(chosen.itertext()).strip()
 
 
-_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*+")
+_DIMS = re.compile(r"[0-9]{1,9}(?:[\s,]+[0-9]{1,9})*+")
 
 
 def dims_in(text: str) -> tuple[int, ...]:
     """Return the dimensions in a text such as `4 3 2` or `4,3,2`; `0` and "" mean none."""
-    lengths = tuple(map(int, NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
+    lengths = tuple(map(int, _NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
     return lengths if any(lengths) else ()
 
 
@@ -41,7 +46,7 @@ def is_true(text: str) -> bool:
 
 def whole_in(text: str) -> int:
     """Return the whole number in an attribute; 0 for any other text."""
-    return int(text) if NUMBER.fullmatch(text) else 0
+    return number_of(text) or 0
 
 
 def children(element: Any, *path: str) -> Iterator[Any]:

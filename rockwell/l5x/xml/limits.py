@@ -6,7 +6,7 @@ controllers have some 15,000 rungs; a document beyond the limits is refused befo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import NamedTuple
 
 from .parsing import L5xError
@@ -33,20 +33,13 @@ def check_limits(document: L5xDocument) -> None:
             raise L5xError(document.file, 0, text)
 
 
-def _routines(document: L5xDocument) -> Iterator[RoutineRecord]:
-    for program in document.programs:
-        yield from program.routines
-    for add_on in document.add_ons:
-        yield from add_on.routines
-
-
 def instructions_in(text: str) -> int:
     """Return the number of instructions in a rung's text, functions in expressions included."""
     return text.count("(")
 
 
 def _sum(count: Callable[[RoutineRecord], int]) -> Callable[[L5xDocument], int]:
-    return lambda document: sum(map(count, _routines(document)))
+    return lambda document: sum(count(routine) for _, routine in document.routines())
 
 
 def _characters(routine: RoutineRecord) -> int:

@@ -19,6 +19,9 @@ from lxml import etree
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
 
+ROOT = "RSLogix5000Content"
+"""The root element of an L5X."""
+
 MOST_BYTES = 64 << 20
 """Maximum bytes of a file."""
 
@@ -92,6 +95,14 @@ def parsed(data: bytes, file: str, line: int = 1) -> Any:
         raise L5xError(file, line - 1 + (error.lineno or 1), f"it is not XML: {error.msg}") from None
     except ValueError as error:
         raise L5xError(file, line, f"it is not XML: {error}") from None
+
+
+def root_of(data: bytes, file: str) -> Any:
+    """Return the root of an L5X; raise an L5xError for another document."""
+    root = parsed(data, file)
+    if root.tag != ROOT:
+        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
+    return root
 
 
 def _marks(data: bytes) -> int:

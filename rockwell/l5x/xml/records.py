@@ -6,7 +6,6 @@ which `initial_values` reads, see `data`.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -19,13 +18,6 @@ from .data import Data
 Element: TypeAlias = _Element
 """An element with values."""
 
-_NUMBER = re.compile(r"[0-9]{1,9}")
-
-
-def number_of(text: str) -> int | None:
-    """Return an attribute's whole number of up to 9 digits, else None."""
-    return int(text) if _NUMBER.fullmatch(text) else None
-
 
 @record
 class MemberRecord:
@@ -37,18 +29,15 @@ class MemberRecord:
     hidden: bool  # whether it is hidden from users
     target: str  # host member of a packed bit
     bit: int  # number of a packed bit in its host
-    line: int
     wrong_dims: str = ""  # invalid dimensions as text, else ""
 
 
 @dataclass(frozen=True, slots=True)
 class DataTypeRecord:
-    """A data type; `family` is `StringFamily` for a string type."""
+    """A data type."""
 
     name: str
-    family: str
     members: tuple[MemberRecord, ...]
-    comment: str
     line: int
 
 
@@ -64,7 +53,6 @@ class TagRecord:
     usage: str  # `Input`, `Output`, `InOut`, `Public`, `Local` or ""
     required: bool  # whether a call takes an argument for it
     comment: str
-    comments: tuple[tuple[str, str], ...]  # descriptions of parts, by their address after the name
     data: list[Data]  # elements with its values, until `L5xDocument.release`
     line: int
     wrong_dims: str = ""  # invalid dimensions as text, else ""
@@ -121,7 +109,6 @@ class RoutineRecord:
 class EncodedRecord:
     """A `Routine` or `AddOnInstructionDefinition` without its source."""
 
-    kind: str
     name: str
     line: int
 
@@ -152,7 +139,6 @@ class ProgramRecord:
     tags: tuple[TagRecord, ...]
     routines: tuple[RoutineRecord, ...]
     encoded: tuple[EncodedRecord, ...]
-    comment: str
     line: int
 
 
@@ -176,7 +162,6 @@ class ModuleTagRecord:
 
     suffix: str  # `I`, `O`, `C`, `I1`
     kind: str  # `InputTag`, `OutputTag`, `ConfigTag`, `InAliasTag` or `OutAliasTag`
-    comments: tuple[tuple[str, str], ...]  # descriptions of parts, by their address after the name
     data: list[Data]  # elements with its values, until `L5xDocument.release`
     size: int  # bytes of its connection, 0 if unknown
     line: int
@@ -189,15 +174,11 @@ class ModuleRecord:
 
     name: str
     catalog: str
-    vendor: str
-    type: str  # number of its product type
-    code: str  # its product code
     parent: str
     address: str  # at its upstream port: a slot or a network address, "" without one
     bus: str  # type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`
     rpi_us: int  # the shortest RPI of its connections, us; 0 without one
     tags: tuple[ModuleTagRecord, ...]
-    inhibited: bool
     line: int
 
 
@@ -209,7 +190,6 @@ class L5xDocument:
     revision: str  # software revision
     target: str  # the exported object: `Controller`, `Program`, `Routine`, `Rung`,
     name: str
-    processor: str  # the controller's catalog number
     data_types: tuple[DataTypeRecord, ...]
     add_ons: tuple[AddOnRecord, ...]
     tags: tuple[TagRecord, ...]
@@ -218,7 +198,12 @@ class L5xDocument:
     modules: tuple[ModuleRecord, ...]
     others: tuple[tuple[str, str, int], ...]  # parts that are not read: name, description, line
     charts: tuple[str, str, str] = ("", "", "")  # SFCExecutionControl, SFCRestartPosition, SFCLastScan
-    source: bytes = field(default=b"", repr=False)  # the file as it was read
+
+    def routines(self) -> Iterator[tuple[str, RoutineRecord]]:
+        """Yield the routines of programs and add-on instructions, each with the name of its owner."""
+        owners: tuple[ProgramRecord | AddOnRecord, ...] = (*self.programs, *self.add_ons)
+        for owner in owners:
+            yield from ((owner.name, each) for each in owner.routines)
 
     def release(self) -> None:
         """Release the XML of values, which takes ten times the memory of the rest."""

@@ -15,9 +15,7 @@ from html import escape
 from typing import NamedTuple
 from xml.parsers import expat
 
-from .parsing import FileText, L5xError, checked, decoded
-
-ROOT = "RSLogix5000Content"
+from .parsing import ROOT, FileText, L5xError, checked, decoded
 
 _ALL = ("*",)
 _FOLLOWED: Mapping[str, tuple[str, ...]] = {

@@ -5,7 +5,7 @@ Each release of Studio 5000 adds some.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -103,17 +103,13 @@ _PARTS = (
 @cache
 def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
     """Return XPaths that find parts not in the table, and the table's attributes by element."""
-    parts = (f"{each.path}/*[not({_any(f'self::{name}' for name in each.parts)})]" for each in _PARTS)
+    parts = (f"{each.path}/*[not({' or '.join(f'self::{name}' for name in each.parts)})]" for each in _PARTS)
     names = {
         each.path.rpartition("/")[2]: frozenset(each.attributes)
         for each in _PARTS
         if each.attributes is not None
     }
     return tuple(map(XPath, parts)), names
-
-
-def _any(tests: Iterable[str]) -> str:
-    return " or ".join(tests) or "false()"
 
 
 def unread(root: Any) -> list[tuple[str, str, int]]:

@@ -170,9 +170,9 @@ class Direct:
     def _outputs(self, _: Command, parameters: str) -> str | None:
         if parameters in ("", "R"):
             return self._refuse(Error.ZERO_PARAMETERS)
-        if one := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
-            mask = 1 << int(one[1]) - 1
-            self._controller.set_outputs(mask * int(one[2]), mask)
+        if output := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
+            mask = 1 << int(output[1]) - 1
+            self._controller.set_outputs(mask * int(output[2]), mask)
         elif (every := re.fullmatch("R([0-9]+)", parameters)) and int(every[1]) < 1 << OUTPUT_COUNT:
             self._controller.set_outputs(int(every[1]))
         else:

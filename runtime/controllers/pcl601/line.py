@@ -104,16 +104,16 @@ class Pcl601:
             self._hear(now_ns, data)
             return
         start_ns = now_ns - self._format.span_ns(len(data))
-        for one in self._framer.receive(start_ns, now_ns, data):
-            self._answer(now_ns, one)
+        for request in self._framer.receive(start_ns, now_ns, data):
+            self._answer(now_ns, request)
 
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes to send at that instant."""
         self._format = self._present_format
         while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
             self.controller.advance(due_ns)
-            for one in self._framer.silence():
-                self._answer(due_ns, one)
+            for request in self._framer.silence():
+                self._answer(due_ns, request)
         self.controller.advance(now_ns)
         self._now_ns = now_ns
         data = bytes(self._out) + self.controller.take_sent()

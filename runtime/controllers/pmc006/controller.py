@@ -166,20 +166,20 @@ class Pmc006Controller:
     @property
     def status1(self) -> Status1:
         """Status register 1."""
-        said = {
+        flags = {
             Status1.BUSY: self.axis.moving,
             Status1.AUTO_DEC: self.memory["auto_current_decay"],
             Status1.STALL: self.axis.stalled,
             Status1.HOME: self.axis.homing,
             Status1.UVL: self.supply_v < SUPPLY_LIMIT_V,
         }
-        return self.axis.flags | Status1(sum(bit for bit, holds in said.items() if holds))
+        return self.axis.flags | Status1(sum(bit for bit, holds in flags.items() if holds))
 
     @property
     def status2(self) -> Status2:
         """Status register 2."""
         memory = self.memory
-        said = {
+        flags = {
             Status2.FREE_RUN: memory["free_run"],
             Status2.EXT1_EN: memory["ext_stop_enable"] & 1,
             Status2.COIL: memory["solenoid"],
@@ -189,7 +189,7 @@ class Pmc006Controller:
             Status2.EXT2_EN: memory["ext_stop_enable"] & 2,
             Status2.OTS: self.overheated,
         }
-        return Status2(sum(bit for bit, holds in said.items() if holds))
+        return Status2(sum(bit for bit, holds in flags.items() if holds))
 
     # -- instructions ------------------------------------------------------------------------
 

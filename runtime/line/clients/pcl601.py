@@ -73,7 +73,7 @@ class Pcl601Client(MotionClient[Registers]):
             ValueError: the name is unknown.
         """
         row = known(READABLE, name, "read")
-        return value_of(row, self._asked(pdus.read_registers(row.register, row.words)).registers)
+        return value_of(row, self._answer_to(pdus.read_registers(row.register, row.words)).registers)
 
     def set(self, name: str, value: int) -> None:
         """Set a register by its name in `SETTABLE`, and read it back.
@@ -85,14 +85,14 @@ class Pcl601Client(MotionClient[Registers]):
         if row.register is Register.ADDRESS:
             self._change_address(value, lambda: self._once(_write(row, value)), "address")
             return
-        self._asked(_write(row, value))
+        self._answer_to(_write(row, value))
         if (kept := self.read(name)) != value:
             raise RefusedError(f"{name} was set to {value} and reads {kept}")
 
     @override
     def look(self) -> Registers:
         """Read position, motion and errors in one exchange."""
-        words = self._asked(pdus.read_registers(Register.POSITION, len(SHOWN))).registers
+        words = self._answer_to(pdus.read_registers(Register.POSITION, len(SHOWN))).registers
         by_row: dict[Row, list[int]] = {}
         for (row, _), word in zip(SHOWN, words, strict=True):
             by_row.setdefault(row, []).append(word)
@@ -123,18 +123,18 @@ class Pcl601Client(MotionClient[Registers]):
     @property
     def inputs(self) -> int:
         """The input bits; reads them by function 02. Bit 0 is input 1, 1 is active."""
-        return number_of(self._asked(pdus.read_inputs()).bits)
+        return number_of(self._answer_to(pdus.read_inputs()).bits)
 
     @property
     def outputs(self) -> int:
         """The outputs; reads them from the controller. Bit 0 is output 1, 1 is on."""
-        return number_of(self._asked(pdus.read_outputs()).bits)
+        return number_of(self._answer_to(pdus.read_outputs()).bits)
 
     def set_output(self, number: int, on: bool) -> None:
         """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
-        self._asked(pdus.write_output(number, on))
+        self._answer_to(pdus.write_output(number, on))
         if bool(self.outputs >> number - 1 & 1) != on:
             was, is_now = ("on", "off") if on else ("off", "on")
             raise RefusedError(f"output {number} was switched {was} and reads {is_now}")
@@ -151,7 +151,7 @@ class Pcl601Client(MotionClient[Registers]):
         if code in NEEDS_IDLE:
             self._start(code)
         else:
-            self._asked(pdus.command(code))
+            self._answer_to(pdus.command(code))
 
     def clear(self) -> None:
         """Clear the error register, and read it; raise RefusedError for errors that stay."""
@@ -206,7 +206,7 @@ class Pcl601Client(MotionClient[Registers]):
     @override
     def halt(self) -> None:
         """Stop motion and program at once; repeat until answered."""
-        self._asked(pdus.command(Code.STOP_MOTION))
+        self._answer_to(pdus.command(Code.STOP_MOTION))
 
     @override
     def pause(self, seconds: float) -> None:
@@ -226,7 +226,7 @@ class Pcl601Client(MotionClient[Registers]):
             message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
-    def _asked(self, request: ModbusPDU) -> ModbusPDU:
+    def _answer_to(self, request: ModbusPDU) -> ModbusPDU:
         """Send a request, up to `TRIES` times; return the answer."""
         return until_answered(lambda: self._once(request))
 

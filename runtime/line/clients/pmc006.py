@@ -142,7 +142,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         row = self._readable.get(name)
         if row is None:
             raise ValueError(_unreadable(name, self.readable))
-        return self._asked(row.code, 0)
+        return self._answer_to(row.code, 0)
 
     def set(self, name: str, value: int) -> None:
         """Set a parameter by its name in `SETTABLE`, and read it back where possible.
@@ -158,7 +158,7 @@ class Pmc006Client(MotionClient[ControllerView]):
                 value, lambda: self._check(row, self._once(row.code, value, value), value), "status1"
             )
             return
-        answer = self._asked(row.code, value)
+        answer = self._answer_to(row.code, value)
         self._check(row, answer, value)
         shown = "position" if name == "set_position" else name
         if shown in self._readable and (kept := self.read(shown)) != value:
@@ -173,7 +173,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         row = BY_NAME.get(name)
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
             raise ValueError(f"{name} is not an action that may be carried out twice")
-        self._check(row, self._asked(row.code, data), None)
+        self._check(row, self._answer_to(row.code, data), None)
 
     def clear(self) -> None:
         """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for stops that stay."""
@@ -260,7 +260,7 @@ class Pmc006Client(MotionClient[ControllerView]):
 
     def slow_down(self) -> None:
         """Leave speed mode by the ramp; raise RefusedError if the motor is still in speed mode."""
-        self._check(BY_NAME["speed_mode"], self._asked(BY_NAME["speed_mode"].code, 0), None)
+        self._check(BY_NAME["speed_mode"], self._answer_to(BY_NAME["speed_mode"].code, 0), None)
         if self.status2 & Status2.SPEED_MODE:
             raise RefusedError("speed_mode 0 was answered, and the motor is still in speed mode")
 
@@ -293,7 +293,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         if answer in _ERRORS and answer != value:
             raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")
 
-    def _asked(self, code: int, data: int) -> int:
+    def _answer_to(self, code: int, data: int) -> int:
         """Send an instruction, up to `TRIES` times; return the data of the answer."""
         return until_answered(lambda: self._once(code, data))
 

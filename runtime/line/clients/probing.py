@@ -61,8 +61,8 @@ def probe(opened: Opened, addresses: Iterable[int] | None, on_request: Asked) ->
         LinkError: the line can't be opened, or is lost.
     """
     chosen = None if addresses is None else tuple(addresses)
-    units = [each for each in PCL601_ADDRESSES if chosen is None or each in chosen]
-    sites = [each for each in PMC006_ADDRESSES if chosen is None or each in chosen]
+    units = [address for address in PCL601_ADDRESSES if chosen is None or address in chosen]
+    sites = [address for address in PMC006_ADDRESSES if chosen is None or address in chosen]
     yield from _rtu(opened, units, on_request)
     yield from _ascii(opened, chosen, on_request)
     yield from _pmc006(opened, sites, on_request)
@@ -76,7 +76,7 @@ def questions(addresses: Iterable[int] | None) -> int:
     """
     if addresses is None:
         return len(PCL601_ADDRESSES) + 1 + len(PMC006_ADDRESSES)
-    return 1 + sum((each in PCL601_ADDRESSES) + (each in PMC006_ADDRESSES) for each in addresses)
+    return 1 + sum((address in PCL601_ADDRESSES) + (address in PMC006_ADDRESSES) for address in addresses)
 
 
 def answer_to(link: Link, request: LineRequest) -> bool:

@@ -186,16 +186,16 @@ class MotionClient(ABC, Generic[SeenType]):
                 return rest
         return None
 
-    def check_end(self, what: str, seen: SeenType, target: int) -> None:
+    def check_end(self, name: str, seen: SeenType, target: int) -> None:
         """Raise StoppedError if a motion has ended elsewhere."""
         if seen.position != target:
-            message = f"the {what} ended at {seen.position}, not at {target}"
+            message = f"the {name} ended at {seen.position}, not at {target}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
-    def check_errors(self, what: str, seen: SeenType) -> None:
+    def check_errors(self, name: str, seen: SeenType) -> None:
         """Raise StoppedError if a motion has ended with a new error."""
         if fresh := seen.errors & (~self._errors_before | self.final) & ~self.harmless:
-            raise StoppedError(f"the {what} ended at {seen.position} with an error{self.reasons(fresh)}")
+            raise StoppedError(f"the {name} ended at {seen.position} with an error{self.reasons(fresh)}")
 
     def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:
         """Send a start once and check that it has begun; return the state before.
@@ -232,8 +232,8 @@ class MotionClient(ABC, Generic[SeenType]):
         if failure is None and raised:
             return RefusedError(f"{name} is refused{self.reasons(raised)}")
         if failure is None and moves:
-            what = f"no motion was seen: the position is {seen.position} as before"
-            return UnconfirmedMotionError(f"{name} was answered, but {what}{self.reasons(seen.errors)}")
+            problem = f"no motion was seen: the position is {seen.position} as before"
+            return UnconfirmedMotionError(f"{name} was answered, but {problem}{self.reasons(seen.errors)}")
         return failure
 
     def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:

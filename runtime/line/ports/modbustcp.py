@@ -91,8 +91,8 @@ class ModbusTcpPort:
 
     def drop_all(self) -> None:
         """End all connections."""
-        for each in list(self.listener.connections):
-            self._end(each)
+        for connection in list(self.listener.connections):
+            self._end(connection)
 
     def close(self) -> None:
         """End all connections and stop listening."""

@@ -19,7 +19,7 @@ def make_place(heard_ns: Mapping[socket.socket, int], now_ns: int) -> tuple[sock
     """
     if len(heard_ns) < CLIENTS_MOST:
         return None, True
-    longest = min(heard_ns, key=lambda each: heard_ns[each])
+    longest = min(heard_ns, key=lambda place: heard_ns[place])
     if now_ns - heard_ns[longest] < SILENT_NS:
         return None, False
     return longest, True

@@ -53,31 +53,31 @@ class BusSegment(Device):
         if now_ns < self._free_ns or self._waiting:
             self._waiting.append(data)
         else:
-            self._tell(now_ns, data)
+            self._deliver(now_ns, data)
 
     @override
     def advance(self, now_ns: int) -> bytes:
         """Return the bytes that the units have put on the line."""
-        said = b""
+        sent = b""
         while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
-            said += self._step(wake_ns)
-        return said + self._step(now_ns)
+            sent += self._step(wake_ns)
+        return sent + self._step(now_ns)
 
     def _step(self, now_ns: int) -> bytes:
         if self._waiting and now_ns >= self._free_ns:
-            self._tell(now_ns, self._waiting.popleft())
-        return b"".join(self._speak(unit, now_ns) for unit in self.units)
+            self._deliver(now_ns, self._waiting.popleft())
+        return b"".join(self._advance_unit(unit, now_ns) for unit in self.units)
 
-    def _speak(self, unit: Device, now_ns: int) -> bytes:
+    def _advance_unit(self, unit: Device, now_ns: int) -> bytes:
         """Advance a unit, and deliver its bytes to the others."""
-        said = unit.advance(now_ns)
-        if said:
+        sent = unit.advance(now_ns)
+        if sent:
             span_ns = unit.line_format.span_ns(QUIET_CHARACTERS) if self._quiet_ns is None else self._quiet_ns
             self._free_ns = now_ns + span_ns
-            self._tell(now_ns, said, unit)
-        return said
+            self._deliver(now_ns, sent, unit)
+        return sent
 
-    def _tell(self, now_ns: int, data: bytes, but: Device | None = None) -> None:
+    def _deliver(self, now_ns: int, data: bytes, but: Device | None = None) -> None:
         for unit in self.units:
             if unit is not but:
                 unit.receive(now_ns, data)

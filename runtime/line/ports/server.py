@@ -56,7 +56,7 @@ class PortServer(Server, Generic[AnyPort]):
     def close(self) -> None:
         self._port.close()
 
-    def _tell(self, now_ns: int, *, received: bytes = b"", sent: bytes = b"") -> None:
+    def _notify(self, now_ns: int, *, received: bytes = b"", sent: bytes = b"") -> None:
         """Pass bytes to the listener."""
         if self._listener is not None and received:
             self._listener.received(now_ns, received)
@@ -88,7 +88,7 @@ class LineServer(PortServer[Port]):
             sent += self._device.advance(now_ns)
         if sent:
             self._port.send(sent)
-        self._tell(now_ns, received=data, sent=sent)
+        self._notify(now_ns, received=data, sent=sent)
         self._port.follow(self._device.line_format)
 
 
@@ -122,7 +122,7 @@ class PduServer(PortServer[ModbusTcpPort]):
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
         reply = self._answer_pdu(unit, pdu)
-        self._tell(
+        self._notify(
             now_ns, received=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
         )
         return reply
@@ -149,19 +149,19 @@ class GatewayServer(PortServer[ModbusTcpPort]):
     @override
     def step(self, longest_s: float) -> None:
         wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
-        requests = [(each, frame) for each, frames in self._port.requests(wait_s) for frame in frames]
+        requests = [(peer, frame) for peer, frames in self._port.requests(wait_s) for frame in frames]
         now_ns = self._clock.now_ns()
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._tell(now_ns, received=frame[HEADER.size - 1 :])
+            self._notify(now_ns, received=frame[HEADER.size - 1 :])
             refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
             if refused is not None:
                 replies.append(((connection, frame), refused))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)
-            self._tell(now_ns, sent=reply[HEADER.size - 1 :])
+            self._notify(now_ns, sent=reply[HEADER.size - 1 :])
             self._port.send(connection, reply)
 
 

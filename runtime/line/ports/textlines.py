@@ -49,8 +49,8 @@ class TextLinePort:
             else:
                 self._end(connection)
         there = self._listener.connections
-        strangers = [each for each in there if each not in self._admitted]
-        clients = sorted(self._admitted, key=lambda each: there[each])
+        strangers = [connection for connection in there if connection not in self._admitted]
+        clients = sorted(self._admitted, key=lambda connection: there[connection])
         for connection in strangers[:-MOST_STRANGERS] + clients[:-MOST_CLIENTS]:
             self._end(connection)
 
@@ -65,16 +65,16 @@ class TextLinePort:
             return
         if rest:
             self._pending[connection] = rest
-        said, ends = [], False
+        answers, ends = [], False
         for line in filter(bytes.strip, lines):
             try:
-                said.append(answer(line.decode(errors="replace"), connection in self._admitted))
+                answers.append(answer(line.decode(errors="replace"), connection in self._admitted))
                 self._admitted.add(connection)
             except EndOfTalkError as end:
-                said.append(str(end))
+                answers.append(str(end))
                 ends = True
                 break
-        text = "".join(f"{each}\n" for each in said).encode()
+        text = "".join(f"{line}\n" for line in answers).encode()
         if (text and not self._listener.send(connection, text)) or ends:
             self._end(connection)
 

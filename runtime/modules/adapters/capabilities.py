@@ -70,25 +70,24 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     """Capabilities defined by rows.
 
     Attributes:
+        configuration_rows: reasons to refuse configurations.
+        command_rows: reasons to refuse commands.
+        substitution_rows: differences from a 3601 that an adapter reports once.
         news: substitutions made for the first time; the adapter reports them and empties the list.
     """
 
-    def __init__(
-        self,
-        configuration_rows: Sequence[ConfigurationRow[AdapterOptions]],
-        command_rows: Sequence[CommandRow[AdapterOptions]],
-        substitution_rows: Sequence[SubstitutionRow[AdapterOptions]],
-        options: AdapterOptions,
-    ) -> None:
+    configuration_rows: Sequence[ConfigurationRow[AdapterOptions]]
+    command_rows: Sequence[CommandRow[AdapterOptions]]
+    substitution_rows: Sequence[SubstitutionRow[AdapterOptions]]
+
+    def __init__(self, options: AdapterOptions) -> None:
         self.news: list[SubstitutionRow[AdapterOptions]] = []
-        self._configuration_rows = configuration_rows
-        self._command_rows = command_rows
-        self._untold = list(substitution_rows)
+        self._unreported = list(self.substitution_rows)
         self._options = options
 
     @override
     def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:
-        for row in self._configuration_rows:
+        for row in self.configuration_rows:
             if row.applies(configuration, self._options):
                 return Refusal(row.name, CONFIG_ERROR, row.reason)
         return None
@@ -96,7 +95,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     @override
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
         """Return why a command is refused; otherwise record substitutions and return None."""
-        for row in self._command_rows:
+        for row in self.command_rows:
             if row.is_of(request.feature) and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
         if request.feature in RAMPED:
@@ -104,8 +103,8 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         return None
 
     def _note_substitutions(self, request: AxisRequest) -> None:
-        fresh = [row for row in self._untold if row.applies(request, self._options)]
-        self._untold = [row for row in self._untold if row not in fresh]
+        fresh = [row for row in self._unreported if row.applies(request, self._options)]
+        self._unreported = [row for row in self._unreported if row not in fresh]
         self.news += fresh
 
 

@@ -59,11 +59,11 @@ class Driver(Exchanges[Drive]):
         yield from ()
         return True
 
-    def errand(self) -> Talk | None:
+    def pending_exchange(self) -> Talk | None:
         """Return an additional exchange for the controller, or None."""
         return None
 
-    def hurry(self) -> None:
+    def wake_for_requests(self) -> None:
         """React to new requests of the adapter, even during a pause."""
 
     def forget(self) -> None:
@@ -79,11 +79,11 @@ class Driver(Exchanges[Drive]):
                 while True:
                     yield from self._turn()
             except LinkLostError:
-                self._forget_wishes()
+                self._drop_requests()
                 self.state = ControllerState.ABSENT
                 yield PUBLISH
             except PowerLostError:
-                self._forget_wishes()
+                self._drop_requests()
                 self._was_ready = False
                 self.findings.add(FindingKind.POWER_LOST)
                 self.master.expect_nothing_late()
@@ -91,7 +91,7 @@ class Driver(Exchanges[Drive]):
                 self.state = ControllerState.PRESENT
                 yield PUBLISH
 
-    def _forget_wishes(self) -> None:
+    def _drop_requests(self) -> None:
         self.task = None
         self.tasks.clear()
         self.cut = False
@@ -108,13 +108,13 @@ class Driver(Exchanges[Drive]):
                 continue
             self._good()
             if self._was_ready or (yield from self.admit()):
-                yield from self._see_again()
+                yield from self._read_after_connecting()
             else:
                 yield PUBLISH
                 yield LinePause(PROBE_NS)
         self._failed = 0
 
-    def _see_again(self) -> Talk:
+    def _read_after_connecting(self) -> Talk:
         if self._was_ready:
             yield from self.halt()
         yield from self.read_all()
@@ -130,14 +130,14 @@ class Driver(Exchanges[Drive]):
             yield PUBLISH
         elif self.setup:
             yield from self._set_up()
-        elif (errand := self.errand()) is not None:
-            yield from errand
+        elif (pending_exchange := self.pending_exchange()) is not None:
+            yield from pending_exchange
         elif self.tasks:
             self.task = self.tasks.pop(0)
             self._top_sps = self.task.drive.max_sps
             yield from self.carry_out(self.task)
         else:
-            yield from self._look_around()
+            yield from self._poll_at_rest()
 
     def _set_up(self) -> Talk:
         self.forget()
@@ -149,10 +149,10 @@ class Driver(Exchanges[Drive]):
         self.state = ControllerState.READY
         yield PUBLISH
 
-    def _look_around(self) -> Talk:
+    def _poll_at_rest(self) -> Talk:
         """Poll while idle; any motion then is unexpected."""
         before = self.position
-        for read in self.cycle if not self.master.overdue else (self._look_in_doubt, self.read_inputs):
+        for read in self.cycle if not self.master.overdue else (self._confirm_rest, self.read_inputs):
             yield from read()
             if self.state is ControllerState.READY and (self.busy or self.position != before):
                 self.findings.add(FindingKind.STRAYED)
@@ -163,7 +163,7 @@ class Driver(Exchanges[Drive]):
         if self.state is ControllerState.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
             yield from self.rebase(BIAS)
 
-    def _look_in_doubt(self) -> Talk:
+    def _confirm_rest(self) -> Talk:
         """Read while answers may be late: one read with a motion may be outdated, another one confirms it."""
         for _ in range(self.master.overdue + 1):
             if (yield from self.rest(self.has_work)) or self.has_work():
@@ -172,7 +172,7 @@ class Driver(Exchanges[Drive]):
 
     def has_work(self) -> bool:
         """Whether there is work other than polling."""
-        return self.cut or self.setup or bool(self.tasks) or self.errand() is not None
+        return self.cut or self.setup or bool(self.tasks) or self.pending_exchange() is not None
 
     # -- motions ------------------------------------------------------------------------------
 

@@ -31,7 +31,7 @@ class LinkedAxis(Generic[Drive]):
     """
 
     def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
-        self._driver = driver
+        self.driver = driver
         self.capabilities: Capabilities = capabilities
         self.substitutions = capabilities.news  # substitutions that have not been reported yet
         self.configuration: Configuration | None = None
@@ -69,13 +69,13 @@ class LinkedAxis(Generic[Drive]):
     @property
     def _tasks(self) -> tuple[Task[Drive], ...]:
         """All motions, the present one first."""
-        driver = self._driver
+        driver = self.driver
         return tuple(driver.tasks) if driver.task is None else (driver.task, *driver.tasks)
 
     @property
     def moving(self) -> bool:
         """Whether a motion is requested or in progress, or a hard stop has not been confirmed yet."""
-        return self._driver.cut or self.task is not None
+        return self.driver.cut or self.task is not None
 
     @property
     def direction(self) -> int:
@@ -93,14 +93,14 @@ class LinkedAxis(Generic[Drive]):
             return -1
         if task.model is None:
             return 1
-        return task.model.ramp_at(max(task.model.start_ns, self._driver.master.now_ns))
+        return task.model.ramp_at(max(task.model.start_ns, self.driver.master.now_ns))
 
     @property
     def position(self) -> int:
         """Last step count read; 0 without a configuration."""
         if self.configuration is None:
             return 0
-        return self._offset + self._driver.position - self._driver.rebased
+        return self._offset + self.driver.position - self.driver.rebased
 
     @property
     def encoder(self) -> int:
@@ -113,7 +113,7 @@ class LinkedAxis(Generic[Drive]):
     @property
     def settled(self) -> bool:
         """Whether new words may act: no hard stop, no configuration and no single pulse is in progress."""
-        return not (self._driver.cut or self._driver.setup) and all(task.shown for task in self._tasks)
+        return not (self.driver.cut or self.driver.setup) and all(task.shown for task in self._tasks)
 
     # -- commands -----------------------------------------------------------------------------
 
@@ -122,14 +122,14 @@ class LinkedAxis(Generic[Drive]):
         self.configuration = configuration
         if configuration is not None:
             uses_it, active_high = configuration.inputs_used & CAPTURE, configuration.active_high & CAPTURE
-            self._driver.captures = bool(active_high) if uses_it else None
+            self.driver.captures = bool(active_high) if uses_it else None
             self.note_configuration(configuration)
-            self._driver.setup = True
+            self.driver.setup = True
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
         """Start a move over `distance` steps (signed, not 0)."""
         direction = 1 if distance > 0 else -1
-        self._driver.tasks.append(self.task_for(TaskKind.INDEX, direction, profile, abs(distance)))
+        self.driver.tasks.append(self.task_for(TaskKind.INDEX, direction, profile, abs(distance)))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
         """Start a motion of a single step at `speed_sps`."""
@@ -140,15 +140,15 @@ class LinkedAxis(Generic[Drive]):
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
         task = self.task_for(TaskKind.INDEX, direction, Profile(start_sps, start_sps, 1, 1), steps)
         task.shown = False
-        self._driver.tasks.append(task)
+        self.driver.tasks.append(task)
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
         """Start a motion that lasts until it is stopped."""
-        self._driver.tasks.append(self.task_for(TaskKind.SLEW, direction, profile, registration or 0))
+        self.driver.tasks.append(self.task_for(TaskKind.SLEW, direction, profile, registration or 0))
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
         """Search for the home switch, by the controller's own routine."""
-        self._driver.tasks.append(self.task_for(TaskKind.HOME, direction, profile))
+        self.driver.tasks.append(self.task_for(TaskKind.HOME, direction, profile))
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Stop, and restart at the new speed."""
@@ -174,7 +174,7 @@ class LinkedAxis(Generic[Drive]):
             task = self.task_for(TaskKind.INDEX, direction, profile, length)
             task.following, following = following, task
         assert following is not None
-        self._driver.tasks.append(following)
+        self.driver.tasks.append(following)
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop, at the rate of the motion."""
@@ -188,7 +188,7 @@ class LinkedAxis(Generic[Drive]):
 
     def cut(self, now_ns: int) -> None:
         """Send a hard stop before anything else; `moving` lasts until the axis has been read at rest."""
-        self._driver.cut = True
+        self.driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
         """Do nothing: every read causes a tick."""

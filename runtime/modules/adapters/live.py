@@ -15,7 +15,6 @@ from dataclasses import replace
 from functools import partial
 from threading import Event as Signal
 
-from scanrack.io_images.amci3601 import Configuration
 from scanrack.io_images.image import Image
 from typing_extensions import override
 
@@ -25,6 +24,7 @@ from ...loop.pace import Clock
 from ...machine import Machine
 from ..record import Options
 from .module import Adapter, AdapterKind
+from .plant import LinkedController
 from .task import Drive
 
 STOP_S = 0.5
@@ -34,30 +34,6 @@ LOOK_S = 0.002
 """Time between two reads of the line during that wait."""
 
 
-class RealController:
-    """A controller at the end of a real line, with a real machine."""
-
-    def __init__(self, line: LiveLine) -> None:
-        self.machine = Machine()
-        self.line = line
-
-    def next_event_ns(self, now_ns: int) -> int | None:
-        """Return the present if bytes were received (`LiveLine.next_event_ns`)."""
-        return self.line.next_event_ns()
-
-    def run_until(self, now_ns: int) -> None:
-        """Do nothing: a real controller's time runs by itself."""
-
-    def sense(self, now_ns: int) -> None:
-        """Do nothing: the driver reads real inputs."""
-
-    def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Do nothing: a real controller is wired."""
-
-    def power_cycle(self, now_ns: int) -> None:
-        """Do nothing: a real controller's power can't be switched; only the adapter resets."""
-
-
 class LiveAdapter(Adapter[Drive]):
     """An adapter on a real port."""
 
@@ -65,7 +41,7 @@ class LiveAdapter(Adapter[Drive]):
         self._line = line
         self._clock = Clock()
         self._present_ns = 0
-        super().__init__(RealController(line), kind, options, address)
+        super().__init__(LinkedController(Machine(), line), kind, options, address)
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:

@@ -18,7 +18,7 @@ during a hard stop or a configuration wait for its end, in their order:
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Generic
@@ -35,7 +35,7 @@ from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.latches import COMPLETION
 from ..amci3601.report import report
 from ..record import Options
-from .capabilities import CommandRow, ConfigurationRow
+from .capabilities import RowCapabilities
 from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
@@ -74,8 +74,7 @@ class AdapterKind(Generic[Drive]):
         driver: makes a driver from options and an address; it has not sent anything yet.
         axis: makes an unconfigured axis from such a driver.
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
-        configuration_rows: reasons to refuse configurations.
-        command_rows: reasons to refuse commands.
+        capabilities: its reasons to refuse configurations and commands.
         network: opens a port that is not a serial line, by its name; None if the line's own bytes are sent.
     """
 
@@ -84,8 +83,7 @@ class AdapterKind(Generic[Drive]):
     driver: Callable[[Any, int], Driver[Drive]]
     axis: Callable[[Any, Any], LinkedAxis[Drive]]
     plant: Callable[[Machine, Any], SimulatedController]
-    configuration_rows: Sequence[ConfigurationRow[Any]]
-    command_rows: Sequence[CommandRow[Any]]
+    capabilities: type[RowCapabilities[Any]]
     network: Callable[[str], Link] | None = None
 
     def simulated(
@@ -240,22 +238,22 @@ class Adapter(Generic[Drive]):
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
         self._acted_on = outputs.raw.tobytes()
-        given = tuple(outputs)
+        words_now = tuple(outputs)
         findings = self.driver.findings.take()
-        self._take_notice(now_ns, findings, given)
+        self._process_findings(now_ns, findings, words_now)
         if self.driver.state is ControllerState.ABSENT:
-            self._pass_over(now_ns, given)
+            self._pass_over(now_ns, words_now)
             return
         if self.layer.state.running != self._plc_running:
             self._change_mode(now_ns)
-        words = self._next_words(given)
+        words = self._next_words(words_now)
         if self._locked_out:
             self._stay_locked_out(now_ns, words)
         self.layer.tick(now_ns, words, self.axis.levels)
-        self.driver.hurry()
-        self._look_at_the_end(now_ns, findings)
+        self.driver.wake_for_requests()
+        self._show_short_stop(now_ns, findings)
         self._refuse_missed(now_ns)
-        self._tell_of_substitutions(now_ns)
+        self._report_substitutions(now_ns)
         self._tick_due_ns = self._next_tick(now_ns)
         if self.layer.state.configuration is not None:
             self.controller.rewire(now_ns, self.layer.state.configuration)
@@ -269,8 +267,8 @@ class Adapter(Generic[Drive]):
 
     # -- output words -------------------------------------------------------------------------
 
-    def _next_words(self, given: Words) -> Words:
-        """Return the words to obey now: the given words, or earlier words that have waited.
+    def _next_words(self, words: Words) -> Words:
+        """Return the words to obey now: the words of this scan, or earlier words that wait.
 
         The tick at which a wait ends obeys no new words: a motion must end before the next one begins.
         """
@@ -278,11 +276,11 @@ class Adapter(Generic[Drive]):
         ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
         if not self._plc_running:
             return obeyed  # outputs count as zero
-        if given != (waiting[-1] if waiting else obeyed):
-            waiting.append(given)
+        if words != (waiting[-1] if waiting else obeyed):
+            waiting.append(words)
         if len(waiting) > MOST_WAITING:
             self._miss_waiting()
-            waiting.append(given)
+            waiting.append(words)
         return waiting.popleft() if waiting and ready else obeyed
 
     def _miss_waiting(self) -> None:
@@ -306,19 +304,19 @@ class Adapter(Generic[Drive]):
                 self._refuse(now_ns, "locked out", text)
             self.layer.overlook(words)
 
-    def _pass_over(self, now_ns: int, given: Words) -> None:
+    def _pass_over(self, now_ns: int, words: Words) -> None:
         """Ignore words while the controller is missing: end a motion, and let bits make no edges later."""
         self.layer.abandon(now_ns)
         self._waiting.clear()
         self._missed = False
         if self.layer.state.configuration is not None:
             self.layer.state.held = None
-            self._overlook(given)
+            self._overlook(words)
 
-    def _overlook(self, given: Words) -> None:
+    def _overlook(self, words: Words) -> None:
         """Record commands that came without the link: they make no edges. A configuration is obeyed later."""
-        if given[0] >= 0:
-            self.layer.overlook(given)
+        if words[0] >= 0:
+            self.layer.overlook(words)
 
     def _refuse(self, now_ns: int, name: str, text: str) -> None:
         self.layer.refuse(now_ns, Refusal(name, COMMAND_ERROR, text))
@@ -332,7 +330,7 @@ class Adapter(Generic[Drive]):
 
     # -- findings of the driver ---------------------------------------------------------------
 
-    def _take_notice(self, now_ns: int, findings: Iterable[Finding], given: Words) -> None:
+    def _process_findings(self, now_ns: int, findings: Iterable[Finding], words: Words) -> None:
         """Convert findings about the controller to the 3601's bits."""
         for finding in findings:
             match finding.kind:
@@ -341,7 +339,7 @@ class Adapter(Generic[Drive]):
                 case FindingKind.COMPLAINT:
                     self._show(now_ns, "controller error", finding.bits, finding.text)
                 case FindingKind.RETURNED:
-                    self._return(now_ns, given)
+                    self._return(now_ns, words)
                 case FindingKind.STRAYED:
                     self._stray(now_ns)
                 case FindingKind.OUT_OF_RANGE:
@@ -359,12 +357,12 @@ class Adapter(Generic[Drive]):
         text = "the axis has moved without being told to"
         self._show(now_ns, "strayed", POSITION_INVALID, text)
 
-    def _return(self, now_ns: int, given: Words) -> None:
+    def _return(self, now_ns: int, words: Words) -> None:
         """Show that the link is back, and that the position is unknown; bits that are set make no edges."""
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
-        self._overlook(given)
+        self._overlook(words)
         self._locked_out = True
 
     def _end_of_range(self, now_ns: int) -> None:
@@ -373,7 +371,7 @@ class Adapter(Generic[Drive]):
         if self.layer.operation is not None:
             self.layer.operation.on_many_bits(now_ns)
 
-    def _look_at_the_end(self, now_ns: int, findings: Iterable[Finding]) -> None:
+    def _show_short_stop(self, now_ns: int, findings: Iterable[Finding]) -> None:
         """End a move that has stopped before its target without a visible limit."""
         if any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings):
             text = "the controller has stopped before the target"
@@ -381,7 +379,7 @@ class Adapter(Generic[Drive]):
             if self.layer.cuttable:
                 self.layer.cut(now_ns)
 
-    def _tell_of_substitutions(self, now_ns: int) -> None:
+    def _report_substitutions(self, now_ns: int) -> None:
         substitutions = self.axis.substitutions
         self.events += [Event(now_ns, "substitution", row.name, row.how) for row in substitutions]
         substitutions.clear()

@@ -1,12 +1,12 @@
-"""The controller of an adapter, its line and its machine: the common part of all simulations."""
+"""The controller of an adapter with its line and its machine: the parts that adapters share."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
 
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.io_images.site import SettingError
+from typing_extensions import override
 
 from ...line.adapter_line import FaultyDevice, Line, SimulatedLine
 from ...line.wire import ControllerDevice
@@ -18,19 +18,23 @@ def switches_of(machine: Machine, bit: InputBit) -> tuple[Switch, ...]:
     return tuple(switch for switch in machine.spec.switches if switch.input is bit)
 
 
-class LinkedController(Protocol):
-    """A controller at the end of a line, and the machine that it moves."""
+class LinkedController:
+    """A controller at the end of a line, and the machine that it moves.
 
-    @property
-    def machine(self) -> Machine:
-        """The machine that the controller drives."""
+    A real controller is of this class: its time, its wiring and its power can't be changed from here.
 
-    @property
-    def line(self) -> Line:
-        """The line between controller and adapter."""
+    Attributes:
+        machine: the machine that the controller drives.
+        line: the line between controller and adapter.
+    """
+
+    def __init__(self, machine: Machine, line: Line) -> None:
+        self.machine = machine
+        self.line = line
 
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return the instant of the next event on the line, in the controller or at the machine."""
+        return self.line.next_event_ns()
 
     def run_until(self, now_ns: int) -> None:
         """Advance; no event lies in between."""
@@ -45,16 +49,23 @@ class LinkedController(Protocol):
         """Cycle the controller's power; a reply on the line is lost."""
 
 
-class SimulatedController(LinkedController, Protocol):
+class SimulatedController(LinkedController):
     """A simulated controller: its line can be disturbed."""
 
-    @property
-    def line(self) -> SimulatedLine:
-        """The line between controller and adapter."""
+    line: SimulatedLine
+
+    def __init__(self, machine: Machine, device: ControllerDevice, line: SimulatedLine) -> None:
+        super().__init__(machine, line)
+        self.device = device
+
+    @override
+    def power_cycle(self, now_ns: int) -> None:
+        self.device.power_cycle(now_ns)
+        self.line.silence()
 
 
-class Plant(ABC):
-    """A controller, its line and its machine.
+class Plant(SimulatedController, ABC):
+    """A controller on a serial line, whose motor turns the shaft of a machine.
 
     Raises:
         ValueError: the machine slips, jams or has a master encoder, which is simulated with the 3601 only.
@@ -65,9 +76,7 @@ class Plant(ABC):
             raise SettingError("machine", "machine: slips and jams are simulated with module amci3601 only")
         if machine.spec.turns or machine.spec.master_speed:
             raise SettingError("machine", "machine: a master encoder is simulated with module amci3601 only")
-        self.machine = machine  # driven by the controller; its shaft follows every step
-        self.device = device
-        self.line = SimulatedLine(FaultyDevice(device))
+        super().__init__(machine, device, SimulatedLine(FaultyDevice(device)))
         self.levels = machine.levels(0)  # electrical levels of the machine's inputs, as a mask of `InputBit`
         self._held = machine.held
         self._feedback = 0
@@ -91,36 +100,31 @@ class Plant(ABC):
     def wire(self, now_ns: int) -> None:
         """Wire every pin."""
 
-    @abstractmethod
-    def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire the controller as a configuration requires."""
-
     # -- time ---------------------------------------------------------------------------------
 
+    @override
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next event on the line, in the controller or at the machine."""
         line_ns, change_ns = self.line.next_event_ns(), self.machine.next_change_ns(now_ns)
         if line_ns is None or change_ns is None:
             return change_ns if line_ns is None else line_ns
         return min(line_ns, change_ns)
 
+    @override
     def run_until(self, now_ns: int) -> None:
-        """Advance; no event lies in between."""
         self.line.run_until(now_ns)
         self.sense(now_ns)
 
+    @override
     def sense(self, now_ns: int) -> None:
-        """Update the machine from the motor, and the inputs from the machine."""
         self._follow(now_ns)
         levels, held, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
         if (levels, held, feedback) != (self.levels, self._held, self._feedback):
             self.levels, self._held, self._feedback = levels, held, feedback
             self.wire(now_ns)
 
+    @override
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the controller's power; a reply on the line is lost."""
-        self.device.power_cycle(now_ns)
-        self.line.silence()
+        super().power_cycle(now_ns)
         self.sense(now_ns)
 
     def feeds(self, bit: InputBit) -> tuple[Switch, ...]:

@@ -1,7 +1,7 @@
 """Driver and axis of a controller that runs a 3601's profile: a PCL601 or a networked drive.
 
-Such a controller counts up to 8,000,000 steps in either direction and has an encoder; its motions are planned
-by `kinematics`, as those of a 3601.
+Such a controller counts up to 8,000,000 steps in either direction and has an encoder. `kinematics` plans its
+motions, as for a 3601.
 """
 
 from __future__ import annotations

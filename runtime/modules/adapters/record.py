@@ -58,11 +58,11 @@ def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
     from .capabilities import CONFIG_ERROR
 
     yield from ("| asked for | refused: | shown as |", "|---|---|---|")
-    for limit in kind.configuration_rows:
+    for limit in kind.capabilities.configuration_rows:
         yield f"| configuration: {limit.name} | {limit.reason} | {_names(CONFIG_ERROR)} |"
-    for row in kind.command_rows:
-        one = row.features
-        request = one.value if isinstance(one, Feature) else f"{row.name} of any motion"
+    for row in kind.capabilities.command_rows:
+        features = row.features
+        request = features.value if isinstance(features, Feature) else f"{row.name} of any motion"
         yield f"| {request} | {row.reason} | {_names(row.bits)} |"
 
 

@@ -98,8 +98,8 @@ class AlteredLayer(CommandLayer):
         latest: the kind of the motion that was accepted last.
     """
 
-    def __init__(self, alteration: Alteration, *given: Any) -> None:
-        super().__init__(*given)
+    def __init__(self, alteration: Alteration, *rest: Any) -> None:
+        super().__init__(*rest)
         self.alteration = alteration
         self.latest = ""
         bits = self.state.latches.bits

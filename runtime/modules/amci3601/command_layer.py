@@ -193,7 +193,7 @@ class CommandLayer(Host):
     def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse words with a bit that the module's manual does not describe; return whether there is one."""
         untold = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
-        now, before = (each.msw | each.lsw << 16 for each in (command, previous))
+        now, before = (command_words.msw | command_words.lsw << 16 for command_words in (command, previous))
         for name, bit in untold:
             if now & ~before & bit:
                 reason = f"the manual pages of a {self.profile.message} do not tell what {name} does"

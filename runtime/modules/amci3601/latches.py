@@ -111,7 +111,7 @@ class Latches:
     def clear(self, bits: int) -> None:
         """Clear bits and their causes."""
         self.bits &= ~bits
-        for bit in [each for each in self.causes if each & bits]:
+        for bit in [cause for cause in self.causes if cause & bits]:
             del self.causes[bit]
 
     def complete(self, bit: int) -> None:

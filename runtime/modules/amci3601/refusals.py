@@ -66,8 +66,8 @@ def external_still_on(host: Host, command: CommandWords) -> bool:
 
 def speed_or_rates_out_of_range(host: Host, command: CommandWords) -> bool:
     """Whether speed, acceleration or deceleration is outside its range."""
-    given, limits = command.parameters, host.profile.limits
-    return not (limits.takes_speed(given.speed) and given.rates_in_range(limits))
+    parameters, limits = command.parameters, host.profile.limits
+    return not (limits.takes_speed(parameters.speed) and parameters.rates_in_range(limits))
 
 
 def parameters_out_of_range(host: Host, command: CommandWords) -> bool:

@@ -29,21 +29,21 @@ class AxisScales:
         """Return the axis's speed in steps/s, from 1, for a programmed speed."""
         return max(1, round(speed_sps * self.speed))
 
-    def profile(self, given: Profile) -> Profile:
+    def profile(self, own: Profile) -> Profile:
         """Return the axis's profile for a programmed profile."""
         return replace(
-            given,
-            speed_sps=self.sps(given.speed_sps),
-            acceleration_spmss=given.acceleration_spmss * self.acceleration,
-            deceleration_spmss=given.deceleration_spmss * self.deceleration,
+            own,
+            speed_sps=self.sps(own.speed_sps),
+            acceleration_spmss=own.acceleration_spmss * self.acceleration,
+            deceleration_spmss=own.deceleration_spmss * self.deceleration,
         )
 
 
 class ScaledGenerator(StepGenerator):
     """A step generator with factors; see `StepGenerator` for the rest."""
 
-    def __init__(self, scales: AxisScales, *given: Any, **named: Any) -> None:
-        super().__init__(*given, **named)
+    def __init__(self, scales: AxisScales, *rest: Any, **named: Any) -> None:
+        super().__init__(*rest, **named)
         self._scales = scales
 
     @override

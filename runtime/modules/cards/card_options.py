@@ -47,14 +47,14 @@ class _Row(BaseModel):
 
 
 class InputPress(_Row):
-    """An input is operated, or an analog input gets a value.
+    """The operation of an input, or a new value of an analog input.
 
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: one of `inputs`.
-        for_ms: duration, ms; or `for_s`. Left out = it stays operated.
-        value: of an analog input: its value from then on, V or mA where `ranges` names it, else the raw
-            number.
+        for_ms: duration, ms; or `for_s`. Unlimited if left out.
+        value: value of an analog input from then on, in V or mA if the input has a range in `ranges`,
+            otherwise the raw number.
     """
 
     at_ms: Milliseconds | None = None
@@ -95,9 +95,9 @@ class Cam(_Row):
     Attributes:
         input: one of `inputs`.
         slot: slot of the stepper.
-        first: lowest position of the shaft that operates it, steps; no lower end if left out.
-        last: highest position, inclusive.
-        switch: instead of a range: the stepper's input that it follows, such as "home".
+        first: lowest position of the shaft that operates the input, steps; unlimited if left out.
+        last: highest such position, steps; unlimited if left out.
+        switch: instead of positions, the stepper's input that it follows, such as "home".
     """
 
     input: str
@@ -124,12 +124,12 @@ class CardOptions(Options):
     Attributes:
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
-        timeline: when inputs are operated, or analog inputs get a value.
-        normally_closed: inputs whose contacts are closed at rest: acting on one de-energizes it.
+        timeline: operations of inputs, and new values of analog inputs.
+        normally_closed: inputs whose contacts are closed at rest; operating one de-energizes it.
         cam: inputs that the machine of another slot operates.
-        ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
-            converts, and shows over- and under-range.
-        formats: of an analog card: the data format of a channel with a range; "raw" if left out.
+        ranges: analog card: ranges of named channels, such as "4..20 mA"; the card converts their signals and
+            shows over-range and under-range.
+        formats: analog card: data formats of channels with a range; "raw" if left out.
     """
 
     owner: ClassVar[str] = "card"
@@ -153,7 +153,7 @@ class CardOptions(Options):
             )
         _check_presses(self.timeline)
         known = ", ".join(self.inputs) or "none"
-        by_machine = [each.input for each in self.cam]
+        by_machine = [cam.input for cam in self.cam]
         by_hand = [press.input for press in self.timeline]
         for name in (*self.normally_closed, *by_hand, *by_machine):
             if name not in self.inputs:
@@ -237,12 +237,12 @@ class CardOptions(Options):
     @property
     def follows(self) -> frozenset[int]:
         """The slots whose machines operate inputs."""
-        return frozenset(each.slot for each in self.cam)
+        return frozenset(cam.slot for cam in self.cam)
 
     @property
     def buttons(self) -> tuple[str, ...]:
         """The inputs that only a person operates."""
-        by_machine = {each.input for each in self.cam}
+        by_machine = {cam.input for cam in self.cam}
         return tuple(name for name in self.inputs if name not in by_machine)
 
     @property
@@ -306,7 +306,7 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
 def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
     last: dict[str, InputPress] = {}
-    for press in sorted(timeline, key=lambda each: each.begin_ns):
+    for press in sorted(timeline, key=lambda other: other.begin_ns):
         before = last.get(press.input)
         last[press.input] = press
         if before is None:
@@ -322,8 +322,8 @@ def _check_presses(timeline: Sequence[InputPress]) -> None:
 
 def _check_choice(where: str, chosen: str, allowed: Sequence[str], card: str) -> None:
     if chosen not in allowed:
-        what = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
-        raise ValueError(f"{where} = {chosen!r}: {what}")
+        problem = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
+        raise ValueError(f"{where} = {chosen!r}: {problem}")
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:
@@ -339,9 +339,9 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
 
 
 def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
-    what = "channel" if kind.analog else "terminal"
+    place = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
     for name, at in names.items():
         if at not in terminals_in(masks):
-            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: {numbers_of(masks)}")
+            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {place} {at}: {numbers_of(masks)}")

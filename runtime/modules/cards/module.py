@@ -24,7 +24,7 @@ from ...loop.events import Event
 from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR
 from ...machine.spec import INPUT_NAMES
-from ..record import BoltedAhead, ModuleWithMachine
+from ..record import ModuleWithMachine, PredictableMachine
 from .card_options import Cam, CardOptions
 
 if TYPE_CHECKING:
@@ -85,8 +85,8 @@ class GenericCard(Module):
         Raises:
             ValueError: a slot without a readable machine.
         """
-        self._cams = [(each.input, _contact(each, modules)) for each in self.options.cam]
-        self._horizons = [_horizon(each, modules) for each in self.options.cam]
+        self._cams = [(cam.input, _contact(cam, modules)) for cam in self.options.cam]
+        self._horizons = [_horizon(cam, modules) for cam in self.options.cam]
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
@@ -256,7 +256,7 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
     """Return a function that predicts until when a cam keeps its state; 0 if its module can't predict."""
     stepper = modules[cam.slot]
-    if not isinstance(stepper, BoltedAhead):
+    if not isinstance(stepper, PredictableMachine):
         return lambda: 0
     if cam.switch is not None:
         return stepper.levels_calm_until_ns

@@ -74,7 +74,7 @@ def _record(kind: CardKind) -> ModuleRecord:
         family=kind.name.partition("-")[0] if "-" in kind.name else "",
         follows=lambda options: CardOptions.of(options).follows,
         switches=lambda options: tuple(
-            (each.slot, each.switch) for each in CardOptions.of(options).cam if each.switch is not None
+            (cam.slot, cam.switch) for cam in CardOptions.of(options).cam if cam.switch is not None
         ),
         option_table=lambda: CardOptions,
         buttons=lambda options: () if kind.analog else CardOptions.of(options).buttons,

@@ -1,4 +1,4 @@
-"""Options of a simulated drive: readings that a real unit may settle otherwise, and how it is built."""
+"""Options of a simulated drive: interpretations that a real unit may contradict, and its hardware."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class DriveOptions(Options):
 
     Attributes:
         encoder_fitted: the unit has an encoder.
-        hold_at_rest_refused: Hold without a motion is a command error; if false it has no effect (R-15).
+        hold_at_rest_refused: Hold without a motion is a command error; false: it has no effect (R-15).
         jog_stops_on_bad_values: invalid new values end a jog (R-16).
         timeout_stops: a time-out of the controlling connection cuts the motion (R-22).
         error_locks_stop: Immediate Stop is refused while COMMAND_ERROR is set (R-24).
-        input_scan_us: period in which inputs are sampled, in us, 50 to 250,000 (R-41).
+        input_scan_us: period of the samples of the inputs, µs, 50 to 250,000 (R-41).
     """
 
     owner: ClassVar[str] = "simulated drive"
@@ -51,7 +51,7 @@ class DriveOptions(Options):
 
     @property
     def stall_angle(self) -> int:
-        """Degrees by which the shaft is behind when a stall is detected."""
+        """Lag of the shaft, in degrees, at which a stall is detected."""
         return 45
 
     def terminals(self, model: Model) -> tuple[InputBit, ...]:
@@ -67,16 +67,16 @@ class SmdOptions(DriveOptions):
     """Options of the SMD family.
 
     Attributes:
-        in1: the machine's input that is wired to input 1; what it does is the configuration's business.
-        in2: the machine's input that is wired to input 2.
-        stored: ten configuration words that the flash holds at power-up; none if it is empty.
+        in1: input of the machine that is wired to input 1; the drive's configuration gives it its function.
+        in2: input of the machine that is wired to input 2.
+        stored: ten configuration words in the flash at power-up; empty for an empty flash.
         input_codes: codes 0 to 7 of the input functions general purpose, CW limit, CCW limit, start indexed
             move, stop jog, capture encoder, emergency stop, home (R-01).
-        low_word_first: the Binary_Endian bit at 0 means the low word first (R-02).
+        low_word_first: Binary_Endian = 0 means that the low word comes first (R-02).
         save_bit: bit of configuration word 1 that saves to flash (R-06).
         read_back_bit: bit of configuration word 1 that reads back (R-06).
         heartbeat_ms: time between changes of the heartbeat, 1 or more (R-11).
-        stall_degrees: angle by which the shaft is behind when a stall is detected, 1 to 360 (R-42).
+        stall_degrees: lag of the shaft, in degrees, at which a stall is detected, 1 to 360 (R-42).
     """
 
     in1: _InputName = "home"

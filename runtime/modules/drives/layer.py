@@ -240,7 +240,7 @@ class DriveLayer:
         formats = self.input_format, self._format
         if formats != self._noted and self.model.number_format is None:
             self._noted = formats
-            reads, writes = (each.value for each in formats)
+            reads, writes = (number_format.value for number_format in formats)
             text = f"The host reads numbers as {reads}, and writes them as {writes}."
             fields: dict[str, JsonValue] = {"reads": reads, "writes": writes}
             self._events.append(Event(now_ns, "format", "numbers", text, fields))

@@ -308,7 +308,7 @@ class HomeSearch(DriveMotion):
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
         wakes = (self._search.next_wake_ns(now_ns), self._ends_ns)
-        return min((each for each in wakes if each is not None), default=None)
+        return min((wake_ns for wake_ns in wakes if wake_ns is not None), default=None)
 
     @override
     def on_end(self, now_ns: int) -> None:

@@ -46,11 +46,11 @@ def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
     """Return the machine's inputs by name, in the order of the terminals, which may share an input."""
     from .drive_options import options_of
 
-    found: dict[str, str] = {}
+    inputs: dict[str, str] = {}
     for bit, own in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):
         name = input_name(bit)
-        found[name] = ", ".join(filter(None, (found.get(name, ""), "" if own == name else own)))
-    return found
+        inputs[name] = ", ".join(filter(None, (inputs.get(name, ""), "" if own == name else own)))
+    return inputs
 
 
 def _conditions(drive: DriveUnit) -> Conditions:

@@ -91,8 +91,8 @@ class DriveRegisters:
         return _part(self._inputs(), first, count)
 
     def _read_coils(self, request: ModbusPDU) -> ModbusPDU:
-        found = _part(_bits(self._outputs()), request.address - COILS, request.count)
-        return bits.ReadCoilsResponse(bits=found)
+        coils = _part(_bits(self._outputs()), request.address - COILS, request.count)
+        return bits.ReadCoilsResponse(bits=coils)
 
     def _read_discrete(self, request: ModbusPDU) -> ModbusPDU:
         return bits.ReadDiscreteInputsResponse(

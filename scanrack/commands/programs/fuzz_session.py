@@ -209,8 +209,8 @@ class Session:
                 yield each
 
         proved = [
-            (each.site.routine, each.site.rung, each.site.instruction, each.state.value)
-            for each in solver.dead_points
+            (site.routine, site.rung, site.instruction, point.state.value)
+            for point, site in solver.dead_points.items()
         ]
         went = coverage_of(bench, runs(), self.job, proved)
         oldest = {

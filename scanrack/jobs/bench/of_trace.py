@@ -21,11 +21,11 @@ from scanrack.traces.replay import PackedTrace
 from ..load.loading import LoadedRack
 from ..trust.attachments import job_of
 from ..why.answer import Why
-from ..why.followed import can_follow, follow
+from ..why.followed import run_rungs
 from .moment import NotReachedError, ScanChoice
 
 if TYPE_CHECKING:
-    from ..why.executed_lines import ExecutedLines
+    from ..why.program_rerun import ExecutedLines
     from ..why.source.lines import Line
     from ..why.traced_run import Load
 
@@ -94,7 +94,7 @@ def lines_of_trace(
     Args:
         latest: orders that may not be written yet, each with the scan before which it acts and its text.
     """
-    from ..why.executed_lines import executed_lines
+    from ..why.program_rerun import executed_lines
 
     (first, last), recording = scans, PackedTrace.of(trace, more)
     written = {(each.scan, each.fields.get("order")) for each in recording.events}
@@ -152,23 +152,10 @@ def _of_ladder(
     moment = _without_images(moment, what, Why(recording, 0, job.spec, None), debugger)
     until = moment.until
     last = len(recording.scans) - 1 if until is not None else moment.row(recording)
-    notes: list[str] = []
-    if can_follow(recording, debugger):
-        done = follow(recording, debugger, last, until, snapshots)
-        found, departs = done.row if done.met or until is None else None, done.departs
-    else:
-        from ..replay.replaying import edit_notes, score_of  # imports a CPU; most recordings need none
-        from ..replay.tag_orders import TagOrders, first_few
-        from ..why.input_replay import InputReplay
-
-        over = bool if until is None else lambda: debugger.tags[until]
-        following = InputReplay(recording, job.spec, last, over)
-        orders = TagOrders(score_of(recording), recording.events)
-        refused = following.play(debugger, orders)
-        found, departs = following.row - 1 if following.met or until is None else None, following.departs
-        notes = [*edit_notes(recording.events), *orders.notes, *first_few(refused)]
-    why = Why(recording, _reached(moment, found), job.spec, None, debugger)
-    notes += _departed(why, departs)
+    done = run_rungs(recording, job.spec, debugger, last, until, snapshots)
+    row = _reached(moment, done.row if done.met or until is None else None)
+    why = Why(recording, row, job.spec, None, debugger)
+    notes = [*done.notes, *_departed(why, done.departs)]
     return _answer(why, why.rack() if what is None else "", notes, what, deep, want)
 
 

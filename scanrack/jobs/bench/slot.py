@@ -7,7 +7,7 @@ from typing import Any
 
 from scanrack.io_images.amci3601.words import profile_of
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.exposed import incident_event
+from scanrack.runtime.loop.exposed import fault_event
 from scanrack.runtime.loop.incidents import TROUBLES, FaultKind
 from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.machine.spec import INPUT_NAMES
@@ -125,7 +125,7 @@ class SlotBench:
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
         """Record a test's action on the module with the next scan, like an incident of a rack file."""
         self._latest_fault = what or self._latest_fault
-        event = incident_event(self._now_ns(), self._latest_fault, begins=begins)
+        event = fault_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)
 
     def __str__(self) -> str:

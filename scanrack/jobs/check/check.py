@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 from scanrack.io_images.drives.models import Model
@@ -129,7 +130,8 @@ def _findings(subject: Subject) -> Iterator[Finding]:
     facts = subject.facts
     for rule in RULES:
         seen: set[tuple[FileLine, str]] = set()
-        for place, text in (*facts.remarks.get(rule.id, ()), *rule.check(subject)):
+        checked = (violation for check in rule.checks for violation in check(subject))
+        for place, text in chain(facts.remarks.get(rule.id, ()), checked):
             key = place, "" if rule.id == "out-of-range" else text  # one range finding per line is enough
             if key not in seen:
                 seen.add(key)

@@ -15,13 +15,14 @@ A mistake that shows in one place becomes a `Violation` at once: `facts.remark("
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import NamedTuple
 
 from scanrack.io_images.site import Site
 
+from .groups import grouped
 from .logic import TRUE, UNKNOWN, Bit, Condition
 from .ranges import ANY, Range
 from .written import FileLine as FileLine
@@ -298,14 +299,14 @@ class Facts:
         """Add a mistake that shows in one place."""
         self.remarks[rule].append(Violation(place, text))
 
-    def by_variable(self) -> Iterator[tuple[Variable, list[Access]]]:
-        """Yield each variable with its accesses."""
-        found: dict[str, list[Access]] = {key: [] for key in self.variables}
-        for each in self.accesses:
-            if each.variable in found:
-                found[each.variable].append(each)
-        for key, accesses in found.items():
-            yield self.variables[key], accesses
+    def by_key(self) -> dict[str, list[Access]]:
+        """Return the accesses to each variable, by its key."""
+        return grouped(self.accesses, lambda access: access.variable)
+
+    def by_variable(self) -> list[tuple[Variable, list[Access]]]:
+        """Return each variable with its accesses."""
+        accesses = self.by_key()
+        return [(variable, accesses.get(key, [])) for key, variable in self.variables.items()]
 
 
 def overlap(one: str, other: str) -> bool:

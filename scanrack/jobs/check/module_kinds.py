@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
+from typing import Any
+
+from scanrack.io_images.amci3601 import CommandMsw, Limits, StatusMsw
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MAX
+from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 
 NEWEST = "4.1"
 """The assumed firmware of a module if none is given."""
@@ -31,16 +35,47 @@ OFF_AT_END = MOVING | {str(StatusMsw.POSITION_INVALID.name)}
 """Status bits that are off when a motion has ended. No other status bit shows that by being off."""
 
 
+def shows_end(status: str, *, on: bool) -> bool:
+    """Whether a status bit may show that a motion has ended, by being on or off."""
+    return status not in MOVING if on else status in OFF_AT_END
+
+
+FROM_STARTING_SPEED = ("home", "move_to", "move_by")
+"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
+
+RUNNING = ("run", "register", "gear")
+"""Commands whose direction is the sign of the speed: manual moves, registration moves, and the follower."""
+
+
+def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
+    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
+    least = 0 if kind in RUNNING else 1
+    return {
+        "position": (PARAMETER_MIN, PARAMETER_MAX),
+        "distance": (0 if kind == "store_minimum" else PARAMETER_MIN, PARAMETER_MAX),
+        "register": (1, PARAMETER_MAX),
+        "speed": (-limits.speed if kind in RUNNING else 1, limits.speed),
+        "acceleration": (least, limits.rate),
+        "deceleration": (least, limits.rate),
+        "final_deceleration": (1, limits.rate),
+        "numerator": (-WORD_MAX, WORD_MAX),
+        "denominator": (1, WORD_MAX),
+    }
+
+
 def kinds_of(word: int) -> list[str]:
     """Return the commands in output word 0; none for a configuration."""
     return [] if word & MODE_CONFIG else [kind for bit, kind in KINDS.items() if word & bit]
 
 
-def first_kind(bits: int) -> str:
-    """Return the first command in bits of output word 0; "" if there is none."""
-    return next((kind for bit, kind in KINDS.items() if bits & bit), "")
+def bits_of(kind: str) -> int:
+    """Return the bits of output word 0 that give a command, in either direction; 0 for other commands."""
+    return sum(bit for bit, each in KINDS.items() if each == kind)
 
 
-def command_bits(sets: int, clears: int) -> tuple[int, int]:
-    """Return the command bits that a write of output word 0 sets and clears; none for a configuration."""
-    return (0, 0xFFFF) if sets & MODE_CONFIG else (sets, clears)
+def given_by(sets: int, clears: int) -> dict[str, Any]:
+    """Return the fields of a `StepAction` for a write of output word 0: its command and its bits."""
+    if sets & MODE_CONFIG:
+        sets, clears = 0, UNSIGNED_MAX
+    kind = next(iter(kinds_of(sets)), "")
+    return {"kind": kind, "text": f"the command {kind}", "sets": sets, "clears": clears}

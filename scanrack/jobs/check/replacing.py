@@ -13,6 +13,7 @@ from enum import IntFlag
 from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from scanrack.io_images.drives.differences import CONFIGURATION, Difference, differences
 from scanrack.io_images.drives.models import Model
+from scanrack.io_images.image import UNSIGNED_MAX
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder import LadderLogic
@@ -35,13 +36,10 @@ _ENUMS: dict[str, tuple[str, int, type[IntFlag]]] = {
     "StatusLsw": ("I", 1, StatusLsw),
 }
 _COMMANDS = {
-    "ResetErrors": CommandMsw.RESET_ERRORS,
-    "PresetEncoder": CommandMsw.PRESET_ENCODER,
     "RunBlend": CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW,
     "Move": CommandMsw.ABSOLUTE_MOVE,
     "Manual": CommandMsw.MANUAL_CW,
     "FindHome": CommandMsw.FIND_HOME_CW,
-    "Resume": CommandMsw.RESUME_MOVE,
 }
 """Command classes, each with the bits of command word 0 that it sets."""
 
@@ -57,7 +55,7 @@ def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
         if not image:
             found.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
         for row in rows:
-            if (row.image, row.word) == (image, word) and row.mask & mask:
+            if row.place == (image, word) and row.bits & mask:
                 found.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
     yield from found.values()
 
@@ -110,7 +108,7 @@ def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
         if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
             continue
         for option in each.options:
-            yield each.place, "O", each.word, option & 0xFFFF, each.text or f"output word {each.word}"
+            yield each.place, "O", each.word, option & UNSIGNED_MAX, each.text or f"output word {each.word}"
 
 
 COMMAND_WORDS = 2
@@ -121,7 +119,7 @@ def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
     """Yield bits that a Python program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
     file = str(subject.job.program)
     tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
-    images = Images(Reader(file, tree, {}), subject.job.spec, Facts())
+    images = Images(Reader(file, tree, {}, Facts()), subject.job.spec)
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value).rpartition(".")[2]

@@ -9,20 +9,18 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scanrack.io_images.amci3601 import CommandLsw
-from scanrack.io_images.image import WORDS, WORDS_MAX, Image
+from scanrack.io_images.image import UNSIGNED_MAX, WORDS, WORDS_MAX, Image
 from scanrack.ladder.files.steps import Step, Steps
 
 from .choices import Choices
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
-from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, first_kind, kinds_of
+from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, given_by, kinds_of
 from .written import WordWrite
 
 MACHINE = "step"
 """The number that holds the step."""
 
 BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
-
-_WORD = 0xFFFF
 
 
 def step_facts(path: Path, program: Steps) -> Facts:
@@ -40,7 +38,7 @@ def step_facts(path: Path, program: Steps) -> Facts:
 
 
 def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> None:
-    first = words[0] & _WORD
+    first = words[0] & UNSIGNED_MAX
     if first & MODE_CONFIG:
         facts.configurations.append(SentCommand(place, slot, tuple(words)))
     elif first & SEARCHES:
@@ -60,22 +58,13 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
     for word in range(WORDS):
         bits = first if word == 0 else 0
         value = Choices((words[word],))
-        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & _WORD, steps=where))
+        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & UNSIGNED_MAX, steps=where))
 
 
 def _actions(slot: int, place: FileLine, step: Step, goes: int, words: Sequence[int]) -> Iterator[StepAction]:
-    first = words[0] & _WORD
-    bits = 0 if first & MODE_CONFIG else first
-    kind = first_kind(bits)
+    first = words[0] & UNSIGNED_MAX
     here = frozenset((float(step.line),))
-    yield StepAction(
-        *(MACHINE, here, place),
-        axis=f"slot {slot}",
-        kind=kind,
-        text=f"the command {kind}",
-        sets=bits,
-        clears=~bits & _WORD,
-    )
+    yield StepAction(MACHINE, here, place, axis=f"slot {slot}", **given_by(first, ~first & UNSIGNED_MAX))
     ends = bool(step.rise - MOVING or step.fall & OFF_AT_END or step.for_ns is not None)
     if goes and (step.rise or step.fall or step.for_ns is not None):
         yield StepAction(MACHINE, here, place, float(goes), ends)

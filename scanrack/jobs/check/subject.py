@@ -76,7 +76,7 @@ class Subject:
     @cached_property
     def by_variable(self) -> list[tuple[Variable, list[Access]]]:
         """Each variable with its accesses."""
-        return list(self.facts.by_variable())
+        return self.facts.by_variable()
 
     @cached_property
     def own_variables(self) -> list[tuple[Variable, list[Access]]]:
@@ -87,7 +87,7 @@ class Subject:
     @cached_property
     def by_key(self) -> dict[str, list[Access]]:
         """The accesses to each variable, by its key."""
-        return grouped(self.facts.accesses, lambda each: each.variable)
+        return self.facts.by_key()
 
     def by_axis(self) -> Iterator[list[Command]]:
         """Yield the commands of each axis."""

@@ -17,7 +17,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from scanrack.io_images.image import WORDS, signed_word
+from scanrack.io_images.image import UNSIGNED_MAX, WORDS, signed_word
 
 from .choices import UNKNOWN_CHOICES, Choices
 from .facts import StepAction
@@ -25,7 +25,6 @@ from .groups import grouped
 from .logic import TRUE, AllOf, Condition, never
 from .written import FileLine, Step, WordWrite
 
-_WORD = 0xFFFF
 PASSES = 4
 """Maximum number of visits to a step while the words of all paths to it are collected."""
 
@@ -157,7 +156,7 @@ class _Flow:
                 kept[each.word] = Cell(each.value if acts else UNKNOWN_CHOICES, each.place)
             elif each.word:
                 kept[each.word] = _with_bits(kept[each.word], each, acts=acts)
-        return _Words(on & _WORD, tuple(kept))
+        return _Words(on & UNSIGNED_MAX, tuple(kept))
 
     def _with(self, step: Step, command: WordWrite) -> _Words:
         """Return the words in the scan of a step that gives a command."""
@@ -166,7 +165,7 @@ class _Flow:
         others = [each for each in here if _is_another(each, command, images)]
         on, cells = self._at(step)
         for each in others:  # another write may have acted in an earlier scan
-            on &= ~each.clears if each.word == 0 else _WORD
+            on &= ~each.clears if each.word == 0 else UNSIGNED_MAX
         return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
 
     def _given_in(self, step: Step) -> Iterator[SentImage]:
@@ -206,7 +205,7 @@ def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
     """Return a word after some of its bits are written."""
     if not acts or len(cell.value.options) != 1:
         return Cell(UNKNOWN_CHOICES, write.place)
-    word = (cell.value.options[0] & ~write.clears | write.sets) & _WORD
+    word = (cell.value.options[0] & ~write.clears | write.sets) & UNSIGNED_MAX
     return Cell(Choices((signed_word(word),)), write.place)
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from scanrack.io_images.amci3601.firmware import Firmware
 from scanrack.ladder import LadderLogic
@@ -95,7 +94,7 @@ def bench_of(setup: Setup) -> TrialBench:
         settings = settings_of(job.logic.compile().lowered, spec)
     if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
         rungs = reading_rungs(job.logic.compile().lowered)
-    return TrialBench(spec, fresh_logic, invariants, setup.scans, _tags_of, rungs, settings)
+    return TrialBench(spec, fresh_logic, invariants, setup.scans, rungs, settings)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
@@ -193,10 +192,6 @@ def _reload_logic(rack: str, folder: Path) -> ScanLogic:
         return load_job(rack).logic
 
 
-def _tags_of(logic: ScanLogic) -> Any:
-    return getattr(logic, "tags", {})
-
-
 def write_failure(
     job: LoadedRack,
     setup: Setup,
@@ -231,6 +226,8 @@ def write_failure(
         again.append(shlex.join(["scanrack", "run", str(rack_file)]))
         if found.scenario.tears:
             again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
+        if found.scenario.orders:
+            again.append("(without what an operator's panel writes: no rack file has it)")
     again += _record(job, bench, found.scenario, scans, folder)
     late = find_point_of_no_return(bench, found, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
@@ -269,7 +266,8 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
                 yield scripts[slot.number]
             else:
                 lines.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
-        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
+        trace, orders = folder / "trace.mcap", bool(scenario.orders)
+        yield watching(recorder_for(job, rack, trace, made[-1], orders=orders, keep=0), made[-1])
 
     def fresh_logic() -> ScanLogic:
         made.append(bench.fresh_logic())

@@ -12,7 +12,7 @@ from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.machine import MachineSpec
 from scanrack.traces.files.portable import relative
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.replay import PackedTrace
 
 from ..record.order_repeater import is_session, orders_of
@@ -57,13 +57,16 @@ def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """
     bare = spec.model_copy(update={"incident": ()})
     with open_trace(path) as trace:
-        recording = PackedTrace.of(trace)
-        given = orders_of(trace.events()) if is_session(trace) else []
-    end_ns = recording.times[-1] + spec.scan_ns
-    scenario = recorded_scenario(_stimuli(recording, bare), bare, end_ns)
-    scenario = with_orders(scenario, given, bare, end_ns)
+        scenario = _scenario_in(trace, PackedTrace.of(trace), bare)
     scenario.check(spec)
     return scenario
+
+
+def _scenario_in(trace: Trace, recording: PackedTrace, spec: RackSpec) -> Scenario:
+    """Return the stimuli of a trace, and the orders if it is of a session, as a scenario for a rack."""
+    orders = orders_of(trace.events()) if is_session(trace) else []
+    end_ns = recording.times[-1] + spec.scan_ns
+    return with_orders(recorded_scenario(_stimuli(recording, spec), spec, end_ns), orders, spec, end_ns)
 
 
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
@@ -80,12 +83,9 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
         recording = PackedTrace.of(trace)
         job = job_of(trace, folder, trust=trust)
         program = folder / trace.head.metadata["program_file"]
-        given = orders_of(trace.events()) if is_session(trace) else []
-    if job.rack_file.suffix != ".toml":
-        raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
-    end_ns = recording.times[-1] + job.spec.scan_ns
-    scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
-    scenario = with_orders(scenario, given, job.spec, end_ns)
+        if job.rack_file.suffix != ".toml":
+            raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
+        scenario = _scenario_in(trace, recording, job.spec)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, relative(program, rack.parent))
     write_text(rack, text, {path: "the trace itself"})

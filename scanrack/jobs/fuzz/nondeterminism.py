@@ -14,6 +14,7 @@ code, and not the order of a set. It can explain a difference between two runs, 
 from __future__ import annotations
 
 import os
+import random
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,7 +27,7 @@ from typing import Any
 from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.scan import ScanLogic
 
-from ..record.logic_wrapper import LogicWrapper, unwrapped
+from ..record.logic_wrapper import LogicWrapper
 from .run import TrialBench
 
 CHANCE, CLOCK, THREADS, PROCESS = "chance", "the clock", "threads", "state of the process"
@@ -100,7 +101,7 @@ class NondeterminismSources:
             with self.noticing():
                 return _CallRecorder(bench.fresh_logic(), self)
 
-        return replace(bench, fresh_logic=fresh_logic, tags_of=lambda logic: bench.tags_of(unwrapped(logic)))
+        return replace(bench, fresh_logic=fresh_logic)
 
     def _notice(self, frame: FrameType, event: str, arg: Any) -> None:
         if event == "c_call" and is_the_users(frame.f_code.co_filename):
@@ -165,12 +166,5 @@ def _of_module(module: str, name: str) -> str | None:
     return None if name in DETERMINISTIC.get(module, ()) or name.startswith("<") else MODULES.get(module)
 
 
-def _module_generator() -> Random:
-    """Return the generator of `random.random`."""
-    import random
-
-    return random.random.__self__  # type: ignore[attr-defined, no-any-return]
-
-
-MODULE_GENERATOR = _module_generator()
+MODULE_GENERATOR: Random = random.random.__self__  # type: ignore[attr-defined]
 """The generator that all users of module `random` share."""

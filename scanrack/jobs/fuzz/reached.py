@@ -9,7 +9,7 @@ from pathlib import Path
 
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import Reading, lines_of
-from scanrack.ladder.state.lowered import LoweredProgram, steps_of
+from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine, steps_of
 
 from ..check.rungs.structure import own_routines
 from ..load.loading import LoadedRack
@@ -102,12 +102,19 @@ def _instructions(
 ) -> Iterator[tuple[int, bool]]:
     """Yield each instruction of the program's own lines, and whether it passed power."""
     readings = noting(lowered).readings
-    place_of = {key: place for place, key in enumerate(lines_of(lowered))}
+    for place, _routine, line in own_lines(logic, lowered):
+        for at, step in enumerate(steps_of(line.nodes)):
+            yield step.site, at in truths.get(place, ()) or _passed_power(readings[place], at, counts)
+
+
+def own_lines(
+    logic: LadderLogic, lowered: LoweredProgram
+) -> Iterator[tuple[int, LoweredRoutine, LoweredLine]]:
+    """Yield each line of the user's own routines, with its index in `lines_of` and its routine."""
+    index_of = {key: index for index, key in enumerate(lines_of(lowered))}
     for routine in own_routines(logic, lowered):
         for line in routine.lines:
-            place = place_of[routine.name.upper(), line.number]
-            for at, step in enumerate(steps_of(line.nodes)):
-                yield step.site, at in truths.get(place, ()) or _passed_power(readings[place], at, counts)
+            yield index_of[routine.name.upper(), line.number], routine, line
 
 
 def _passed_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:

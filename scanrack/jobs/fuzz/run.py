@@ -58,8 +58,6 @@ SENTENCES = ("rule", "refusal", "adapter")
 
 FAULT = ScanFlag.FAULT.value
 
-NOTHING: Mapping[str, Any] = {}
-
 
 @dataclass(frozen=True, slots=True)
 class BrokenInvariant:
@@ -295,7 +293,7 @@ def _state_of(logic: ScanLogic) -> ProgramState:
     inside = unwrapped(logic)
     if isinstance(inside, Engine):
         return ProgramState()
-    return ProgramState(getattr(inside, "__dict__", NOTHING), namespace_of(inside))
+    return ProgramState(getattr(inside, "__dict__", {}), namespace_of(inside))
 
 
 UNPLACED = "?"
@@ -313,7 +311,6 @@ class TrialBench:
     fresh_logic: Callable[[], ScanLogic]
     invariants: Sequence[Invariant]
     scans: int
-    tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)  # returns a logic's tags
     rungs: tuple[Rung, ...] = ()  # rungs where a tear has an effect, see `scenarios.tearing`
     settings: tuple[PanelTag, ...] = ()  # tags that an operator writes
 
@@ -424,7 +421,7 @@ class _Run:
         self._timed = _TimedLogic(self._output_line or called)
         watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(watches, without, self._place)
-        tags = bench.tags_of(logic)
+        tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
         if probe is not None:

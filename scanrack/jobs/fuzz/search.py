@@ -11,7 +11,7 @@ The search then continues, and ignores the known failures.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from hashlib import sha256
 from random import Random
@@ -51,42 +51,67 @@ class Counterexample:
     after: int  # number of runs until the failure was first found
 
 
-@dataclass(slots=True)
-class SearchReport:
-    """The result of a search."""
+@dataclass(slots=True, kw_only=True)
+class RunTotals:
+    """The totals of many runs.
 
-    runs: int = 0  # number of runs, including shrinking
+    Attributes:
+        runs: number of runs, including shrinking.
+        rules: number of firings of each rule of the manual, by id.
+        applied: names of the invariants that had something to check.
+        shrinking: number of shrinking runs.
+        unshrunk: number of failures that were not shrunk completely.
+        spent: parts of the time, ns, by the names of `SPENT`.
+        printed: number of lines that the program printed.
+        greatest: greatest value of each maximized number, by name.
+        unshrunk_found: the failures as found, before shrinking.
+    """
+
+    runs: int = 0
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
+    applied: set[str] = field(default_factory=set)
+    shrinking: int = field(default=0, compare=False)
+    unshrunk: int = field(default=0, compare=False)
+    spent: Counter[str] = field(default_factory=Counter, compare=False)
+    processor_ns: int = field(default=0, compare=False)
+    printed: int = field(default=0, compare=False)
+    greatest: dict[str, float] = field(default_factory=dict, compare=False)
+    unshrunk_found: list[Counterexample] = field(default_factory=list, compare=False)
+
+    def add_totals(self, other: RunTotals) -> None:
+        """Add the totals of other runs."""
+        self.runs += other.runs
+        self.shrinking += other.shrinking
+        self.unshrunk += other.unshrunk
+        self.processor_ns += other.processor_ns
+        self.unshrunk_found += other.unshrunk_found
+        self._add_results(other)
+
+    def _add_results(self, other: RunTotals | Verdict) -> None:
+        self.scans += other.scans
+        self.rules.update(other.rules)
+        self.applied |= other.applied
+        self.spent.update(other.spent)
+        self.printed += other.printed
+        for name, value in other.greatest.items():
+            self.greatest[name] = max(value, self.greatest.get(name, value))
+
+
+@dataclass(slots=True, kw_only=True)
+class SearchReport(RunTotals):
+    """The result of a search."""
+
     found: list[Counterexample] = field(default_factory=list)  # the failures, each once
-    shrinking: int = 0
-    unshrunk: int = 0  # number of failures that were not shrunk completely
-    spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
-    applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
-    printed: int = 0  # number of lines that the program printed in all runs
-    greatest: dict[str, float] = field(default_factory=dict)  # of each maximized number, by name
     steps: bytes = b""  # digest of its runs in order; equal for equal runs
-    processor_ns: int = 0
-    unshrunk_found: list[Counterexample] = field(default_factory=list)  # the failures before shrinking
     corpus: Corpus = field(default_factory=Corpus)  # scenarios with new features, including the given ones
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
         self.runs += 1
-        self.scans += verdict.scans
-        self.rules.update(verdict.rules)
-        self.spent.update(verdict.spent)
-        self.applied |= verdict.applied
-        self.printed += verdict.printed
-        keep_greatest(self.greatest, verdict.greatest)
+        self._add_results(verdict)
         key = verdict.broken.key if verdict.broken else ""
         self.steps = sha256(self.steps + repr((scenario, key)).encode()).digest()
-
-
-def keep_greatest(known: dict[str, float], more: Mapping[str, float]) -> None:
-    """Merge values into the greatest known values."""
-    for name, value in more.items():
-        known[name] = max(value, known.get(name, value))
 
 
 class NondeterministicError(ValueError):
@@ -115,7 +140,6 @@ def search(
     known: Iterable[str] = (),
     again: Iterable[Scenario] = (),
     failed: Callable[[Counterexample], None] = lambda _found: None,
-    progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _believe,
     has_time: Callable[[], bool] = lambda: True,
 ) -> SearchReport:
@@ -159,7 +183,6 @@ def search(
         found = runner.run_one(scenario, edges)
         if runner.runs == 1:
             draws.times = times_of(runner.logic, draws.scan_ns, draws.scans)
-        progress(report.runs)
         if found is None:
             if not repeated:
                 chooser.ran(scenario, edges)
@@ -197,7 +220,7 @@ def undisturbed(
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
         without = all_but(bench, broken, given_up)
         given_up.add(broken.key)
-        each = shrunk(bench, Counterexample(scenario, broken, 1), without, has_time=has_time)
+        each = shrunk(bench, Counterexample(scenario, broken, 1), without, SearchReport(), has_time)
         if confirm(each, without):
             found.append(each)
     return found
@@ -212,8 +235,8 @@ def shrunk(
     bench: TrialBench,
     found: Counterexample,
     without: Collection[str],
-    report: SearchReport | None = None,
-    has_time: Callable[[], bool] = lambda: True,
+    report: SearchReport,
+    has_time: Callable[[], bool],
 ) -> Counterexample:
     """Return a failure with the smallest scenario that has it, see `shrink`.
 
@@ -230,15 +253,13 @@ def shrunk(
             return None
         runs += 1
         verdict = bench.run(scenario, without=without, every_scan=False)
-        if report is not None:
-            report.add(scenario, verdict)
-            report.shrinking += 1
+        report.add(scenario, verdict)
+        report.shrinking += 1
         return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
     scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
-    if report is not None:
-        report.unshrunk += not whole
+    report.unshrunk += not whole
     return Counterexample(scenario, broken, found.after)
 
 

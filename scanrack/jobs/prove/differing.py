@@ -15,17 +15,15 @@ from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import ScenarioStep, steps_of, tag_text
 from scanrack.ladder.prove.difference import ChangedValue, Difference, compare
 from scanrack.ladder.prove.differing_runs import FAULT
-from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
-from scanrack.ladder.prove.system import ScanBounds
+from scanrack.ladder.prove.system import Key, ScanBounds
 from scanrack.ladder.prove.system.happenings import LEFT_OUT
 
 from ..check.alone import load_any
 from ..load.loading import LoadedRack
 from .on_rack import OnRack, difference_on_rack
 from .proving import ScenarioFolder, write_scenario
-from .report import held_text
-from .scenario import on_scans_of
+from .report import held_text, scans_of
 from .subject import bounds_of
 
 FAULT_NAME = "a major fault"
@@ -165,10 +163,8 @@ def _with_scenario(
     is_fault = found.key == FAULT
     name, file, rack = FAULT_NAME if is_fault else tag_text(layout, found.key), None, None
     if found.scans:
-        scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000
         rack = None if is_fault else difference_on_rack(job, old, layout, found.scans, found.key)
-        orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
-        file = write_scenario(job, name, orders, scan_ns, rack, folder)
+        file = write_scenario(job, layout, name, found.scans, rack, folder)
     inputs = tuple(_cased(layout, each) for each in found.inputs)
     return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed, rack)
 
@@ -235,7 +231,7 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
                 "tag": each.name,
                 "when": each.when,
                 "allowed": each.allowed,
-                "scans": [{"ms": step.ms, "set": dict(step.changes)} for step in each.steps],
+                "scans": scans_of(each.steps),
                 "depends_on": list(each.inputs),
                 "scenario": None if each.scenario is None else str(each.scenario),
                 "rack": None if each.rack is None else each.rack.to_json(),

@@ -18,8 +18,9 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import tag_text
-from scanrack.ladder.prove.monitors import Key, WatchedClaim
+from scanrack.ladder.prove.monitors import ClaimWatch, WatchedClaim
 from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.prove.system import Key
 from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.faults import CpuFault
@@ -76,17 +77,10 @@ Shows = Callable[[Debugger], Callable[[], bool]]
 
 def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
     """Make a test of whether the latest scan breaks a claim whose assumptions have held so far."""
-    assumed = [name for name, _ in (*subject.program.assume, *watched.assume)]
 
     def shows(program: Debugger) -> Callable[[], bool]:
-        holds = True
-
-        def broken() -> bool:
-            nonlocal holds
-            holds = holds and all(program.tags[name] for name in assumed)
-            return holds and bool(program.tags[watched.bit[0]])
-
-        return broken
+        watch = ClaimWatch(subject.program, watched)
+        return lambda: watch.is_broken(program.tags)
 
     return shows
 

@@ -31,30 +31,20 @@ BLOCK = 500
 FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
-class OwnRun:
-    """Runs a rack on its own, and finds which truths of a problem hold in some scan.
-
-    Args:
-        subject: the subject; without a rack it has no own run.
-    """
-
-    def __init__(self, subject: ProofSubject) -> None:
-        self._subject = subject
-
-    def seen(self, truths: Sequence[T]) -> set[T]:
-        """Run the rack, and return the truths that hold in some scan; none without a rack."""
-        job = self._subject.job
-        if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
-            return set()
-        logic = job.logic.copied()
-        notes = _ValueNotes(self._subject, logic.engine, truths)
-        with ExitStack() as ports, suppress(CpuFault, ValueError):  # after a fault there are no more scans
-            run = JobRun(replace(job, logic=logic), ports, RunOptions(warn=lambda _text: None))
-            notes.stop = run.cpu.stop
-            run.cpu.add_listener(notes)
-            run.run(SCANS)
-        notes.compute()
-        return notes.found
+def seen_in_own_run(subject: ProofSubject, truths: Sequence[T]) -> set[T]:
+    """Run a rack on its own, and return the truths that hold in some scan; none without a rack."""
+    job = subject.job
+    if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
+        return set()
+    logic = job.logic.copied()
+    notes = _ValueNotes(subject, logic.engine, truths)
+    with ExitStack() as ports, suppress(CpuFault, ValueError):  # after a fault there are no more scans
+        run = JobRun(replace(job, logic=logic), ports, RunOptions(warn=lambda _text: None))
+        notes.stop = run.cpu.stop
+        run.cpu.add_listener(notes)
+        run.run(SCANS)
+    notes.compute()
+    return notes.found
 
 
 @dataclass(frozen=True, slots=True)

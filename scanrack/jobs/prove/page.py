@@ -112,10 +112,8 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
 def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) -> str:
     """Return the rungs that decide a claim as SVG, with their power in the last scan of a scenario."""
     debugger = Debugger(program)
-    layout, memory = debugger.engine.lowered.layout, debugger.engine.memory
     for each in scans:
-        for (path, index), value in each.inputs.items():
-            memory.write(layout.leaf(path), index, value)
+        each.write_inputs(debugger.engine)
         try:
             debugger.scan(1, each.ms)
         except LadderFault:

@@ -7,9 +7,11 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Self
 
+from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
 from scanrack.ladder.prove.certificate import Certificate, written
 from scanrack.ladder.prove.induction import Limits, VerdictKind
@@ -29,8 +31,8 @@ from ..load.loading import SCENARIO, SCENARIO_TRACE, LoadedRack
 from ..trust.owned import in_use
 from .checking import Opinion, Solver, check
 from .on_rack import OnRack, claim_broken, coils_disagree, faults_on_rack, record, replay_on_rack
-from .own_run import OwnRun
-from .scenario import RackScenario, on_scans_of
+from .own_run import seen_in_own_run
+from .scenario import on_scans_of
 from .subject import ProofSubject, subject_of_job
 
 RELATION, ROLES = "proof.smt2", "proof.json"
@@ -148,7 +150,8 @@ def prove_all(
             yield Result(found, wall_ns() - start_ns)
             continue
         rack = replay_on_rack(subject, claim_broken(subject, each), found.scans)
-        file = _written(subject, found.claim.name, found.scans, rack, folder)
+        layout = subject.problem.lowered.layout
+        file = write_scenario(subject.job, layout, found.claim.name, found.scans, rack, folder)
         own = _at_own_time(subject, number - 1, found, rack, limits)
         yield Result(
             found, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
@@ -227,7 +230,7 @@ def ask_questions(
         subject.problem,
         limits=QUESTION_LIMITS.times(work),
         routines=own,
-        known_run=OwnRun(subject).seen,
+        known_run=partial(seen_in_own_run, subject),
         listener=writer,
     )
     answers.open.update(writer.refused)
@@ -282,15 +285,10 @@ class _FindingWriter(Listener[Finding]):
             refused = any(one.refused for one in opinions)
             return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
         rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
-        file = _written(subject, name, scans, rack, self._folder)
-        on_rack = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
         layout = subject.problem.lowered.layout
+        file = write_scenario(subject.job, layout, name, scans, rack, self._folder)
+        on_rack = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
         return FoundAnswer(each, tuple(steps_of(layout, scans)), file, on_rack)
-
-
-def _scan_ns(subject: ProofSubject) -> int:
-    """Return the rack's time between scans, ns; without a rack 1 ms, the time unit of the prover."""
-    return subject.job.spec.scan_ns if subject.job.spec.slot else 1_000_000
 
 
 def slug(name: str) -> str:
@@ -302,24 +300,23 @@ def slug(name: str) -> str:
     return no_device(re.sub(r"\W+", "_", name).strip("_")[:60]) or "claim"
 
 
-def _written(
-    subject: ProofSubject, name: str, scans: Sequence[ScanOf], rack: OnRack | None, folder: ScenarioFolder
-) -> Path:
-    """Write a scenario, see `write_scenario`."""
-    scan_ns, layout = _scan_ns(subject), subject.problem.lowered.layout
-    orders = on_scans_of(layout, scans, scan_ns) if rack is None else rack.scenario
-    return write_scenario(subject.job, name, orders, scan_ns, rack, folder)
-
-
 def write_scenario(
     job: LoadedRack,
+    layout: Layout,
     name: str,
-    orders: RackScenario,
-    scan_ns: int,
+    scans: Sequence[ScanOf],
     rack: OnRack | None,
     folder: ScenarioFolder,
 ) -> Path:
-    """Write a scenario, and its recording if the rack confirms it; return the path of the scenario."""
+    """Write a run as a scenario, and its recording if the rack confirms it; return the scenario's path.
+
+    Args:
+        layout: the tags of the program that runs.
+        name: name of the claim, or another name for the scenario's folder.
+        rack: what the run did on the rack; None if it did not run there.
+    """
+    scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000  # without a rack, the time unit of the prover
+    orders = on_scans_of(layout, scans, scan_ns) if rack is None else rack.scenario
     file = folder.save(name, orders.scenario(scan_ns), in_use(job))
     if rack is not None and rack.confirmed:
         with suppress(CpuFault):  # a fault ends the recording

@@ -18,8 +18,8 @@ from typing import Any
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import ScenarioStep, tag_text, value_text
-from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.prove.system import Key
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import Action, Force, Mode, Write
 

@@ -37,17 +37,14 @@ class ProofSubject:
     assumed: tuple[str, ...]
 
 
-def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
+def subject_of(file: str) -> ProofSubject:
     """Load a rack with its program, or only a program or export.
-
-    Args:
-        beside: another problem that shares its terms, to compare two programs.
 
     Raises:
         ValueError: a file is invalid, or no proof covers something in the program, which the message names.
     """
     job, alone = load_any(file)
-    found = subject_of_job(job, beside)
+    found = subject_of_job(job)
     return replace(found, name=Path(split_address(file)[0]).stem, alone=alone)
 
 
@@ -57,7 +54,7 @@ def subject_of_job(
     """Return the subject of a loaded rack.
 
     Args:
-        beside: see `subject_of`.
+        beside: another problem whose terms stay shared.
         bounds: bounds of the time between scans; None for those of the rack.
 
     Raises:

@@ -12,20 +12,20 @@ from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from scanrack.traces.compare import Tolerance
 from scanrack.traces.follower import Follower
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import Image, PackedTrace
 
-from ..load.building import build_rack, round_trip_ms
+from ..load.building import build_rack
 from ..record.edits_and_forces import image_forces, is_edit
 from ..record.link_losses import link_changes
 from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
+from .input_replay import recorded_rack
 from .resumed_operation import ResumedOperation
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli
@@ -58,7 +58,7 @@ class Replay:
         self._spec = spec
         self._score = score_of(recording)
         if into is ReplayTarget.PROGRAM:
-            self.rack = recorded_rack(recording, spec)
+            self.rack = recorded_rack(recording.slots, spec, _recorded_inputs(recording))
         elif self._resumed is not None:
             self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
         else:
@@ -76,7 +76,7 @@ class Replay:
         )  # sentences about restrictions of the replay
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
-            self._orders = TagOrders(self._score, recording.events)
+            self._orders = TagOrders(recording)
             self.notes += self._orders.notes
 
     def run(
@@ -118,28 +118,15 @@ class Replay:
         return follower
 
 
-def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
-    """Return a rack of modules that show the recorded inputs.
-
-    A trace has the names of words and bits; the rack file also has the addresses of a card's data.
-    """
-    known = {slot.number: slot.words for slot in spec.slot}
-    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
-    return Rack(
-        Card(
-            slot.number,
-            RecordedInputs(
-                recording.images((slot.number, "in")),
-                recording.times,
-                link_changes(recording.events, slot.number),
-            ),
-            slot.module,
-            slot.firmware,
-            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
-            trips.get(slot.number, 0),
+def _recorded_inputs(recording: PackedTrace) -> dict[int, RecordedInputs]:
+    return {
+        slot.number: RecordedInputs(
+            recording.images((slot.number, "in")),
+            recording.times,
+            link_changes(recording.events, slot.number),
         )
         for slot in recording.slots
-    )
+    }
 
 
 def score_of(recording: PackedTrace) -> ReplayPlan:

@@ -7,25 +7,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import islice
 
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
-from scanrack.runtime.live.actions import ALL, Edit, Force, Unforce, Write, names_in
+from scanrack.runtime.live.actions import Edit, Force, Unforce, Write
 from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions, WritableTags
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces.replay import PackedTrace
 
 from ..record.edits_and_forces import Forced, forced_in, is_edit, is_set
 from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, orders_of
-from ..run.playback import ReplayPlan
 
 _SHOWN = 3
 
@@ -34,7 +33,7 @@ class TagOrders:
     """The orders on tags in a recording.
 
     Args:
-        edited: loads the program of an edit, by number, for a Python program; None = the first program
+        edits: whether to repeat the edits whose files are in the recording; if not, the first program
             continues.
 
     Attributes:
@@ -45,30 +44,21 @@ class TagOrders:
         ValueError: an order of the recording can't be read.
     """
 
-    def __init__(
-        self,
-        score: ReplayPlan,
-        events: Sequence[TraceEvent],
-        edited: Callable[[int], ScanLogic] | None = None,
-    ) -> None:
-        session = any(event.topic == ORDERS.name for event in events)
+    def __init__(self, recording: PackedTrace, *, edits: bool = False) -> None:
+        events = recording.events
+        is_session = any(event.topic == ORDERS.name for event in events)
         read = orders_of(events)
-        given = read if session else [*_of_forces(events), *read]
-        self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
-        self._score, self._events = score, () if session else events
-        self._edited = edited
-        self._scans: dict[int, int] = {}  # scans of edits, by number
-        for each in read if edited is not None else ():
-            if isinstance(each.order, Edit):
-                self.given.append(each)
-                self._scans[each.order.number] = each.scan
-        repeated = self._scans.values()
+        kinds = (Write, Force, Unforce, Edit) if edits else (Write, Force, Unforce)
+        orders = read if is_session else [*_of_forces(events), *read]
+        self.given = [each for each in orders if isinstance(each.order, kinds)]
+        self._recording, self._may_lack_values = recording, bool(events) and not is_session
+        repeated = {each.scan for each in self.given if isinstance(each.order, Edit)}
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in repeated]
 
     @property
     def notes(self) -> list[str]:
         """Notes about orders that can't be repeated."""
-        return list(_unknown(self._score, self._events)) if self._events else []
+        return list(_unknown(self._recording)) if self._may_lack_values else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
@@ -87,30 +77,14 @@ class TagOrders:
         """
         from scanrack.ladder.debug import Debugger
 
-        desk: WritableTags | None = logic if isinstance(logic, Debugger) else None
         program = unwrapped(logic)
+        tags: WritableTags | None = logic if isinstance(logic, Debugger) else None
         if isinstance(program, Logic):
-            desk = Fields(lambda: program)
-        repeated = OrderRepeater(
-            cpu,
-            OperatorActions(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)),
-            self.given,
-        )
+            tags = Fields(lambda: program)
+        repeated = OrderRepeater(cpu, OperatorActions(cpu, rack, tags), self.given)
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
-
-    def _edit(self, program: ScanLogic, order: Edit) -> None:
-        """Continue with an edited program; raise ValueError if that is impossible here."""
-        assert self._edited is not None, "edits are given again if they can be loaded"
-        try:
-            edited, restart = self._edited(order.number), names_in(order.restart)
-            if not isinstance(program, Logic) or not isinstance(edited, Logic) or ALL in restart:
-                raise ValueError("the program was loaded again")
-            edit_logic(program, edited, restart)
-        except ValueError:
-            self.lost.append(self._scans[order.number])
-            raise
 
 
 def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
@@ -125,13 +99,14 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
             before = after
 
 
-def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
+def _unknown(recording: PackedTrace) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
+    events = recording.events
     changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
     known = {event.scan for event in events if is_set(event)} | changes.keys()
     forced = False
     scans = []
-    for number, flags in zip(score.numbers, score.flags, strict=True):
+    for number, flags in zip(recording.numbers, recording.flags, strict=True):
         forced = changes.get(number, forced)
         if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in known:
             scans.append(number)

@@ -22,7 +22,7 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import Exchange
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import Watchdog
-from scanrack.runtime.loop.phases import IDLE_PHASES
+from scanrack.runtime.loop.phases import runs_logic
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 from scanrack.runtime.machine import MachineSpec, TimelineEntry
@@ -134,10 +134,6 @@ class RecordedInputs:
         self._links = list(links)
         self.linked = True
 
-    def hold(self, image: bytes) -> None:
-        """Show an image from the next update, instead of the recorded ones."""
-        self._images, self._times, self._last, self._row = (image,), (0,), 0, -1
-
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Return the image in force at `now_ns`; see `Module.update`."""
         row = self._row
@@ -159,7 +155,7 @@ class RecordedInputs:
 
 def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
-    written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
+    written = (image for row, image in enumerate(memory) if runs_logic(score.flags[row]))
 
     def logic(scan: LogicScan) -> None:
         image = next(written)

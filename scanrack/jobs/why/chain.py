@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import field, replace
+from itertools import islice
 from typing import Any
 
 from scanrack.io_images.addresses import Address
@@ -70,6 +71,13 @@ class Bits:
         return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
 
 
+def read_bits(masks: Iterable[tuple[tuple[int, int], int]]) -> Iterator[Bits]:
+    """Yield the inputs in masks of reads, see `Reads.masks`: each bit, or the word if all its bits count."""
+    for (slot, word), mask in masks:
+        parts = [mask] if mask == ALL_BITS else [1 << bit for bit in range(16) if mask >> bit & 1]
+        yield from (Bits(slot, "in", word, part) for part in parts)
+
+
 @dataclass(slots=True)
 class RackChain:
     """Makes chains through a recording.
@@ -130,7 +138,7 @@ class RackChain:
         if found is None and bits.image == "out":
             found = of_cpu(recording, row)
         elif found is None:
-            found = of_link(recording, self._slot(bits.slot), scan)
+            found = of_link(recording, self.slot(bits.slot), scan)
         if found is None:
             return None
         link = self._outranked(found, name, self.value(bits, row))
@@ -145,7 +153,8 @@ class RackChain:
     def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
         return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)
 
-    def _slot(self, number: int) -> SlotInfo:
+    def slot(self, number: int) -> SlotInfo:
+        """Return a slot of the recording."""
         return next(each for each in self.recording.slots if each.number == number)
 
     @property
@@ -171,7 +180,7 @@ class RackChain:
 
     def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
         """Return the link for a lost connection to a module in a scan; None if the connection is good."""
-        found = of_link(self.recording, self._slot(slot), self.recording.numbers[row])
+        found = of_link(self.recording, self.slot(slot), self.recording.numbers[row])
         return None if found is None else self._outranked(found, name, None)
 
     def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
@@ -184,7 +193,7 @@ class RackChain:
         if slot is None or all(each.number != slot for each in self.recording.slots):
             return None
         if not cell.leaf.is_image:
-            found = of_link(self.recording, self._slot(slot), scan)
+            found = of_link(self.recording, self.slot(slot), scan)
             return self._outranked(found, name, value) if found else None
         row = bisect_left(self.recording.numbers, scan)
         if row == len(self.recording.numbers):
@@ -195,7 +204,7 @@ class RackChain:
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Explain bits of an image that have not changed; None if nothing is known about them."""
-        slot = self._slot(bits.slot)
+        slot = self.slot(bits.slot)
         if bits.image == "out":
             cell = self._cell(bits) if self.maker is not None else None
             return self.chains.of_cell(cell, name, self.recording.numbers[row]) if cell else None
@@ -214,7 +223,7 @@ class RackChain:
 
     def _of_module_at_rest(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
         """Explain an unchanged status bit: what the module waits for, or a command that was never sent."""
-        slot, value = self._slot(bits.slot), self.value(bits, row)
+        slot, value = self.slot(bits.slot), self.value(bits, row)
         parts: dict[str, Any] = {"kind": "module", "name": name, "value": value, "scan": 0}
         parts["now_ns"] = self.recording.times[0]
         past = SlotPast(Past(self.recording, row), slot)
@@ -277,15 +286,16 @@ class RackChain:
 
     def _better(self, bits: Bits, name: str) -> str:
         """Return the name of a module's bit instead of its address."""
-        if not name.startswith(("Local:", "I:", "O:")):
-            return name
-        words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
-        image = bits.address.image
-        for group, named in words.groups.items():
-            for each, at in named.items():
-                if at == (image, bits.word, bits.address.bit):
-                    return f"slot{bits.slot}.{group}.{each}"
-        return name
+        return self.module_name(bits) or name if name.startswith(("Local:", "I:", "O:")) else name
+
+    def module_name(self, bits: Bits) -> str | None:
+        """Return the name of a bit in its module, such as `slot1.status.MOVE_COMPLETE`; None without one."""
+        place = bits.address.image, bits.word, bits.address.bit
+        for group, named in self.slot(bits.slot).words.groups.items():
+            for name, at in named.items():
+                if at == place:
+                    return f"slot{bits.slot}.{group}.{name}"
+        return None
 
     def _of_change(self, bits: Bits, name: str, row: int) -> CauseLink:
         known = self._known.get((bits, row))
@@ -345,7 +355,7 @@ class RackChain:
 
     def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain a change of an input image: an action on the module, a terminal, or the module itself."""
-        slot = self._slot(bits.slot)
+        slot = self.slot(bits.slot)
         done = next(self._done(slot, bits, row), None)
         if done is not None:
             kind, text = done
@@ -396,7 +406,7 @@ class RackChain:
 
     def _of_bit(self, bits: Bits, row: int) -> str:
         """Return the meaning of a bit's change, by the row; "" for a word."""
-        bit = bits.address.bit if self._slot(bits.slot).is_stepper else None
+        bit = bits.address.bit if self.slot(bits.slot).is_stepper else None
         cause = None if bit is None else cause_of(bits.word, bit)
         return (
             "" if cause is None else f"{cause.on if self.value(bits, row) else cause.off} [{cause.rules[0]}]"
@@ -484,12 +494,8 @@ class RackChain:
                 yield self._output(Bits(slot.number, "out", 0, 1 << at.bit), slot, found[1])
             return
         if bits.word or bits.mask & (_BY_MOTION | _RATES):
-            for changed in reversed(past.changes(slot.number, "out", 0, MOTIONS.value)):
-                before = past.words(slot.number, "out", changed - 1)[0] if changed else 0
-                begun = past.words(slot.number, "out", changed)[0] & ~before & MOTIONS.value
-                if begun:
-                    yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
-                    return
+            for changed, begun in islice(SlotPast(past, slot).rises(MOTIONS.value), 1):
+                yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
 
     def _answered(self, slot: SlotInfo, row: int) -> CauseLink | None:
         """Return the chain of the first output word that changed just before a scan; None if none did."""

@@ -11,7 +11,7 @@ idle                     for a command
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from scanrack.io_images.module_words import CONFIGURES, BitPlace
 from scanrack.traces.read.number_formats import NumberFormats
@@ -121,14 +121,11 @@ def _moves(past: SlotPast) -> str | None:
 def started(past: SlotPast) -> tuple[str, int] | None:
     """Return the command bit that began the last motion, and its row; None if none is recorded."""
     places = past.slot.words.groups.get("command", {})
-    mask = sum(1 << at.bit for name, at in places.items() if name in MOVES)
-    for row in reversed(past.past.changes(past.slot.number, "out", 0, mask)):
-        before = past.words_at("out", row - 1)[0] if row else 0
-        new = past.words_at("out", row)[0] & ~before & mask
-        for name, at in places.items():
-            if name in MOVES and new >> at.bit & 1:
-                return name, row
-    return None
+    moves = {name: 1 << at.bit for name, at in places.items() if name in MOVES}
+    begun = (
+        (name, row) for row, new in past.rises(sum(moves.values())) for name in moves if new & moves[name]
+    )
+    return next(begun, None)
 
 
 def _disabled(past: SlotPast) -> str | None:
@@ -140,7 +137,7 @@ def _disabled(past: SlotPast) -> str | None:
 def _held(past: SlotPast) -> str | None:
     if not _on(past, "HOLD_STATE"):
         return None
-    return f"held {_at(past)}: it waits for RESUME_MOVE, or for another move{_still_on(past)}"
+    return f"held {_at(past)}: it waits for RESUME_MOVE, or for another move{still_on(past, _commands(past))}"
 
 
 def _acknowledges(past: SlotPast) -> str | None:
@@ -152,27 +149,29 @@ def _acknowledges(past: SlotPast) -> str | None:
 
 def _command_on(past: SlotPast) -> str | None:
     commands = _commands(past)
-    if not commands:
-        return None
+    return command_on(past, commands, f"at rest {_at(past)}") if commands else None
+
+
+def _commands(past: SlotPast) -> dict[str, int]:
+    """Return the command bits that are on, by name."""
+    command, on = past.slot.words.groups.get("command", {}), places_on(past, "O")
+    return {name: 1 << at.bit for name, at in on.items() if name in command and at.word == 0}
+
+
+def command_on(past: SlotPast, commands: Mapping[str, int], rest: str) -> str:
+    """Return the state of a module at rest whose command bits are on; `rest` describes it without them."""
     if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
         return f"{' '.join(commands)} with this scan: it takes the command with its next update"
-    return f"at rest {_at(past)}{_still_on(past)}"
+    return f"{rest}{still_on(past, commands)}"
 
 
-def _commands(past: SlotPast) -> dict[str, BitPlace]:
-    command = past.slot.words.groups.get("command", {})
-    return {name: at for name, at in places_on(past, "O").items() if name in command and at.word == 0}
-
-
-def _still_on(past: SlotPast) -> str:
-    commands = _commands(past)
+def still_on(past: SlotPast, commands: Mapping[str, int]) -> str:
+    """Return that command bits are still on; "" if none is."""
     if not commands:
         return ""
-    since = past.since("out", 0, sum(1 << at.bit for at in commands.values()))
+    names, since = " ".join(commands), past.since("out", 0, sum(commands.values()))
     verb = "is" if len(commands) == 1 else "are"
-    return (
-        f"; {' '.join(commands)} {verb} still on{since}: the next command needs a bit that goes from 0 to 1"
-    )
+    return f"; {names} {verb} still on{since}: the next command needs a bit that goes from 0 to 1"
 
 
 def _idle(past: SlotPast) -> str:

@@ -1,11 +1,12 @@
-"""Runs a ladder program, compiled and without a rack, on the inputs of a recording. Most recordings allow it.
+"""Runs a ladder program on the inputs of a recording: most recordings allow it compiled and without a rack.
 
-A CPU plays a recording whose tags were forced or set from outside, or whose program was edited; see
-`input_replay`. It also plays a program that writes its inputs or has routines in Python.
+A recording whose tags were forced or set from outside, or whose program was edited, needs the images of a
+rack, see `replay.input_replay`. So does a program that writes its inputs or has routines in Python.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from types import MappingProxyType
@@ -17,8 +18,9 @@ from scanrack.ladder.debug.replay import NO_FORCES, input_leaves
 from scanrack.ladder.debug.stretch import PlainInputs, ScanInputs, Write
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.state.snapshots import SavedValues, snapshot
-from scanrack.runtime.loop.phases import IDLE_PHASES
-from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.phases import runs_logic
+from scanrack.runtime.loop.scan import ScanFlag
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
 from scanrack.traces.replay import PackedTrace
@@ -33,12 +35,44 @@ NO_SNAPSHOTS: Mapping[int, str] = MappingProxyType({})
 UNUSUAL = ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT
 
 
-class FollowResult(NamedTuple):
-    """The result of a program that followed a recording."""
+class RungsRun(NamedTuple):
+    """The result of a ladder program's run on recorded inputs."""
 
     row: int  # of the last scan
     met: bool  # whether the tag came on in that scan
     departs: int | None  # row of the first scan whose outputs differ from the recorded ones, or None
+    notes: tuple[str, ...] = ()  # what of the recording was not repeated
+
+
+def run_rungs(
+    recording: PackedTrace,
+    spec: RackSpec,
+    debugger: Debugger,
+    last: int,
+    until: str | None = None,
+    snapshots: Mapping[int, str] = NO_SNAPSHOTS,
+) -> RungsRun:
+    """Run a ladder program on recorded inputs up to a row, or until a tag comes on.
+
+    Args:
+        snapshots: see `follow`.
+    """
+    if can_follow(recording, debugger):
+        return follow(recording, debugger, last, until, snapshots)
+    from ..replay.input_replay import InputReplay  # most recordings need no orders
+    from ..replay.replaying import edit_notes
+    from ..replay.tag_orders import TagOrders, first_few
+
+    orders, replay = TagOrders(recording), InputReplay(spec, recording.slots)
+    replay.attach(debugger)
+    met = False
+    for _row in replay.play(recording, last, orders.given):
+        met = until is not None and bool(debugger.tags[until])
+        if met:
+            break
+    departs = None if replay.departs is None else bisect_left(recording.numbers, replay.departs)
+    notes = *edit_notes(recording.events), *orders.notes, *first_few(replay.refused)
+    return RungsRun(replay.row, met, departs, notes)
 
 
 def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
@@ -64,7 +98,7 @@ def follow(
     last: int,
     until: str | None = None,
     snapshots: Mapping[int, str] = NO_SNAPSHOTS,
-) -> FollowResult:
+) -> RungsRun:
     """Run a program on recorded inputs up to a row, or until a tag comes on. Requires `can_follow`.
 
     Args:
@@ -81,11 +115,11 @@ def follow(
 
 def _from_snapshot(
     inputs: _RecordedInputs, debugger: Debugger, last: int, snapshots: Mapping[int, str]
-) -> FollowResult | None:
+) -> RungsRun | None:
     """Run from the latest snapshot before a row. If that fails, reset the program and return None."""
     memory = debugger.engine.memory
     begin, saved = snapshot(memory), SavedValues(memory)
-    found: FollowResult | None = None
+    found: RungsRun | None = None
     try:
         texts = {scan: text for scan, text in snapshots.items() if 0 < scan <= last}
         values = dict(zip(texts, saved.all_of([*texts.values()]), strict=True))
@@ -103,7 +137,7 @@ def _from_snapshot(
 
 def _run(
     inputs: _RecordedInputs, debugger: Debugger, first: int, last: int, until: str | None = None
-) -> FollowResult:
+) -> RungsRun:
     memory, recording = debugger.engine.memory, inputs.recording
     outputs: list[Span] = [
         (memory.cells[leaf.ident].cell_contents.cast("B"), recording.span((int(leaf.slot or 0), "out")))
@@ -115,8 +149,8 @@ def _run(
         if departs is None and inputs.runs and any(cell != inputs.block[span] for cell, span in outputs):
             departs = row
         if until is not None and debugger.tags[until]:
-            return FollowResult(row, True, departs)
-    return FollowResult(row, False, departs)
+            return RungsRun(row, True, departs)
+    return RungsRun(row, False, departs)
 
 
 class _RecordedInputs:
@@ -137,7 +171,7 @@ class _RecordedInputs:
     def are_of_every_scan(self) -> bool:
         """Return whether the recording has every scan and the program ran in all of them."""
         numbers = self.recording.numbers
-        return numbers[-1] == len(numbers) - 1 and all(map(_runs, self.recording.distinct_flags))
+        return numbers[-1] == len(numbers) - 1 and all(map(runs_logic, self.recording.distinct_flags))
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Yield the inputs of some rows."""
@@ -171,7 +205,7 @@ class _RecordedInputs:
 
     def _made(self, columns: Columns) -> list[ScanInputs]:
         own, faults, flags = self._own, self._faults, columns.flags.tolist()
-        meant = {flag: (_runs(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
+        meant = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
         made = []
         scans = zip(
             memory_blocks(columns), flags, columns.scan.tolist(), columns.time_ns.tolist(), strict=True
@@ -182,11 +216,6 @@ class _RecordedInputs:
             writes = faults.get(number, ())
             made.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
         return made
-
-
-def _runs(flag: int) -> bool:
-    """Return whether the program ran in a scan."""
-    return "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]
 
 
 def _faults(debugger: Debugger) -> list[Leaf]:

@@ -152,3 +152,10 @@ class SlotPast:
     def words_at(self, image: str, row: int) -> tuple[int, ...]:
         """Return an image in an earlier scan."""
         return self.past.words(self.slot.number, image, row)
+
+    def rises(self, mask: int) -> Iterator[tuple[int, int]]:
+        """Yield the rows in which bits of output word 0 came on, latest first, each with these bits."""
+        for row in reversed(self.past.changes(self.slot.number, "out", 0, mask)):
+            before = self.words_at("out", row - 1)[0] if row else 0
+            if new := self.words_at("out", row)[0] & ~before & mask:
+                yield row, new

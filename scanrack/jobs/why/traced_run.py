@@ -24,15 +24,12 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.python.line_marks import WATCH, LineWatch
 from scanrack.ladder.state.memory import same
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan, ScanLogic
 from scanrack.traces.replay import PackedTrace
 
-from ..record.logic_wrapper import LogicWrapper
-from ..replay.replaying import score_of
+from ..replay.input_replay import InputReplay
 from ..replay.tag_orders import TagOrders
 from ..trust.attachments import forget_imported
-from .input_replay import InputReplay
 from .past import Past
 from .source.conditions import Stands, stands_in, values_of
 from .source.input_reads import Reads
@@ -128,17 +125,17 @@ def run_again(
         look: receives the lines of the traced scans.
     """
     with fresh(load) as logic:
-        read = None if watched is None else watched(logic)
-        traced = _TracedLogic(logic, rows, read, load.program, look)
-        following = InputReplay(recording, spec, last)
-        traced.following = following
-        orders = TagOrders(score_of(recording), recording.events, load.edited)
-        following.play(traced, orders)
-        traced.found.departs = following.departs
-        if orders.lost:
-            scans = recording.numbers
-            traced.found.lost = bisect_left(scans, min(orders.lost))
-    return traced.found
+        traced = _Tracer(rows, None if watched is None else watched(logic), load.program, look)
+        replay = InputReplay(spec, recording.slots, call=traced.call, edited=load.edited)
+        traced.begin(replay, logic)
+        orders = TagOrders(recording, edits=load.edited is not None)
+        for _row in replay.play(recording, last, orders.given):
+            traced.look_at_value()
+    numbers, found = recording.numbers, traced.found
+    found.departs = None if replay.departs is None else bisect_left(numbers, replay.departs)
+    lost = [*orders.lost, *replay.lost]
+    found.lost = bisect_left(numbers, min(lost)) if lost else None
+    return found
 
 
 @contextmanager
@@ -155,56 +152,50 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
         WATCH.reset(watch)
 
 
-class _TracedLogic(LogicWrapper):
-    """A program that is traced in some scans."""
+class _Tracer:
+    """Traces a program in some scans of its replay."""
 
     def __init__(
-        self,
-        logic: ScanLogic,
-        rows: frozenset[int],
-        read: Callable[[], Any] | None,
-        program: Path,
-        look: Look | None = None,
+        self, rows: frozenset[int], read: Callable[[], Any] | None, program: Path, look: Look | None
     ) -> None:
-        super().__init__(logic)
-        self._look_on = look
-        self._rows, self._read, self._program = rows, read, program
+        self._rows, self._read, self._program, self._look_on = rows, read, program, look
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
-        self.following: InputReplay  # the run of this program
+        self._replay: InputReplay
         self.found = TracedRun(value=None if read is None else read())
 
-    def __call__(self, scan: LogicScan) -> None:
-        self._reads.watch(scan.slot)
-        if self.following.row not in self._rows:
-            self._logic(scan)
-        else:
-            self._reads.on, self._looked = True, 0
-            self._values.clear()
-            self._reads.masks.clear()
-            self.found.changes[self.following.row] = []
-            try:
-                self._lines.call(self._logic, scan)
-            finally:
-                self._reads.on = False
-        self._look_at_value()
+    def begin(self, replay: InputReplay, logic: ScanLogic) -> None:
+        """Attach a program to watched images."""
+        self._replay = replay
+        self._reads.watch(replay.view.slot)
+        replay.attach(logic)
 
-    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
-        """Attach the logic to watched images, see `AttachedLogic`."""
-        self._reads.watch(slots)
-        super().__attach_logic__(slots)
+    def call(self, logic: ScanLogic, scan: LogicScan) -> None:
+        """Run a scan, and trace it if it is one of the scans in question."""
+        if self._replay.row not in self._rows:
+            logic(scan)
+            return
+        self._reads.on, self._looked = True, 0
+        self._values.clear()
+        self._reads.masks.clear()
+        self.found.changes[self._replay.row] = []
+        try:
+            self._lines.call(logic, scan)
+        finally:
+            self._reads.on = False
 
-    def _look_at_value(self) -> None:
+    def look_at_value(self) -> None:
+        """Note the watched value after a scan."""
         if self._read is not None:
             value = self._read()
             if not same(value, self.found.value):
-                self.found.value, self.found.watched = value, self.following.row
+                self.found.value, self.found.watched = value, self._replay.row
 
     def _watch(self) -> tuple[bytes, Any]:
-        return self.following.block(), None if self._read is None else self._read()
+        return self._replay.block(), None if self._read is None else self._read()
 
     def _begins(self, line: Line, frame: FrameType) -> None:
         self._looked += 1
@@ -220,6 +211,6 @@ class _TracedLogic(LogicWrapper):
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
-        sent = () if line.number else senders(self._logic, self._program)
+        sent = () if line.number else senders(self._replay.logic, self._program)
         change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, sent)
-        self.found.changes[self.following.row].append(change)
+        self.found.changes[self._replay.row].append(change)

@@ -25,14 +25,13 @@ from scanrack.ladder.debug.remedies import (
 )
 from scanrack.ladder.state.memory import Value
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan, ScanLogic
 from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import PackedTrace
 
-from ..record.logic_wrapper import LogicWrapper
-from .chain import Bits
-from .input_replay import InputReplay
+from ..replay.input_replay import InputReplay
+from ..replay.tag_orders import TagOrders
+from .chain import Bits, read_bits
 from .past import ALL_BITS, Past
 from .source.input_reads import Reads
 from .traced_run import Load, Watched, fresh
@@ -41,7 +40,7 @@ Terminal = Callable[[int, int, int | None], str | None]
 """Names the terminal at slot, word and bit (None: the whole word); returns None if it is not a terminal."""
 
 LAST = 2
-"""Number of scans whose reads show what the program depends on."""
+"""Number of scans before the one in question whose reads also show what the program depends on."""
 
 _INT16 = -(2**15), 2**15 - 1
 
@@ -63,7 +62,7 @@ class ProgramTrials:
         self._answer: int | None = None  # the pipe of a try, in its process
         self._watched: Watched
         self._target: Value = False
-        self._replay: InputReplay | None = None
+        self._replay: InputReplay
         self._found: Remedies | None = None
         self._refused = ""
 
@@ -82,10 +81,11 @@ class ProgramTrials:
         """
         self._watched = watched
         with fresh(self._load) as logic:
-            own = _Observation(logic, watched(logic), self._row - LAST)
-            self._replay = own.replay = self._to_play(lambda: self._over(own, text, requested, name))
+            reads, value = Reads(), watched(logic)
             try:
-                own.replay.play(own)
+                for row in self._rows(logic, reads):
+                    if self._is_over(row - self._row, value, text, requested, reads, name):
+                        break
             finally:
                 if self._answer is not None:  # this is a try, ended by a fault or its last scan
                     os._exit(0)
@@ -94,45 +94,67 @@ class ProgramTrials:
             raise ValueError(self._refused or ended)
         return self._found
 
-    def _to_play(self, over: Callable[[], bool]) -> InputReplay:
-        return InputReplay(_longer(self._recording, self._row, self._scans), self._spec, 1 << 62, over)
+    def _rows(self, logic: ScanLogic, reads: Reads) -> Iterator[int]:
+        """Run a program, and yield the row of each scan after it; note what it reads in the last ones."""
+
+        def call(program: ScanLogic, scan: LogicScan) -> None:
+            reads.on = replay.row >= self._row - LAST
+            try:
+                program(scan)
+            finally:
+                reads.on = False
+
+        recording = _longer(self._recording, self._row, self._scans)
+        self._replay = replay = InputReplay(self._spec, recording.slots, call=call, edited=self._load.edited)
+        reads.watch(replay.view.slot)
+        replay.attach(logic)
+        orders = TagOrders(recording, edits=self._load.edited is not None)
+        return replay.play(recording, 1 << 62, orders.given)
 
     def block(self) -> bytes:
         """Return the rack's present memory block in this run."""
-        assert self._replay is not None
         return self._replay.block()
 
-    def _over(
-        self, own: _Observation, text: str, requested: Value | None, name: Callable[[Bits], str]
+    def _is_over(
+        self,
+        scans: int,
+        read: Callable[[], Any],
+        text: str,
+        requested: Value | None,
+        reads: Reads,
+        name: Callable[[Bits], str],
     ) -> bool:
-        """At the scan in question, try all sets; return whether the run is over."""
-        scans = own.replay.row - self._row - 1
+        """At the scan in question, try all sets; return whether the run is over.
+
+        Args:
+            scans: scans since the scan in question.
+            read: reads the value.
+        """
         if self._answer is not None:
-            met = own.value() == self._target
+            met = read() == self._target
             if met:
                 os.write(self._answer, bytes([scans]))
             return bool(met or scans >= self._scans)
         if scans < 0:
             return False
-        value = own.value()
+        value = read()
         if requested is None and not isinstance(value, bool):
             self._refused = f"{text} is {value!r}: give the value that it should have"
             return True
         self._target = (not value) if requested is None else requested
         try:
-            self._found = self._searched(own, text, self._target, name)
+            self._found = self._searched(text, reads, name)
         except _GoesOnError:
             return False
         return True
 
-    def _searched(self, own: _Observation, text: str, wish: Value, name: Callable[[Bits], str]) -> Remedies:
-        attempt = self._try if hasattr(os, "fork") else self._try_from_start
-        search = Search(text, wish, lambda changes: attempt(changes, own))
-        mine, reported = self._candidates(own.reads.masks, wish, name)
-        known = search.among(mine)
-        return known if known.found or not reported else search.among([*mine, *reported])
+    def _searched(self, text: str, reads: Reads, name: Callable[[Bits], str]) -> Remedies:
+        search = Search(text, self._target, self._try if hasattr(os, "fork") else self._try_from_start)
+        terminals, reported = self._candidates(reads.masks, self._target, name)
+        found = search.among(terminals)
+        return found if found.found or not reported else search.among([*terminals, *reported])
 
-    def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
+    def _try(self, changes: Sequence[InputChange]) -> int | None:
         """Return the number of scans until a copy of the process has the requested value, or None."""
         system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
         read, write = os.pipe()
@@ -140,38 +162,35 @@ class ProgramTrials:
         if not child:
             os.close(read)
             self._answer = write
-            self._hold(own.replay, changes)
+            self._hold(changes)
             raise _GoesOnError
         os.close(write)
         with os.fdopen(read, "rb") as answer:
-            source = answer.read()
+            scans = answer.read()
         os.waitpid(child, 0)
-        return source[0] if source else None
+        return scans[0] if scans else None
 
-    def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
+    def _try_from_start(self, changes: Sequence[InputChange]) -> int | None:
         """Return the number of scans until a fresh program has the requested value, or None."""
-        found: list[int] = []
+        present = self._replay
+        try:
+            with fresh(self._load) as logic:
+                value = self._watched(logic)
+                for row in self._rows(logic, Reads()):
+                    scans = row - self._row
+                    if scans == 0:
+                        self._hold(changes)
+                    elif scans > 0 and value() == self._target:
+                        return scans
+                return None
+        finally:
+            self._replay = present
 
-        def over() -> bool:
-            scans = replay.row - self._row - 1
-            if scans == 0:
-                self._hold(replay, changes)
-            elif scans > 0 and value() == self._target:
-                found.append(scans)
-            return bool(found) or scans >= self._scans
-
-        self._replay = replay = self._to_play(over)
-        with fresh(self._load) as logic:
-            value = self._watched(logic)
-            replay.play(logic)
-        self._replay = own.replay
-        return found[0] if found else None
-
-    def _hold(self, replay: InputReplay, changes: Sequence[InputChange]) -> None:
+    def _hold(self, changes: Sequence[InputChange]) -> None:
         """Show the program changed inputs from the next scan on."""
         past = Past(self._recording, self._row)
         for slot in {each.cell.slot for each in changes}:
-            replay.hold(slot, _image(past, slot, changes))
+            self._replay.hold(slot, _image(past, slot, changes))
 
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]
@@ -181,44 +200,17 @@ class ProgramTrials:
         past = Past(self._recording, self._row)
         own: list[Candidate] = []
         reported: list[Candidate] = []
-        for (slot, word), mask in list(masks.items())[:MOST_CANDIDATES]:
-            if not mask:
-                continue
-            value = past.words(slot, "in", self._row)[word]
-            for bits in _parts(slot, word, mask):
-                place = self._terminal(slot, word, bits.address.bit)
-                source = place or f"slot {slot}, as the module reports it"
-                named = name(bits)
-                if bits.address.bit is None:
-                    each = number(bits, named, source, value, _INT16, constants)
-                else:
-                    each = bit(bits, named, source, bool(value & bits.mask))
-                (own if place else reported).append(each)
+        for bits in read_bits(list(masks.items())[:MOST_CANDIDATES]):
+            at, value = bits.address.bit, past.words(bits.slot, "in", self._row)[bits.word]
+            place = self._terminal(bits.slot, bits.word, at)
+            source = place or f"slot {bits.slot}, as the module reports it"
+            named = name(bits)
+            if at is None:
+                each = number(bits, named, source, value, _INT16, constants)
+            else:
+                each = bit(bits, named, source, bool(value & bits.mask))
+            (own if place else reported).append(each)
         return own, reported
-
-
-class _Observation(LogicWrapper):
-    """A program whose reads are noted from a scan on."""
-
-    replay: InputReplay
-
-    def __init__(self, logic: ScanLogic, value: Callable[[], Any], first: int) -> None:
-        super().__init__(logic)
-        self.value, self._first = value, first
-        self.reads = Reads()
-
-    def __call__(self, scan: LogicScan) -> None:
-        self.reads.watch(scan.slot)
-        self.reads.on = self.replay.row >= self._first
-        try:
-            self._logic(scan)
-        finally:
-            self.reads.on = False
-
-    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
-        """Attach the logic to watched images, see `AttachedLogic`."""
-        self.reads.watch(slots)
-        super().__attach_logic__(slots)
 
 
 class _GoesOnError(Exception):
@@ -248,14 +240,6 @@ def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
         elif bits.slot == slot:
             words[bits.word] = words[bits.word] | bits.mask if each.value else words[bits.word] & ~bits.mask
     return b"".join(word.to_bytes(2, "little") for word in words)
-
-
-def _parts(slot: int, word: int, mask: int) -> Iterator[Bits]:
-    """Yield the bits of a word that were read, or the word if all were."""
-    if mask == ALL_BITS:
-        yield Bits(slot, "in", word, mask)
-    else:
-        yield from (Bits(slot, "in", word, 1 << at) for at in range(16) if mask >> at & 1)
 
 
 def _constants(load: Load) -> Iterator[float]:

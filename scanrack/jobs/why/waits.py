@@ -31,7 +31,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.io_images.times import seconds
 
 from ..record.link_losses import link_changes
-from .drive_waits import drive_waits
+from .drive_waits import command_on, drive_waits, still_on
 from .past import SlotPast, event_text
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
@@ -168,12 +168,8 @@ _RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "de
 
 
 def _started(past: SlotPast) -> int | None:
-    number = past.slot.number
-    for row in reversed(past.past.changes(number, "out", 0, MOTIONS.value)):
-        before = past.words_at("out", row - 1)[0] if row else 0
-        if past.words_at("out", row)[0] & ~before & MOTIONS.value:
-            return row
-    return None
+    """Return the row in which the last motion began; None if none is recorded."""
+    return next((row for row, _bits_on in past.rises(MOTIONS.value)), None)
 
 
 def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
@@ -194,8 +190,7 @@ def _held(past: SlotPast) -> str | None:
     if not past.inputs[0] & StatusMsw.HOLD_STATE:
         return None
     since = past.since("in", 0, StatusMsw.HOLD_STATE.value)
-    state = f"held{since}: it waits for RESUME_MOVE, or for another move"
-    return state + _still_on(past)
+    return f"held{since}: it waits for RESUME_MOVE, or for another move{still_on(past, _commands(past))}"
 
 
 def _programs_blend(past: SlotPast) -> str | None:
@@ -215,23 +210,13 @@ def _programs_blend(past: SlotPast) -> str | None:
 
 
 def _command_on(past: SlotPast) -> str | None:
-    on = past.out[0] & COMMANDS
-    if not on:
-        return None
-    if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
-        names = " ".join(str(bit.name) for bit in _bits(on))
-        return f"{names} with this scan: it takes the command with its next update"
-    return f"{_rest(past)}{_still_on(past)}"
+    on = _commands(past)
+    return command_on(past, on, _rest(past)) if on else None
 
 
-def _still_on(past: SlotPast) -> str:
-    on = past.out[0] & COMMANDS
-    if not on:
-        return ""
-    bits = _bits(on)
-    since = past.since("out", 0, on)
-    names, verb = " ".join(str(bit.name) for bit in bits), "is" if len(bits) == 1 else "are"
-    return f"; {names} {verb} still on{since}: the next command needs a bit that goes from 0 to 1"
+def _commands(past: SlotPast) -> dict[str, int]:
+    """Return the command bits that are on, by name."""
+    return {str(bit.name): bit.value for bit in _bits(past.out[0] & COMMANDS)}
 
 
 def _idle(past: SlotPast) -> str:

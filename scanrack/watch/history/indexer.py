@@ -9,18 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from scanrack.io_images.module_words import ModuleWords
-from scanrack.jobs.run.playback import RecordedInputs
+from scanrack.jobs.replay.input_replay import InputReplay
+from scanrack.jobs.replay.recorded_scans import RecordedScan
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.model.errors import LadderFault
-from scanrack.runtime.live import actions
-from scanrack.runtime.live.actions import ALL, Action
+from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.ring import Rows
-from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.loop.scan import LogicScan
+from scanrack.runtime.loop.phases import runs_logic
+from scanrack.traces.format.layout import SlotInfo
 
 from .event_log import LAST_SCAN
-from .program_replica import Row, scans_in
+from .program_replica import scans_in
 from .recorded_events import RecordedEvents
 from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
@@ -53,81 +52,45 @@ class Indexer:
         self,
         programs: Sequence[LadderLogic],
         slots: Mapping[int, ModuleWords],
-        period_ns: int,
+        spec: RackSpec,
         recorded: RecordedEvents,
         keep: Callable[[Values | Inputs], None],
     ) -> None:
-        program, *self._edited = programs
-        self._modules = {slot: RecordedInputs([], []) for slot in slots}
-        self._rack = Rack(Card(slot, self._modules[slot], words=words) for slot, words in slots.items())
-        self._view = LogicScan(self._rack.slots, period_ns)
+        program, *edited = programs
+        modules = [SlotInfo(number, "", words=words) for number, words in slots.items()]
+        self._replay = InputReplay(spec, modules, edited=lambda _number: edited.pop(0))
         self._debugger = Debugger(program, remembered=0)
-        self._keep = keep
-        self._words = slots
-        self._recorded = recorded
-        self._orders: dict[int, list[Action]] = {}
-        self._links: dict[int, list[tuple[int, bool]]] = {}
-        self.next = self._kept = 0
+        self._replay.attach(self._debugger)
+        self._keep, self._slots, self._recorded = keep, slots, recorded
+        self._kept = 0
         self._forces: object = None
+
+    @property
+    def next(self) -> int:
+        """Number of the next scan."""
+        return self._replay.scan + 1
 
     def run(self, rows: Rows) -> bool:
         """Run successive scans, which begin with `next`; return whether a snapshot was stored."""
-        kept = self._kept
-        self._read(self.next, int(rows["scan"][-1]))
-        for row in scans_in(rows):
-            self._before(row.scan)
-            if row.memory is not None:
-                self._run(row, row.memory)
-            self.next = row.scan + 1
+        kept, first, last = self._kept, self.next, int(rows["scan"][-1])
+        links = {slot: self._recorded.links(slot, first, last) for slot in self._slots}
+        self._replay.expect(self._recorded.orders(first, last), links)
+        for scan in scans_in(rows):
+            self._run(scan)
         return self._kept > kept
 
-    def _read(self, first: int, last: int) -> None:
-        """Read the other inputs of scans: orders, and changes of links."""
-        self._orders.clear()
-        for each in self._recorded.orders(first, last):
-            self._orders.setdefault(each.scan, []).append(each.order)
-        self._links.clear()
-        for slot in self._modules:
-            for change in self._recorded.links(slot, first, last):
-                self._links.setdefault(change.scan, []).append((slot, change.good))
-
-    def _before(self, scan: int) -> None:
-        for slot, good in self._links.get(scan, ()):
-            self._modules[slot].linked = good
-        edits = len(self._debugger.edits)
-        for order in self._orders.get(scan, ()):
-            self._give(order)
-        if scan % EVERY == 0 or edits != len(self._debugger.edits):
-            self._keep(values_of(self._debugger, scan))
+    def _run(self, scan: RecordedScan) -> None:
+        debugger, replay, edits = self._debugger, self._replay, len(self._debugger.edits)
+        replay.give_orders(scan)
+        if scan.number % EVERY == 0 or edits != len(debugger.edits):
+            self._keep(values_of(debugger, scan.number))
             self._kept += 1
             self._forces = None
-
-    def _give(self, order: Action) -> None:
-        """Carry out an order on the program; the recorded images already include its other effects."""
-        try:
-            match order:
-                case actions.Edit():
-                    self._debugger.edit(self._edited.pop(0))
-                case actions.Write(tag, value):
-                    self._debugger.tags[tag] = value
-                case actions.Force(tag, value) if tag in self._debugger.tags:
-                    self._debugger.force(tag, value)
-                case actions.Unforce(tag):
-                    self._debugger.unforce(None if tag == ALL else tag)
-        except ValueError:
-            pass  # an image: the recorded images include its forces
-
-    def _run(self, row: Row, memory: bytes) -> None:
-        own = self._rack.memory
-        for places in self._rack.layout.places.values():
-            own[places.inputs] = memory[places.inputs]
-        view = self._view
-        view.number, view.now_ns, view.first = row.scan, row.now_ns, row.first
-        try:
-            self._debugger(view)
-        except LadderFault:
-            return  # it also stopped that scan in the recording
-        entry, forces = self._debugger.latest, self._debugger.engine.memory.forces
-        if forces is not self._forces or (entry is not None and entry.writes):
-            self._forces = forces
-            self._keep(inputs_of(self._debugger, row.scan))
+        replay.run(scan)
+        if replay.faulted or not runs_logic(scan.flags):
+            return
+        entry, memory = debugger.latest, debugger.engine.memory
+        written = entry is not None and (entry.writes or memory.copies_inputs)
+        if memory.forces is not self._forces or written:
+            self._forces = memory.forces
+            self._keep(inputs_of(debugger, scan.number))

@@ -16,12 +16,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from os import SEEK_END
 from tempfile import TemporaryFile
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 from weakref import finalize
 
 import numpy as np
 import zstandard
 from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.jobs.replay.recorded_scans import RecordedScan, as_scan
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.executed import TracedEngine
 from scanrack.ladder.debug.forces import Forces
@@ -29,8 +30,8 @@ from scanrack.ladder.debug.replay import Replayer, Source, Truths
 from scanrack.ladder.debug.stretch import ScanInputs
 from scanrack.ladder.state.snapshots import restore, snapshot
 from scanrack.runtime.live.ring import Rows
-from scanrack.runtime.loop.phases import IDLE_PHASES
-from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from scanrack.runtime.loop.phases import runs_logic
+from scanrack.runtime.loop.scan import ScanFlag
 from typing_extensions import override
 
 from .recent import RecentRows
@@ -47,6 +48,7 @@ CHAPTERS = 120
 """Number of stretches that are searched for a change: half a minute at 2 ms per scan."""
 
 _SIZE_BYTES = 4
+_FIRST = int(ScanFlag.FIRST_SCAN)
 
 
 class ValueFile:
@@ -131,17 +133,6 @@ class SnapshotStore:
         return self.inputs[self._forced[place]].forces if place >= 0 else None
 
 
-class Row(NamedTuple):
-    """A scan of a session."""
-
-    scan: int
-    now_ns: int
-    first: bool
-    """Whether the scan begins with prescan."""
-    memory: bytes | None
-    """Memory of the rack; None = the logic did not run."""
-
-
 class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
@@ -175,20 +166,21 @@ class SessionScans(Source):
         rows = rows[: int(gaps[0]) + 1] if len(gaps) else rows
         return len(rows), map(self._inputs, scans_in(rows))
 
-    def _inputs(self, row: Row) -> ScanInputs:
-        known, memory = self._kept.inputs.get(row.scan), row.memory
+    def _inputs(self, scan: RecordedScan) -> ScanInputs:
+        known = self._kept.inputs.get(scan.number)
         images: Sequence[bytes] | None = None
-        if memory is not None:
+        if runs_logic(scan.flags):
             images = None if known is None else known.images
-            images = images or [memory[each] for each in self._images]
+            images = images or [scan.memory[each] for each in self._images]
+        first = bool(scan.flags & _FIRST)
         if known is None:
-            return ScanInputs(row.now_ns, row.first, images)
+            return ScanInputs(scan.now_ns, first, images)
         writes = tuple(
             (self._leaves[ident], index, value)
             for ident, index, value in known.writes
             if ident in self._leaves  # may be missing after an edit
         )
-        return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
+        return ScanInputs(scan.now_ns, first, images, writes, known.forces)
 
 
 class ProgramReplica(Replayer):
@@ -227,11 +219,9 @@ class ProgramReplica(Replayer):
         return True
 
 
-def scans_in(rows: Rows) -> Iterator[Row]:
-    """Yield a scan for each row."""
+def scans_in(rows: Rows) -> Iterator[RecordedScan]:
+    """Return a scan for each row."""
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
-    columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
-    for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):
-        idle = "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]
-        own = None if idle else memory[place * size : place * size + size]
-        yield Row(scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN), own)
+    blocks = (memory[place : place + size] for place in range(0, len(memory), size))
+    columns = (rows[name].tolist() for name in ("scan", "now_ns", "flags"))
+    return map(as_scan, zip(*columns, blocks, strict=True))

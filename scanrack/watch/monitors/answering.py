@@ -13,11 +13,11 @@ MODESTY = 10
 
 
 def main(module: str) -> None:
-    """Call `answer` of a module with pickled arguments from standard input; a ValueError is a refusal."""
+    """Call `answer` of a module with pickled arguments from standard input; a ValueError refuses."""
     if hasattr(os, "nice"):
         os.nice(MODESTY)
     try:
-        answer = import_module(module).answer(*pickle.load(sys.stdin.buffer))
+        found = import_module(module).answer(*pickle.load(sys.stdin.buffer))
     except ValueError as error:
-        answer = {"refused": str(error)}
-    sys.stdout.write(json.dumps(answer))
+        found = {"refused": str(error)}
+    sys.stdout.write(json.dumps(found))

@@ -44,7 +44,7 @@ class EditEffect(NamedTuple):
 
 
 def answer(given: ReplayPackage) -> dict[str, Any]:
-    """Return the values that would have differed, grouped by tag; ValueError if this is unknown."""
+    """Return the values that would have differed, grouped by tag; raise ValueError if they are unknown."""
     with tempfile.TemporaryDirectory() as folder:
         old, new = _programs(given, Path(folder))
     groups: dict[str, dict[str, Any]] = {}

@@ -25,7 +25,7 @@ def answer(
         latest: orders, see `lines_of_trace`.
 
     Raises:
-        ValueError: the recording or its program can't be used.
+        ValueError: the trace can't be used, or lacks the scans.
     """
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         found = lines_of_trace(trace, Path(folder), (first, last), more, latest)

@@ -313,7 +313,7 @@ class SessionMonitor(Monitor):
         self._let_go_left()
         if self._index_to < 0:
             return
-        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
+        self._indexer = Indexer(programs, subject.words, subject.spec, recorded, subject.keep)
 
     def _read_earlier(self) -> bool:
         """Read more of the events that a dead monitor had; return whether more remain."""

@@ -104,7 +104,7 @@ class TraceMonitor(Monitor):
         programs, end = indexable(subject.programs.all)
         if not programs or (extent is not None and extent[0] != 0):
             return None, end
-        return Indexer(programs, subject.words, subject.spec.scan_ns, self._recorded, subject.keep), end
+        return Indexer(programs, subject.words, subject.spec, self._recorded, subject.keep), end
 
     def _begin(self, last: int) -> None:
         """Initialize once the first scans are available."""

@@ -19,22 +19,23 @@ from scanrack.traces.read.reader import open_trace
 
 
 def answer(
-    path: str, tag: str, wanted: object, scan: int, latest: Sequence[tuple[int, str]]
+    path: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
     """Return the answers for a scan of a recording.
 
     Args:
+        value: the value that the tag should get.
         latest: orders of the session up to the scan, each with the scan before which it acts and its text.
 
     Raises:
-        ValueError: the recording or its program can't be used, or the controller has faulted.
+        ValueError: the trace can't be used, a name is unknown, or the controller faults before the scan.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             orders = orders_of(trace.events())
             given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in latest]
             orders += [each for each in given if each not in orders]
-            found = list(acts_in_trace(trace, Path(folder), tag, wanted, scan, orders, trust=True))
+            found = list(acts_in_trace(trace, Path(folder), tag, value, scan, orders, trust=True))
     except CpuFault as error:
         raise ValueError(f"the controller has faulted in {error}: ask before that scan") from error
     return {"scan": scan, "answers": [_described(each) for each in found]}

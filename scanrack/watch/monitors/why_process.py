@@ -9,7 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.bench import NotReachedError
 from scanrack.jobs.bench.moment import ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
 from scanrack.traces.read.columns import Columns
@@ -25,14 +24,11 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
         more: the latest scans, which may not be written yet; the question is about the last one.
 
     Raises:
-        ValueError: the recording or its program can't be used, or the scan can't be reached.
+        ValueError: the trace can't be used, or a name is unknown.
     """
-    try:
-        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            at = ScanChoice(at=str(more.scan[-1]))
-            queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
-    except NotReachedError as error:
-        raise ValueError(str(error)) from error
+    with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        at = ScanChoice(at=str(more.scan[-1]))
+        queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
     lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
     chain = [] if queried.chain is None else links_of(queried.chain)
     return {

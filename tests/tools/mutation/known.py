@@ -116,7 +116,6 @@ EQUIVALENT = (
         "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
     ),
     Equivalent("scanrack/jobs/check/python/reader.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
-    Equivalent("scanrack/jobs/check/python/calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent(
         "scanrack/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"
     ),

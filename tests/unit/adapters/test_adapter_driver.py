@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from scanrack.runtime import LineFormat
@@ -14,7 +14,16 @@ from scanrack.runtime.modules.adapters.findings import Finding, FindingKind, Fin
 from scanrack.runtime.modules.adapters.task import Task, TaskKind
 
 
-class Noted(Driver[int]):
+class Speed(NamedTuple):
+    """Settings of a motion."""
+
+    max_sps: int
+
+
+DRIVE = Speed(500)
+
+
+class Noted(Driver[Speed]):
     """A driver without a line: it notes what it is asked for, and is busy for so many looks."""
 
     def __init__(self, busy_looks: int = 0, positions: Iterable[int] = ()) -> None:
@@ -27,7 +36,7 @@ class Noted(Driver[int]):
         self.asked.append("stop")
         yield from ()
 
-    def slow_down(self, task: Task[int]) -> Talk:
+    def slow_down(self, task: Task[Speed]) -> Talk:
         self.asked.append("slow down")
         yield from ()
 
@@ -66,19 +75,19 @@ def test_a_stop_waits_for_standstill_before_the_position_is_read() -> None:
 
 def test_what_is_left_behind_a_mark_is_counted_from_standstill() -> None:
     driver = Noted(busy_looks=2, positions=[1000, 1030])
-    task = Task(TaskKind.SLEW, 1, 500, False, steps=100)
+    task = Task(TaskKind.SLEW, 1, DRIVE, False, steps=100)
     done(driver.stop_and_index(task))
     assert driver.asked == ["position", "slow down", "status", "status", "status", "position"]
     assert task.stopping
     assert task.following == Task(
-        TaskKind.INDEX, 1, 500, False, steps=70
+        TaskKind.INDEX, 1, DRIVE, False, steps=70
     )  # 30 of 100 steps went into the stop
 
 
 @pytest.mark.parametrize("steps", [29, 30])
 def test_nothing_is_left_behind_a_mark_when_the_stop_has_used_it_up(steps: int) -> None:
     driver = Noted(positions=[1000, 970])
-    task = Task(TaskKind.SLEW, -1, 500, False, steps=steps)
+    task = Task(TaskKind.SLEW, -1, DRIVE, False, steps=steps)
     done(driver.stop_and_index(task))
     assert task.following is None
 
@@ -100,7 +109,7 @@ def test_the_counter_is_moved_away_from_0_only_when_ready_and_at_rest(
 ) -> None:
     driver = Noted(busy_looks)
     driver.state, driver.position = state, position
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert driver.asked == ["status", "position", "inputs", *([f"position := {BIAS}"] if moved else [])]
     assert driver.rebased == (BIAS - position if moved else 0)
 
@@ -114,23 +123,23 @@ def test_what_moves_untold_has_strayed_when_it_is_ready(
 ) -> None:
     driver = Noted(busy_looks=int(busy), positions=[] if busy else [BIAS + 7])
     driver.state, driver.position = state, BIAS
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert driver.findings.take() == [Finding(FindingKind.STRAYED)] * strayed
 
 
 def test_what_rests_has_not_strayed() -> None:
     driver = Noted(positions=[BIAS])
     driver.state, driver.position = ControllerState.READY, BIAS
-    done(driver._look_around())
+    done(driver._poll_at_rest())
     assert not driver.findings.take()
 
 
 def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
     driver = Noted()
-    index = Task(TaskKind.INDEX, 1, 500, False, steps=70)
+    index = Task(TaskKind.INDEX, 1, DRIVE, False, steps=70)
     driver.task, driver.cut = index, True
     driver.tasks += [index, index]
-    driver._forget_wishes()
+    driver._drop_requests()
     assert (driver.task, driver.tasks, driver.cut) == (None, [], False)
     assert driver.asked == ["forget"]
 

@@ -1,6 +1,6 @@
 """`scanrack debug` on programs without rungs: sequences, plain Python, lists of steps; live and recorded.
 
-Broken on purpose: the twin without the orders of the session, the values of a line taken after it: red.
+Broken on purpose: the run without the orders of the session, the values of a line taken after it: red.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from scanrack.jobs import load_job
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.program import lines_marked
 from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.jobs.why.twin import Twin
+from scanrack.jobs.why.program_rerun import ProgramRerun
 from scanrack.watch.recorded_session import open_to_read
 
 pytestmark = pytest.mark.slow
@@ -419,7 +419,7 @@ def test_scans_before_the_one_shown_are_prepared_while_the_client_is_silent(
         subject.view(5900)
         slices = sum(1 for _ in iter(subject.prepare, False))
         assert slices > 10  # requests are answered between them
-        monkeypatch.setattr(Twin, "walk", never)
+        monkeypatch.setattr(ProgramRerun, "walk", never)
         for scan in range(5900, 5900 - WINDOW_MOST, -1):
             assert subject.view(scan).tags["state.number"] == scan + 1
 

@@ -56,7 +56,7 @@ def state(tmp_path):
     broken = BrokenInvariant(
         "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a [CMD-01]",), "CMD-01"
     )
-    state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": scenario})
+    state = State("line.toml", 2, {"CMD-01": scenario}, runs=10, scans=500, rules=Counter({"CMD-01": 2}))
     state.note([Counterexample(scenario, broken, 7)])
     write_state(state, tmp_path / "state.json")
     return tmp_path / "state.json"

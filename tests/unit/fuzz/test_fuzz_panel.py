@@ -5,16 +5,19 @@ Broken on purpose: a distance left out, a tag of the program written, too, an or
 
 from __future__ import annotations
 
+from pathlib import Path
 from random import Random
 
 import pytest
-from scanrack.jobs import Kind, Scenario
+from scanrack.jobs import Kind, Scenario, load_job
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import cut
 from scanrack.jobs.fuzz.aim.draws import Draws
-from scanrack.jobs.fuzz.job import Setup, bench_of
+from scanrack.jobs.fuzz.job import Setup, bench_of, replay, write_failure
 from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
 from scanrack.runtime import Write
+from scanrack.traces import open_trace
+from scanrack.traces.query import query
 
 LINE = """\
 PROGRAM line
@@ -81,3 +84,21 @@ def test_values_of_draws_are_those_of_their_tags(setup):
     drawn = [each.order for _ in range(100) for each in draws.scenario().orders]
     assert drawn
     assert all(isinstance(each, Write) and each.value in values[each.tag] for each in drawn)
+
+
+def test_the_trace_of_a_failure_has_what_the_panel_writes(setup):
+    rack = Path(setup.rack)
+    rack.write_text(f'tags = ["*"]\n{RACK}', encoding="utf-8")
+    bench = bench_of(setup)
+    orders = tuple(
+        OperatorAction(20_000_000, Write(tag, value))
+        for tag, value in (("Recipe_Size", 731), ("HMI_Start", True))
+    )
+    (found,) = replay(bench, Scenario(orders=orders))
+    write_failure(load_job(setup.rack), setup, bench, found, rack.with_name("failure"))
+    with open_trace(rack.with_name("failure") / "trace.mcap") as trace:
+        (bad,) = query(trace, "Bad").occurrences
+    assert bad.first == found.broken.scan
+    assert "no rack file has it" in rack.with_name("failure").joinpath("report.txt").read_text(
+        encoding="utf-8"
+    )

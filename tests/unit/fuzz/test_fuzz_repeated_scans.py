@@ -78,7 +78,7 @@ def bench(
     (folder / "rack.toml").write_text(rack.format(scan_ms=scan_ms), encoding="utf-8")
     (folder / "program.rung").write_text(PROGRAM.format(rungs=rungs), encoding="utf-8")
     made = bench_of(Setup(str(folder / "rack.toml"), (), (), SCANS, frozenset({Kind.INPUTS})))
-    return TrialBench(made.spec, made.fresh_logic, invariants, SCANS, made.tags_of, made.rungs)
+    return TrialBench(made.spec, made.fresh_logic, invariants, SCANS, made.rungs)
 
 
 def pressed(*times_ms: int, for_ms: int = 100) -> Scenario:

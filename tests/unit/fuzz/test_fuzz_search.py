@@ -168,7 +168,7 @@ def test_a_state_is_written_and_read(tmp_path):
     broken = BrokenInvariant(
         "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a rule [CMD-01]",)
     )
-    state = State("line.toml", 2, 10, 500, Counter({"CMD-01": 2}), {"CMD-01": Scenario()}, {})
+    state = State("line.toml", 2, {"CMD-01": Scenario()}, runs=10, scans=500, rules=Counter({"CMD-01": 2}))
     state.found["name"] = Counterexample(Scenario(), broken, 7)
     state.folders["name"] = "name"
     write_state(state, tmp_path / "state.json")

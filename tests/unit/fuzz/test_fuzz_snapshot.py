@@ -1,6 +1,7 @@
 """What an invariant sees of a scan beside images: the program's state, tags of programs, the shaft, rules."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, StatusView
@@ -78,6 +79,7 @@ def test_rules_are_those_of_the_scan():
 @pytest.mark.slow
 def test_tags_of_a_controllers_programs_have_the_name_of_the_program():
     bench = bench_of(Setup(str(EXAMPLE), (), (), 5, frozenset()))
-    tags = bench.tags_of(bench.fresh_logic())
+    program: Any = bench.fresh_logic()
+    tags = program.tags
     scoped = next(name for name in tags if name.startswith("\\"))
     assert tags[scoped] is not None

@@ -42,7 +42,7 @@ def test_names_are_different():
 @pytest.mark.parametrize(("each_update", "sides"), [(False, {Side.NOW}), (True, set(Side))])
 def test_a_row_that_speaks_of_two_images_needs_each_update(each_update, sides):
     chosen = contracts_of(each_update=each_update)
-    assert {side for row in chosen for side in row.fact.speaks_of} == sides
+    assert {side for row in chosen for side in row.fact.images} == sides
 
 
 def test_the_image_of_a_power_up_keeps_all():

@@ -62,3 +62,43 @@ def test_other_waits_count_too(wait, tmp_path):
         if name in wait:
             text = text.replace("TAG Faulted", f"TAG {name} : {kind}\nTAG Faulted")
     assert check(tmp_path, "feeder.rung", text).findings == ()
+
+
+ELEMENT = """\
+def logic(scan):
+    outputs = scan.slot[1].outputs
+    if outputs[0] == 1:
+        outputs[0] = 4
+"""
+BEYOND = """\
+def logic(scan):
+    for number in (8, -1):
+        scan.slot[1].outputs.set_bit(number, 0, True)
+    scan.slot[1].outputs.set_bit(0, -1, True)
+"""
+OPPOSITE = """\
+PROGRAM line
+TAG Go : INT[8] := [1, 0, 4, 0, 5, -3, 10, 10]
+ROUTINE Main
+XIC(Local:2:I.Data.0)COP(Go,Local:1:O.Data[0],8);
+END
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "rule"),
+    [
+        ("element.py", ELEMENT, None),
+        ("beyond.py", BEYOND, "no-place"),
+        ("opposite.rung", OPPOSITE, "out-of-range"),
+    ],
+    ids=["steps in an element", "no such word or bit", "a speed of opposite signs"],
+)
+def test_a_check_survives_unusual_words(name, text, rule, tmp_path):
+    found = {each.rule for each in check(tmp_path, name, text).findings}
+    assert (rule in found) is bool(rule)
+
+
+def test_two_words_that_are_no_number_are_shown(tmp_path):
+    texts = [each.text for each in check(tmp_path, "opposite.rung", OPPOSITE).findings]
+    assert "the move's speed is (5, -3): must be 1 to 1000000" in texts

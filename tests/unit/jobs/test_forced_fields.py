@@ -64,3 +64,12 @@ def test_the_force_is_on_record(bench, tmp_path):
     with open_trace(tmp_path / "line.mcap") as trace:
         events = [each for each in trace if isinstance(each, TraceEvent) and each.topic == "/forces"]
     assert [(each.scan, dict(each.fields)) for each in events] == [(5, {"tags": {"line.count": 7}}), (8, {})]
+
+
+def test_inputs_are_tried_on_the_values_that_a_test_has_set(bench):
+    """Without the orders of the recording, the count begins at 0, and the lamp needs six scans."""
+    bench.unforce("line.count")
+    bench["line.count"] = 5
+    bench.scan(2)
+    (found,) = bench.suggest_inputs("lamp").found
+    assert ([each.name for each in found.changes], found.scans) == (["go"], 1)

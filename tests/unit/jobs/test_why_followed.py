@@ -1,4 +1,4 @@
-"""A program that follows recorded inputs without a rack ends as the one that a CPU plays."""
+"""A program that follows recorded inputs without a rack ends as the one that runs on the images of a rack."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.jobs import load_job
-from scanrack.jobs.replay.replaying import score_of
-from scanrack.jobs.replay.tag_orders import TagOrders
+from scanrack.jobs.replay.input_replay import InputReplay
 from scanrack.jobs.why.followed import can_follow, follow
-from scanrack.jobs.why.input_replay import InputReplay
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from why_questions import do, make
@@ -40,7 +38,10 @@ def test_both_ways_end_with_the_same_tags_and_the_same_chain(tmp_path, world):
     followed, played = debugger_of(tmp_path), debugger_of(tmp_path)
     assert can_follow(recording, followed)
     done = follow(recording, followed, last)
-    InputReplay(recording, job.spec, last).play(played, TagOrders(score_of(recording), recording.events))
+    replay = InputReplay(job.spec, recording.slots)
+    replay.attach(played)
+    assert list(replay.play(recording, last)) == list(range(last + 1))
+    assert replay.departs is None
     assert (done.row, done.departs, followed.scans) == (last, None, last + 1)
     names = [each for each in followed.tags if not each.startswith("Local:")]
     assert {name: followed.tags[name] for name in names} == {name: bench[name] for name in names}
@@ -60,7 +61,7 @@ def test_another_program_departs_where_its_outputs_differ(tmp_path):
 
 
 @pytest.mark.parametrize("done", ["100ms set Auto=1 100ms", "100ms force Run=1 100ms", "1s hold sel 100ms"])
-def test_what_a_recording_lacks_is_played_by_a_cpu(tmp_path, done):
+def test_a_recording_with_other_inputs_needs_the_images_of_a_rack(tmp_path, done):
     bench = make(tmp_path, "rungs")
     do(bench, done)  # a tag set from outside, a force, a fault of the CPU
     assert not can_follow(bench._journal.recording(), debugger_of(tmp_path))

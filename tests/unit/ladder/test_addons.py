@@ -274,3 +274,12 @@ def test_errors_in_the_text_of_definitions(text, expected):
     with pytest.raises(RungTextError) as refused:
         parse_program(f"PROGRAM p\n{text}", file="f.rung")
     assert expected in str(refused.value)
+
+
+def test_an_slc_program_has_its_own_instructions_after_an_add_on():
+    twice = "INSTRUCTION Twice\nINPUT A : INT REQUIRED\nOUTPUT B : INT\nROUTINE Logic\nADD(A,A,B);\nEND\n"
+    rung = "DDV(N7:0,N7:1)Twice(Two,N7:1)MOV(Two.B,N7:2);"
+    text = f"PROGRAM p\nDIALECT slc\n{twice}END INSTRUCTION\nTAG N7 : INT[3]\nTAG Two : Twice\n"
+    program = parse_program(f"{text}ROUTINE Main\n{rung}\nEND\n")
+    program.build()
+    assert program.text("Main") == rung

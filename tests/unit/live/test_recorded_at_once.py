@@ -5,6 +5,7 @@ values of another scan shown meanwhile, forces of a later scan: a test turns red
 """
 
 import pytest
+import recordings
 from made_traces import idle, record
 from recordings import chunks_read, opened, recorded
 from scanrack.traces import open_trace
@@ -135,6 +136,26 @@ def test_a_program_that_reads_the_link_is_shown_with_the_link_as_it_was(tmp_path
         ask(seen.monitor, seen.page, {"id": 1, "do": "watch", "tags": ["Lost"]})
         seen.settle()
         assert [seen.look(scan)["tags"]["Lost"] for scan in (99, 100, 110, 119, 200)] == [0, 1, 11, 20, 20]
+
+
+WRITTEN = """
+PROGRAM count
+TAG Seen : DINT
+ROUTINE Main
+MOV(Local:1:I.Data[6],Seen);
+ADD(Local:1:I.Data[6],1,Local:1:I.Data[6]);
+END
+"""
+
+
+def test_inputs_that_a_program_writes_stay_until_the_next_exchange(tmp_path, monkeypatch):
+    """The RPI of 2 ms is two scans; with inputs of every scan, the tag is 0."""
+    head = 'scan_ms = 1\ncontroller = "compactlogix"\n'
+    monkeypatch.setattr(recordings, "RACK", head + recordings.RACK)
+    with opened(recorded(tmp_path, 1200, WRITTEN), tmp_path) as seen:
+        ask(seen.monitor, seen.page, {"id": 1, "do": "watch", "tags": ["Seen"]})
+        seen.settle()
+        assert [seen.look(scan)["tags"]["Seen"] for scan in (20, 21, 22, 23, 1023)] == [0, 1, 0, 1, 1]
 
 
 @pytest.mark.slow

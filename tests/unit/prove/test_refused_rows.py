@@ -154,7 +154,7 @@ def test_all_that_a_refused_call_did_is_undone(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(ScanMachine, "_row", refused)
     machine = NotingMachine(parse_program(CALL).build())
     machine.scan_terms()
-    assert [line.number for line, _, _ in machine.rungs] == [0, 1]
+    assert {machine.lowered.sites[site].routine for site in machine.passages} == {"Main"}
     assert machine.faults == []
     assert [name for _, name, _ in machine.cut] == ["JSR"]
     noted: Any = machine.fault_log

@@ -173,10 +173,8 @@ def test_words_of_statements_are_no_instructions(imported):
 @pytest.mark.parametrize("text", ["'$", "(*", "aa", "''"])
 def test_names_of_calls_are_found_in_few_steps(text):
     text *= 2_000  # of a quadratic search a second
-    routine = SimpleNamespace(rungs=[SimpleNamespace(text=text)], lines=[(text, 1)])
-    part = SimpleNamespace(routines=[routine])
-    read: Any = SimpleNamespace(programs=[part], add_ons=[])
-    assert instruction_names(read) == []  # quadratic, it takes hours
+    routine: Any = SimpleNamespace(rungs=[SimpleNamespace(text=text)], lines=[(text, 1)])
+    assert instruction_names([routine]) == []  # quadratic, it takes hours
 
 
 def test_a_routine_that_takes_structures_is_called_with_its_own(imported):

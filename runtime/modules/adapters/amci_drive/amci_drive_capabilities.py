@@ -31,9 +31,9 @@ SEGMENTS_MAX = 16
 HOME = InputBit.HOME.value
 
 
-def _not_wired(it: Configuration, options: AmciDriveOptions) -> bool:
+def _not_wired(configuration: Configuration, options: AmciDriveOptions) -> bool:
     first, second = options.wired
-    return options.unwired == "reject" and bool(it.inputs_used & ~(first | second))
+    return options.unwired == "reject" and bool(configuration.inputs_used & ~(first | second))
 
 
 CONFIGURATION_ROWS: tuple[ConfigurationRow[AmciDriveOptions], ...] = (
@@ -44,17 +44,17 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[AmciDriveOptions], ...] = (
     ),
     ConfigurationRow(
         "one input twice",
-        lambda it, options: options.wired[0] == options.wired[1] != 0,
+        lambda _, options: options.wired[0] == options.wired[1] != 0,
         "options in1 and in2 are the same, and the drive has no two inputs of one function",
     ),
     ConfigurationRow(
         "encoder",
-        lambda it, options: it.quadrature_encoder and options.counts_per_turn == 0,
+        lambda configuration, options: configuration.quadrature_encoder and options.counts_per_turn == 0,
         "option counts_per_turn is 0: the drive has no encoder",
     ),
     ConfigurationRow(
         "backplane home proximity",
-        lambda it, _: it.backplane_proximity,
+        lambda configuration, _: configuration.backplane_proximity,
         "the adapter passes no home proximity to the drive",
     ),
     no_feedback("drive"),
@@ -156,7 +156,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[AmciDriveOptions], ...] = (
 class AmciDriveCapabilities(RowCapabilities[AmciDriveOptions]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
     homing = AxisHoming.WHOLE
-
-    def __init__(self, options: AmciDriveOptions) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -19,16 +19,17 @@ class AmciDriveOptions(Options):
     """Substitutions, wiring and motor of the drive.
 
     Attributes:
-        model: of the drive.
-        axis: its number in a stack, 1 to 12.
-        in1: the input of the 3601 that is wired to input 1.
-        in2: the input of the 3601 that is wired to input 2.
-        unwired: "inactive": inputs that the configuration uses and that are wired to none of the two count as
-            inactive; "reject" refuses such a configuration.
-        rpi_ms: time between exchanges, ms, 1 to 100; a later answer counts as late.
-        strict: refuse S-curves that no jerk of the drive meets exactly.
-        diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
-        encoder_move: "polled" ends an encoder move after a read of the count; else refused.
+        model: model of the drive.
+        axis: number of the drive in a stack, 1 to 12.
+        in1: input of the 3601 that is wired to input 1.
+        in2: input of the 3601 that is wired to input 2.
+        unwired: inputs that the configuration uses and that are not wired: "inactive" reads them as inactive,
+            "reject" refuses the configuration.
+        rpi_ms: time between exchanges, ms, 1 to 100; an answer after this time is late.
+        strict: refuse S-curves that no jerk of the drive matches exactly.
+        diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
+            feedback.
+        encoder_move: "polled" ends an encoder move after a read of the count; "refuse" refuses it.
         steps_per_turn: motor steps per turn, 200 to 32,767.
         counts_per_turn: x4 counts per turn of the encoder.
         current: motor current, 0.1 A.

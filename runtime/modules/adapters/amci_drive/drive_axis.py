@@ -20,9 +20,10 @@ from .units import DriveProfile, drive_profile
 class DriveAxis(ProfileAxis[DriveProfile]):
     """An `Axis` whose steps a networked drive makes."""
 
+    driver: AmciDriver
+
     def __init__(self, driver: AmciDriver, options: AmciDriveOptions) -> None:
         super().__init__(driver, AmciDriveCapabilities(options))
-        self.driver = driver
         self._wired = options.wired
 
     @property

@@ -197,9 +197,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         """Count a late exchange; report the 1st, the 10th, the 100th and so on."""
         self.late += 1
         if str(self.late).strip("0") == "1":
-            what = "exchange has" if self.late == 1 else "exchanges have"
+            exchanges = "exchange has" if self.late == 1 else "exchanges have"
             self.findings.complain(
-                0, f"{self.late} {what} taken longer than the RPI of {self._options.rpi_ms} ms"
+                0, f"{self.late} {exchanges} taken longer than the RPI of {self._options.rpi_ms} ms"
             )
 
     def _note(self, words: Words) -> None:
@@ -253,7 +253,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         yield from self._exchange(words)
 
     @override
-    def hurry(self) -> None:
+    def wake_for_requests(self) -> None:
         task = self.task
         if self.has_work() or self.changed or (task is not None and (task.stopping or task.marked)):
             self.master.wake()
@@ -266,7 +266,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         self._zeroing = self._holds = self.changed = self.clear_errors = False
 
     @override
-    def errand(self) -> Talk | None:
+    def pending_exchange(self) -> Talk | None:
         return self._reset_errors() if self.clear_errors else None
 
     def _reset_errors(self) -> Talk:

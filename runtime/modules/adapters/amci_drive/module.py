@@ -6,7 +6,7 @@ from ....line.clients.link import Link
 from ....line.hosts import split_address
 from ....line.liveport import TCP, check_address
 from ..module import AdapterKind
-from .amci_drive_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .amci_drive_capabilities import AmciDriveCapabilities
 from .amci_drive_options import AmciDriveOptions
 from .drive_axis import DriveAxis
 from .driver import LINE_FORMAT, AmciDriver
@@ -37,7 +37,6 @@ AMCI_DRIVE = AdapterKind(
     AmciDriver,
     DriveAxis,
     SimulatedDrive,
-    CONFIGURATION_ROWS,
-    COMMAND_ROWS,
+    AmciDriveCapabilities,
     open_network,
 )

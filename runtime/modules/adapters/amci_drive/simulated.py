@@ -7,7 +7,6 @@ A damaged segment counts as lost, since the checksum of TCP rejects it.
 
 from __future__ import annotations
 
-from scanrack.io_images.amci3601 import Configuration
 from typing_extensions import override
 
 from ....line.adapter_line import FaultyDevice, SimulatedLine
@@ -17,6 +16,7 @@ from ....line.wire import LineFormat
 from ....machine import Machine
 from ...drives.drive import DriveUnit
 from ...drives.registers import DriveRegisters
+from ..plant import SimulatedController
 from .amci_drive_options import AmciDriveOptions
 from .driver import LINE_FORMAT
 
@@ -91,31 +91,21 @@ class FaultyNetwork(FaultyDevice):
         return b""
 
 
-class SimulatedDrive:
-    """A drive, the network to it, and its machine."""
+class SimulatedDrive(SimulatedController):
+    """A drive, the network to it, and its machine; the options define its wiring."""
+
+    device: DriveDevice
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
-        self.device = DriveDevice(machine, options)
-        self.machine = machine
-        self.line = SimulatedLine(FaultyNetwork(self.device), SegmentBus)
+        device = DriveDevice(machine, options)
+        super().__init__(machine, device, SimulatedLine(FaultyNetwork(device), SegmentBus))
 
-    def next_event_ns(self, now_ns: int) -> int | None:
-        """Return the next arrival of a segment: the drive needs no processing in between."""
-        return self.line.next_event_ns()
-
+    @override
     def run_until(self, now_ns: int) -> None:
-        """Advance; no event lies in between."""
         self.line.run_until(now_ns)
         self.device.advance(now_ns)
 
+    @override
     def sense(self, now_ns: int) -> None:
         """Sample the inputs after a change from outside."""
         self.device.drive.look_again()
-
-    def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Do nothing: the options define the wiring."""
-
-    def power_cycle(self, now_ns: int) -> None:
-        """Cycle the power of the stack; a reply on the network is lost."""
-        self.device.power_cycle(now_ns)
-        self.line.silence()

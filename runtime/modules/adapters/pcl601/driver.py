@@ -101,7 +101,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         self.clear_errors = self.clear_encoder = False
 
     @override
-    def errand(self) -> Talk | None:
+    def pending_exchange(self) -> Talk | None:
         if self.clear_errors:
             return self._clear_errors()
         return self._clear_encoder() if self.clear_encoder else None
@@ -143,11 +143,11 @@ class Pcl601Driver(ProfileDriver[Drive]):
         if not self._was_ready and not (yield from self.admit()):
             raise LinkLostError
         yield from super().halt()
-        yield from self._take_marks_away()
+        yield from self._clear_marks()
 
-    def _take_marks_away(self) -> Talk:
+    def _clear_marks(self) -> Talk:
         """Switch off the outputs that may be on; a refused one may still be on."""
-        for output in [each for each in self._outputs if each in self._maybe_on]:
+        for output in [output for output in self._outputs if output in self._maybe_on]:
             reply = yield from self._insist(pdus.write_output(output, False))
             if reply.refused is None:
                 self._maybe_on.discard(output)
@@ -161,11 +161,11 @@ class Pcl601Driver(ProfileDriver[Drive]):
         A running program is detected by its refusal to write outputs.
         """
         self._maybe_on.update(self._outputs)
-        yield from self._take_marks_away()
+        yield from self._clear_marks()
         if not self._maybe_on:
             return True
         yield from self._command(Code.STOP_MOTION)
-        yield from self._take_marks_away()
+        yield from self._clear_marks()
         if self._maybe_on:
             self._disobeyed()
             return False
@@ -217,7 +217,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
         if diodes_conduct or not self.inputs & HARD_LIMIT:
             self.limit_side = 0
         elif self.limit_side in (0, BOTH_SIDES):
-            yield from self._attribute()
+            yield from self._determine_limit_side()
 
     def _begins_to_capture(self, inputs: int) -> bool:
         """Return whether the capture input becomes active: the value is read before the input is shown."""
@@ -228,15 +228,15 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
         """The reads of a poll; inputs twice, so that no pulse of 20 ms is missed."""
-        return self.read_status, self._glance_at_inputs, self.read_position, self.read_inputs
+        return self.read_status, self._read_inputs_early, self.read_position, self.read_inputs
 
-    def _glance_at_inputs(self) -> Talk:
+    def _read_inputs_early(self) -> Talk:
         before = self.inputs
         yield from self.read_inputs()
         if self.inputs != before:
             yield PUBLISH
 
-    def _attribute(self) -> Talk:
+    def _determine_limit_side(self) -> Talk:
         """Determine the side of the active limit: it stops a motion toward it, and no motion away from it.
 
         An index of one step ends before the next read, and gives no information about an earlier active
@@ -285,7 +285,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield from self.start(task, self._request(pdus.command(self._start_of(task))))
             yield from self.accompany(task)
         if not self.cut:
-            yield from self._tidy(task, began_at)
+            yield from self._finish(task, began_at)
             yield from self.conclude(task, began_at)
 
     def _start_of(self, task: Task[Drive]) -> Code:
@@ -343,9 +343,9 @@ class Pcl601Driver(ProfileDriver[Drive]):
         if not self.cut:
             yield from self.stop_and_read_status()
 
-    def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
+    def _finish(self, task: Task[Drive], began_at: int) -> Talk:
         """Clear the mark; a limit that ended a slew, or blocked a search, lies in its direction."""
-        yield from self._take_marks_away()
+        yield from self._clear_marks()
         ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
         blocked = task.kind is TaskKind.HOME and self.position == began_at
         if self.limit_side and (ended or blocked):

@@ -4,7 +4,7 @@ from ....line.pcl601_frames import LINE_FORMAT
 from ..module import AdapterKind
 from .driver import Pcl601Driver
 from .pcl601_axis import Pcl601Axis
-from .pcl601_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .pcl601_capabilities import Pcl601Capabilities
 from .pcl601_options import Pcl601Options
 from .simulated import SimulatedPcl601
 
@@ -14,6 +14,5 @@ PCL601 = AdapterKind(
     Pcl601Driver,
     Pcl601Axis,
     SimulatedPcl601,
-    CONFIGURATION_ROWS,
-    COMMAND_ROWS,
+    Pcl601Capabilities,
 )

@@ -36,9 +36,10 @@ LIMITS = {
 class Pcl601Axis(ProfileAxis[Drive]):
     """An `Axis` whose steps a PCL601 makes."""
 
+    driver: Pcl601Driver
+
     def __init__(self, driver: Pcl601Driver, options: Pcl601Options) -> None:
         super().__init__(driver, Pcl601Capabilities(options))
-        self.driver = driver
         self._options = options
         self._limits_on_inputs = options.limit_sense == "inputs"
 

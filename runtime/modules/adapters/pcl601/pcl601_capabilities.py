@@ -43,39 +43,45 @@ def _used_low(configuration: Configuration, mask: int) -> bool:
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
     ConfigurationRow(
         "starting speed",
-        lambda it, _: it.starting_speed > BASE_MAX,
+        lambda configuration, _: configuration.starting_speed > BASE_MAX,
         f"the PCL601's base speed goes up to {BASE_MAX} steps/s",
     ),
     ConfigurationRow(
         "capture input",
-        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject",
+        lambda configuration, options: (
+            bool(configuration.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject"
+        ),
         "captures are polled, and option capture rejects that",
     ),
     ConfigurationRow(
         "capture input",
-        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs",
+        lambda configuration, options: (
+            bool(configuration.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs"
+        ),
         "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures",
     ),
     ConfigurationRow(
         "backplane home proximity",
-        lambda it, options: it.backplane_proximity and options.proximity != "jumper",
+        lambda configuration, options: configuration.backplane_proximity and options.proximity != "jumper",
         "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
     ),
     no_feedback("PCL601"),
     ConfigurationRow(
         "CW/CCW pulses",
-        lambda it, _: not it.step_and_direction,
+        lambda configuration, _: not configuration.step_and_direction,
         "the PCL601 has clock and direction outputs",
     ),
     no_marker("PCL601"),
     ConfigurationRow(
         "normally closed end limit",
-        lambda it, options: _used_low(it, EITHER_LIMIT) and options.limit_sense != "inputs",
+        lambda configuration, options: (
+            _used_low(configuration, EITHER_LIMIT) and options.limit_sense != "inputs"
+        ),
         "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead",
     ),
     ConfigurationRow(
         "normally closed home switch or emergency stop",
-        lambda it, _: _used_low(it, GROUNDED),
+        lambda configuration, _: _used_low(configuration, GROUNDED),
         "home and emergency stop are wired to inputs that act when grounded",
     ),
 )
@@ -87,15 +93,15 @@ def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
 
 
 def _rates_differ(request: AxisRequest, options: Pcl601Options) -> bool:
-    given = request.command.parameters
-    return has_ramps(request) and given.acceleration != given.deceleration
+    parameters = request.command.parameters
+    return has_ramps(request) and parameters.acceleration != parameters.deceleration
 
 
 def _too_far(request: AxisRequest, options: Pcl601Options) -> bool:
     return abs(request.distance) > STEPS_MAX
 
 
-def hears_external(configuration: Configuration, options: Pcl601Options) -> bool:
+def external_sets_mark(configuration: Configuration, options: Pcl601Options) -> bool:
     """Whether the external input feeds input 2, from which the steps of a registration move count."""
     used_high = configuration.inputs_used & configuration.active_high
     return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
@@ -103,7 +109,7 @@ def hears_external(configuration: Configuration, options: Pcl601Options) -> bool
 
 def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
     """Whether the controller would count from an input below the minimum distance, too."""
-    return minimum > 0 and hears_external(configuration, options)
+    return minimum > 0 and external_sets_mark(configuration, options)
 
 
 def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
@@ -177,8 +183,12 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
 class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
+
     def __init__(self, options: Pcl601Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
+        super().__init__(options)
         self.shared_limit = options.limit_sense != "inputs"
 
     @override

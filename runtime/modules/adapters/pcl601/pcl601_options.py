@@ -11,21 +11,23 @@ class Pcl601Options(Options):
     """Substitutions and wiring of the controller.
 
     Attributes:
-        strict: refuse motions with a slower ramp than programmed.
-        blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
-            refused.
-        capture: "polled", within a poll period of the edge, or "reject".
-        diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
-        limit_sense: "inputs": the end limits are wired to inputs 1 and 5, too; else to the hard limits only.
-        proximity: "jumper": output 6 is wired to both soft limits, and is the backplane home proximity;
-            else that is refused.
-        registration: "jumper": input 2 is wired to output 7 alone; "polled": to nothing, and a registration
-            move stops after a read of its input, then makes the remaining steps; else it is
-            wired to output 7 and the external input.
-        encoder_move: "polled" ends an encoder move after a read of the count; else refused.
-        respeed: "restart" changes the speed of a manual move by a stop in between; else refused.
-        takeover: prevent the controller's own program from starting at power-up: clear its autorun flag,
-            which is non-volatile.
+        strict: refuse motions whose ramp would be slower than programmed.
+        blend: "segmented" runs the segments of a blend move one by one, with a stop between them; "refuse"
+            refuses blend moves.
+        capture: "polled" captures within a poll period of the edge; "reject" refuses the capture input.
+        diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
+            feedback.
+        limit_sense: "hard_limits": the end limits are wired to the hard limits only; "inputs": they are also
+            wired to inputs 1 and 5.
+        proximity: "jumper": output 6 is wired to both soft limits, as the backplane home proximity; "reject"
+            refuses a configuration with that proximity.
+        registration: wiring of input 2: "default" to output 7 and the external input, "jumper" to output 7
+            only, "polled" to nothing. A polled registration move stops after a read of its input, then makes
+            the remaining steps.
+        encoder_move: "polled" ends an encoder move after a read of the count; "refuse" refuses it.
+        respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
+        takeover: clear the controller's non-volatile autorun flag, so that its own program does not start at
+            power-up.
     """
 
     owner: ClassVar[str] = "PCL601 adapter"

@@ -25,7 +25,7 @@ from ....machine import Machine
 from ....machine.contacts import GROUND, OPEN, Contact, Parallel, contacts_of
 from ..plant import Plant, switches_of
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
-from .pcl601_capabilities import hears_external
+from .pcl601_capabilities import external_sets_mark
 from .pcl601_options import Pcl601Options
 
 WIRING: dict[InputBit, tuple[str, ...]] = {
@@ -109,7 +109,7 @@ class SimulatedPcl601(Plant):
         Input 2 is wired to output 7 alone, and a normally closed limit to its input.
         """
         used_low = configuration.inputs_used & ~configuration.active_high
-        if not hears_external(configuration, self._options):
+        if not external_sets_mark(configuration, self._options):
             yield InputBit.EXTERNAL, MARK_PIN
         for bit, pin in HARD_LIMITS.items():
             if used_low & bit.value:

@@ -62,7 +62,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._limits = 0
         self._rising = 0
         self._polls = 0
-        self._ailments: dict[str, bool] = {}
+        self._faults: dict[str, bool] = {}
         self._written: dict[str, int] = {}
 
     def note_configuration(self, configuration: Configuration) -> None:
@@ -91,7 +91,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._zeroing = self.clear_stops = False
 
     @override
-    def errand(self) -> Talk | None:
+    def pending_exchange(self) -> Talk | None:
         return self._clear_stops() if self.clear_stops else None
 
     def _clear_stops(self, armed: int = EXT1_STOP | EXT2_STOP) -> Talk:
@@ -124,24 +124,24 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         status = Status1(frames.value_of(reply) & 0xFF)
         self.busy = bool(status & (Status1.BUSY | Status1.HOME))
         self.flags = status & (Status1.EXT1 | Status1.EXT2)
-        self._note_ailment("the motor has stalled", POSITION_INVALID, bool(status & Status1.STALL))
-        self._note_ailment(LOW_SUPPLY, 0, bool(status & Status1.UVL))
+        self._note_fault("the motor has stalled", POSITION_INVALID, bool(status & Status1.STALL))
+        self._note_fault(LOW_SUPPLY, 0, bool(status & Status1.UVL))
 
     def _check_up(self) -> Talk:
         """Read whether the controller is too hot, and whether the motor was released."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status2"))
         status = Status2(frames.value_of(reply) & 0xFF)
-        self._note_ailment("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
-        self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
+        self._note_fault("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
+        self._note_fault(OVERHEATED, 0, bool(status & Status2.OTS))
 
-    def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
+    def _note_fault(self, text: str, bits: int, is_so: bool) -> None:
         """Complain about a new fault; ignore a reply that may belong to another request."""
         if self.master.overdue:
             return
-        if is_so and not self._ailments.get(text):
+        if is_so and not self._faults.get(text):
             self.findings.complain(bits, text)
-        self._ailments[text] = is_so
-        self.unfit = any(self._ailments.get(each) for each in (LOW_SUPPLY, OVERHEATED))
+        self._faults[text] = is_so
+        self.unfit = any(self._faults.get(fault) for fault in (LOW_SUPPLY, OVERHEATED))
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:

@@ -4,7 +4,7 @@ from ....line.pmc006_frames import LINE_FORMAT
 from ..module import AdapterKind
 from .driver import Pmc006Driver
 from .pmc006_axis import Pmc006Axis
-from .pmc006_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .pmc006_capabilities import Pmc006Capabilities
 from .pmc006_options import Pmc006Options
 from .simulated import SimulatedPmc006
 
@@ -14,6 +14,5 @@ PMC006 = AdapterKind(
     Pmc006Driver,
     Pmc006Axis,
     lambda machine, _options: SimulatedPmc006(machine),
-    CONFIGURATION_ROWS,
-    COMMAND_ROWS,
+    Pmc006Capabilities,
 )

@@ -23,9 +23,10 @@ CCW_LIMIT = InputBit.CCW_LIMIT.value
 class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     """An `Axis` whose steps a PMC006x3s makes."""
 
+    driver: Pmc006Driver
+
     def __init__(self, driver: Pmc006Driver, options: Pmc006Options) -> None:
         super().__init__(driver, Pmc006Capabilities(options))
-        self.driver = driver
         self._nearest = options.accel_rounding == "nearest"
 
     @override

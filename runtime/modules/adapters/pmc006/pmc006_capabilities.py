@@ -49,45 +49,47 @@ def _uses(configuration: Configuration, bit: InputBit) -> bool:
     return bool(configuration.inputs_used & bit.value)
 
 
-def _levels_of_ext1_differ(it: Configuration, options: Pmc006Options) -> bool:
-    both = it.inputs_used & SHARED == SHARED
-    return both and it.active_high & SHARED not in (0, SHARED)
+def _levels_of_ext1_differ(configuration: Configuration, options: Pmc006Options) -> bool:
+    both = configuration.inputs_used & SHARED == SHARED
+    return both and configuration.active_high & SHARED not in (0, SHARED)
 
 
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
     ConfigurationRow(
         "home_stroke",
-        lambda it, options: options.home_stroke is None,
+        lambda configuration, options: options.home_stroke is None,
         "option home_stroke is missing: how far Find Home may go, in steps",
     ),
     ConfigurationRow(
         "starting speed",
-        lambda it, _: not START_MIN <= it.starting_speed <= START_MAX,
+        lambda configuration, _: not START_MIN <= configuration.starting_speed <= START_MAX,
         f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s",
     ),
     ConfigurationRow(
         "capture input",
-        lambda it, options: _uses(it, InputBit.CAPTURE) and options.capture != "fset",
+        lambda configuration, options: _uses(configuration, InputBit.CAPTURE) and options.capture != "fset",
         "the PMC006 has no input for it; option capture = fset uses FSET",
     ),
     ConfigurationRow(
         "external input",
-        lambda it, options: _uses(it, InputBit.EXTERNAL) and options.hold != "immediate",
+        lambda configuration, options: (
+            _uses(configuration, InputBit.EXTERNAL) and options.hold != "immediate"
+        ),
         "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
     ),
     ConfigurationRow(
         "FSET",
-        lambda it, _: sum(_uses(it, bit) for bit in FSET_INPUTS) > 1,
+        lambda configuration, _: sum(_uses(configuration, bit) for bit in FSET_INPUTS) > 1,
         "FSET has one use: capture, external input or emergency stop",
     ),
     ConfigurationRow(
         "backplane home proximity",
-        lambda it, _: it.backplane_proximity,
+        lambda configuration, _: configuration.backplane_proximity,
         "the PMC006 has no home proximity that a PLC could set",
     ),
     ConfigurationRow(
         "encoder",
-        lambda it, _: it.quadrature_encoder,
+        lambda configuration, _: configuration.quadrature_encoder,
         "the PMC006 tells no encoder position",
     ),
     no_feedback("PMC006"),
@@ -105,9 +107,9 @@ def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
 
 
 def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
-    given = request.command.parameters
+    parameters = request.command.parameters
     gentler = options.accel_rounding == "gentler"
-    return gentler and has_ramps(request) and min(given.acceleration, given.deceleration) < RATE_MIN
+    return gentler and has_ramps(request) and min(parameters.acceleration, parameters.deceleration) < RATE_MIN
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
@@ -201,8 +203,8 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
 class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
     """The rows above."""
 
+    configuration_rows = CONFIGURATION_ROWS
+    command_rows = COMMAND_ROWS
+    substitution_rows = SUBSTITUTION_ROWS
     homing = AxisHoming.MEETS_SWITCH
     home_is_ccw_limit = True
-
-    def __init__(self, options: Pmc006Options) -> None:
-        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -25,18 +25,21 @@ class Pmc006Options(Options):
     """Substitutions and wiring of the controller.
 
     Attributes:
-        home_stroke: longest homing, steps; a configuration is refused without it.
-        strict: refuse motions with a slower ramp than programmed, or one of another shape.
-        blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
-            refused.
-        capture: "fset": the capture input is wired to FSET; else it is refused.
+        home_stroke: longest homing, steps; every configuration is refused without it.
+        strict: refuse motions whose ramp would be slower than programmed, or of another shape.
+        blend: "segmented" runs the segments of a blend move one by one, with a stop between them; "refuse"
+            refuses blend moves.
+        capture: "fset": the capture input is wired to FSET; "reject" refuses the capture input.
         registration: "polled" stops a registration move after a read of its input, then makes the remaining
-            steps; else refused.
-        accel_rounding: "nearest" selects the nearest rate of the table, which may be a steeper one.
-        hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
-        respeed: "restart" changes the speed of a manual move by a stop in between; else refused.
-        peak_current: phase current of the motor, mA; by default the one saved in the controller.
-        diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
+            steps; "refuse" refuses it.
+        accel_rounding: rate of the controller's table: "gentler" than programmed, or the "nearest", which may
+            be steeper.
+        hold: "immediate" holds a move without a ramp, and allows the external input on FSET; "refuse" refuses
+            both.
+        respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
+        peak_current: phase current of the motor, mA; the saved current of the controller if left out.
+        diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
+            feedback.
     """
 
     owner: ClassVar[str] = "PMC006 adapter"

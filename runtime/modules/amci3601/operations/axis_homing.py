@@ -174,7 +174,7 @@ class HomingSlowedByProximity(Homing):
 
 
 @runtime_checkable
-class SeeksHome(Protocol):
+class SeekHome(Protocol):
     """An axis that makes a whole search itself."""
 
     @property
@@ -193,7 +193,7 @@ class HomingByDrive(Homing):
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
         """Adopt the result when the axis is at rest."""
         if not self.axis.moving:
-            assert isinstance(self.axis, SeeksHome)
+            assert isinstance(self.axis, SeekHome)
             self.found = self.axis.found_home
             if not self.found:
                 give_up(self.host, now_ns, STOPPED_ELSEWHERE)

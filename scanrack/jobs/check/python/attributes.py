@@ -11,21 +11,19 @@ from __future__ import annotations
 
 import ast
 import builtins
-import difflib
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import EnumMeta
 from inspect import isfunction, signature
 from types import FunctionType, ModuleType
 
-from ..facts import Facts
 from .chance import resolved
 from .nodes import Function, field_of, is_loaded, is_stored, names_in, nodes_in, unpacks
 from .reader import Reader, functions_in
-from .scans import missing
+from .scans import missing, nearest
 
 
-def note_names(reader: Reader, facts: Facts) -> None:
+def note_names(reader: Reader) -> None:
     """Note names that do not exist, attributes of modules and classes, and calls that do not fit."""
     if not reader.names:
         return  # the program is not a function in its own file
@@ -36,24 +34,22 @@ def note_names(reader: Reader, facts: Facts) -> None:
         for node in ast.walk(function):
             match node:
                 case ast.Name(id=name, ctx=ast.Load()) if name not in own:
-                    _unknown_name(node, own, reader, facts)
+                    _unknown_name(node, own, reader)
                 case ast.Attribute():
-                    _dotted(node, reader, local, facts)
-                    _of_parameter(node, function, reader, facts)
+                    _dotted(node, reader, local)
+                    _of_parameter(node, function, reader)
                 case ast.Subscript():
-                    _element(node, reader, facts)
+                    _element(node, reader)
                 case ast.Call():
-                    _call(node, reader, owner, facts)
+                    _call(node, reader, owner)
                 case ast.For(iter=iterable) if _is_set(iterable):
                     order = "the order of a set differs from run to run"
                     text = f"`for ... in {ast.unparse(iterable)}`: {order}"
-                    facts.remark("not-deterministic", reader.place(node), text)
+                    reader.remark("not-deterministic", node, text)
 
 
-def _unknown_name(node: ast.Name, known: Collection[str], reader: Reader, facts: Facts) -> None:
-    near = difflib.get_close_matches(node.id, known, n=1)
-    hint = f"; did you mean {near[0]}?" if near else ""
-    facts.remark("unknown-attribute", reader.place(node), f"no name `{node.id}`{hint}")
+def _unknown_name(node: ast.Name, known: Collection[str], reader: Reader) -> None:
+    reader.remark("unknown-attribute", node, f"no name `{node.id}`{nearest(node.id, known)}")
 
 
 def _bound(function: Function) -> Iterator[str]:
@@ -76,7 +72,7 @@ def _bound(function: Function) -> Iterator[str]:
                 yield name
 
 
-def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) -> None:
+def _dotted(node: ast.Attribute, reader: Reader, local: set[str]) -> None:
     """Note an attribute that its module or class does not have."""
     root = ast.unparse(node).partition(".")[0]
     owner = None if root in local else resolved(node.value, reader.names)
@@ -84,10 +80,10 @@ def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) 
         is_open = "__getattr__" in vars(type(owner)) or hasattr(owner, "__getattr__")
         if isinstance(owner, EnumMeta) or not is_open:
             text = missing(ast.unparse(node), node.attr, dir(owner))
-            facts.remark("unknown-attribute", reader.place(node), text)
+            reader.remark("unknown-attribute", node, text)
 
 
-def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts: Facts) -> None:
+def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> None:
     """Note an attribute that a parameter's dataclass does not have."""
     name = node.value.id if isinstance(node.value, ast.Name) else ""
     annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
@@ -97,14 +93,14 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts
     names = {*dir(kind), *(each.name for each in fields(kind))}
     if node.attr not in names:
         text = missing(ast.unparse(node), node.attr, names)
-        facts.remark("unknown-attribute", reader.place(node), text)
+        reader.remark("unknown-attribute", node, text)
 
 
 def _assigns(function: Function, name: str) -> bool:
     return any(node.id == name and is_stored(node) for node in nodes_in(function, ast.Name))
 
 
-def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
+def _element(node: ast.Subscript, reader: Reader) -> None:
     """Note a constant key or index that a table of the module does not have."""
     is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
     table = resolved(node.value, reader.names) if is_table else None
@@ -112,7 +108,7 @@ def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
     for key in (each.value for each in keys if isinstance(each, ast.Constant)):
         text = _no_key(ast.unparse(node.value), table, key, reader.tree)
         if text:
-            facts.remark("subscript", reader.place(node), text)
+            reader.remark("subscript", node, text)
 
 
 def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
@@ -136,7 +132,7 @@ def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[ob
     return None if is_handed_on or len(constants) < len(stored) else {*table, *constants}
 
 
-def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:
+def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> None:
     """Note a call whose arguments do not fit its parameters."""
     own, skipped = _called(call, reader, owner)
     if own is None or unpacks(call):
@@ -149,7 +145,7 @@ def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Fac
     try:
         parameters.bind(*[None] * (len(call.args) + skipped), **named)
     except TypeError as error:
-        facts.remark("bad-call", reader.place(call), f"`{ast.unparse(call.func)}()`: {error}")
+        reader.remark("bad-call", call, f"`{ast.unparse(call.func)}()`: {error}")
 
 
 def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple[object, int]:

@@ -9,44 +9,27 @@ dwell("2 seconds")                    fails: not a valid time
 from __future__ import annotations
 
 import ast
-import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from inspect import Signature, getattr_static, signature
 from typing import Any
 
-from scanrack.io_images.amci3601 import Acceleration, Direction
 from scanrack.io_images.times import parse_time
 from scanrack.ladder.python.axis3601 import Axis3601, Command, ErrorId
 from scanrack.ladder.python.sequences import dwell, steady, until, within
 from scanrack.ladder.python.sequences.signals import Signal
 
 from ..facts import FileLine, Violation
+from ..module_kinds import FROM_STARTING_SPEED
 from .nodes import field_of, nodes_in, unpacks
-from .reader import Reader, UnknownError, variants
-
-NEUTRAL: Mapping[str, object] = {
-    "direction": Direction.CW,
-    "shape": Acceleration.CONSTANT,
-    "position": 0,
-    "distance": 1,
-    "speed": 1,
-    "acceleration": 1,
-    "deceleration": 1,
-    "register": 1,
-    "numerator": 1,
-    "denominator": 1,
-}
-"""Legal values to use for unknown arguments of a command."""
+from .reader import NEUTRAL, Reader, UnknownError, variants
+from .scans import missing
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
 """Expressions that are not functions."""
 
 SEARCH = "home"
 """The method of an axis that starts a home search."""
-
-FROM_STARTING_SPEED = (SEARCH, "move_to", "move_by")
-"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile]."""
 
 
 class Calls:
@@ -90,18 +73,14 @@ class Calls:
             if text:
                 yield Violation(self._reader.place(call), text)
 
-    def without_time(self) -> Iterator[Violation]:
-        """Yield the waits whose time is 0."""
+    def short_waits(self, scan_ns: int) -> Iterator[tuple[str, ast.Call, str]]:
+        """Yield the waits for no time or for less than a scan, each as rule, call and problem."""
         for call, time_ns in self._times():
             if time_ns == 0:
-                yield Violation(self._reader.place(call), f"{ast.unparse(call)} waits for no time")
-
-    def waits_below_one_scan(self, scan_ns: int) -> Iterator[Violation]:
-        """Yield the waits that are over in the next scan."""
-        for call, time_ns in self._times():
-            if 0 < time_ns < scan_ns:
+                yield "preset-zero", call, f"{ast.unparse(call)} waits for no time"
+            elif 0 < time_ns < scan_ns:
                 text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
-                yield Violation(self._reader.place(call), text)
+                yield "preset-unit", call, text
 
     def _times(self) -> Iterator[tuple[ast.Call, int]]:
         """Yield the waits for a known time, with the time in ns."""
@@ -198,8 +177,7 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
     name = _method(call)
     method = getattr(axis, name, None)
     if not callable(method):
-        near = difflib.get_close_matches(name, [each for each in dir(axis) if not each.startswith("_")], n=1)
-        return f"{axis.name} has no {name}" + (f"; did you mean {near[0]}?" if near else "")
+        return f"{axis.name} has {missing(name, name, dir(axis))}"
     if unpacks(call):
         return ""
     try:

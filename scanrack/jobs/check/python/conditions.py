@@ -20,6 +20,9 @@ RELATIONS: dict[type[ast.cmpop], str] = {
     ast.IsNot: "<>",
 }
 
+TEXTS = -(10**9)
+"""The number of the first text; the others are below, where they are no numbers of steps."""
+
 
 class ConditionNames:
     """Names the values of expressions in conditions; equal names mean equal values."""
@@ -41,7 +44,7 @@ class ConditionNames:
         """Return a number for a constant, the same one for equal constants; None for None."""
         if isinstance(value, int | float):
             return value
-        return None if value is None else self._texts.setdefault(value, len(self._texts))
+        return None if value is None else self._texts.setdefault(value, TEXTS - len(self._texts))
 
 
 def is_plain(node: ast.expr) -> bool:

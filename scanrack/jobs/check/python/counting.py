@@ -11,7 +11,6 @@ import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from ..facts import Facts
 from .nodes import (
     assignments_in,
     is_loaded,
@@ -37,7 +36,7 @@ _TESTS = (
 )
 
 
-def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) -> None:
+def note_counting(reader: Reader, recorded: Collection[str] = ()) -> None:
     """Note counters that nothing counts, and subscripts without a bound.
 
     Args:
@@ -45,16 +44,16 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
     """
     if not {"setattr", "vars", "globals"}.isdisjoint(names_in(reader.tree)):
         return
-    _never_counted(reader, facts, recorded)
-    _never_set(reader, facts)
+    _never_counted(reader, recorded)
+    _never_set(reader)
     tables = _Tables(reader)
-    _unbounded(reader, tables, facts)
+    _unbounded(reader, tables)
     for loop in nodes_in(reader.tree, ast.While):
         if isinstance(loop.test, ast.Constant) and loop.test.value:
-            _unbounded_in(loop, reader, tables, facts)
+            _unbounded_in(loop, reader, tables)
 
 
-def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
+def never_called(reader: Reader, blocks: Collection[str]) -> None:
     """Note blocks whose result is read but that nothing calls.
 
     Args:
@@ -66,7 +65,7 @@ def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
         own = [node for node in loads if node.attr == name]
         if own and all(_is_test(node, parents.get(id(node))) for node in own):
             text = f"{ast.unparse(own[0])} is read, and nothing calls it"
-            facts.remark("never-run", reader.place(own[0]), text)
+            reader.remark("never-run", own[0], text)
 
 
 def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
@@ -74,7 +73,7 @@ def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
     return isinstance(parent, _TESTS) or (isinstance(parent, ast.Assign) and parent.value is node)
 
 
-def _never_counted(reader: Reader, facts: Facts, recorded: Collection[str]) -> None:
+def _never_counted(reader: Reader, recorded: Collection[str]) -> None:
     """Note comparisons of a field that stays 0: its class and all assignments set it to 0."""
     zero = _zero_fields(reader.tree) - set(recorded)
     for node in nodes_in(reader.tree, ast.Compare):
@@ -84,7 +83,7 @@ def _never_counted(reader: Reader, facts: Facts, recorded: Collection[str]) -> N
         is_own = isinstance(left, ast.Attribute) and left.attr in zero
         if is_own and fails is not None and type(number) in (int, float) and fails(number):
             text = f"`{ast.unparse(node)}`: nothing counts {ast.unparse(left)}"
-            facts.remark("never-run", reader.place(node), text)
+            reader.remark("never-run", node, text)
 
 
 def _zero_fields(tree: ast.Module) -> set[str]:
@@ -98,7 +97,7 @@ def _zero_fields(tree: ast.Module) -> set[str]:
     return {name for name, is_zero in zero.items() if is_zero}
 
 
-def _never_set(reader: Reader, facts: Facts) -> None:
+def _never_set(reader: Reader) -> None:
     """Note a bit of a module's object that its class declares as False and that nothing assigns."""
     kinds = {name: type(value) for name, value in reader.names.items() if name not in reader.local}
     own = {name: kind for name, kind in kinds.items() if kind.__module__ == reader.names.get("__name__")}
@@ -108,7 +107,7 @@ def _never_set(reader: Reader, facts: Facts) -> None:
         if kind is not None and vars(kind).get(node.attr) is False and node.attr not in seen:
             seen.add(node.attr)
             text = f"{ast.unparse(node)} is read, and nothing writes it: it is always False"
-            facts.remark("never-written", reader.place(node), text)
+            reader.remark("never-written", node, text)
 
 
 def _declared(tree: ast.Module) -> Iterator[tuple[str, bool]]:
@@ -124,7 +123,7 @@ def _is_zero(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) is int and not node.value
 
 
-def _unbounded(reader: Reader, tables: _Tables, facts: Facts) -> None:
+def _unbounded(reader: Reader, tables: _Tables) -> None:
     """Note subscripts that only count and that nothing compares."""
     if any(nodes_in(reader.tree, ast.ExceptHandler)):
         return  # an IndexError may be how it ends
@@ -133,10 +132,10 @@ def _unbounded(reader: Reader, tables: _Tables, facts: Facts) -> None:
     for text, name in fields.items():
         own = [node for node in nodes_in(reader.tree, ast.Attribute) if node.attr == name]
         if _only_counts(own, counting):
-            _note_unbounded(text, own, tables.elements(reader.tree, text), reader, facts)
+            _note_unbounded(text, own, tables.elements(reader.tree, text), reader)
 
 
-def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables, facts: Facts) -> None:
+def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables) -> None:
     """Note a local subscript that counts in an endless loop, if nothing in the loop limits it."""
     if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
@@ -144,7 +143,7 @@ def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables, facts: Facts
     for name in sorted({each.id for each in _counting(loop.body) if isinstance(each, ast.Name)}):
         own = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
         if _only_counts(own, changed):
-            _note_unbounded(name, own, tables.elements(loop.body, name), reader, facts)
+            _note_unbounded(name, own, tables.elements(loop.body, name), reader)
 
 
 def _only_counts(own: Iterable[ast.expr], counting: Iterable[ast.expr]) -> bool:
@@ -157,7 +156,6 @@ def _note_unbounded(
     own: Collection[ast.expr],
     elements: Sequence[ast.Subscript],
     reader: Reader,
-    facts: Facts,
 ) -> None:
     """Note a number that is read only as a subscript of tables.
 
@@ -167,7 +165,7 @@ def _note_unbounded(
     """
     if elements and len(elements) == len([node for node in own if not is_stored(node)]):
         where = f"`{ast.unparse(elements[0])}`: {text} counts, and nothing keeps it within the table"
-        facts.remark("subscript", reader.place(elements[0]), where)
+        reader.remark("subscript", elements[0], where)
 
 
 def _counting(tree: ast.AST | Iterable[ast.AST]) -> Iterator[ast.expr]:

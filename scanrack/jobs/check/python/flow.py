@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 
-from ..facts import Facts
 from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, all_of, constant_condition, negated, never
 from .chance import is_chance
 from .conditions import ConditionNames, condition
@@ -19,8 +18,8 @@ _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 class Flow:
     """Notes the mistakes of each function in a text."""
 
-    def __init__(self, reader: Reader, facts: Facts) -> None:
-        self._reader, self._facts = reader, facts
+    def __init__(self, reader: Reader) -> None:
+        self._reader = reader
         self._names = ConditionNames()
 
     def note(self) -> None:
@@ -36,11 +35,8 @@ class Flow:
             for call in nodes_in(statement, ast.Call):
                 if is_chance(call, self._reader.names):
                     text = f"`{ast.unparse(call.func)}()`: two runs of the logic would differ"
-                    self._remark("not-deterministic", call, text)
-        Scopes(self._reader, self._facts).note()
-
-    def _remark(self, rule: str, node: ast.expr | ast.stmt, text: str) -> None:
-        self._facts.remark(rule, self._reader.place(node), text)
+                    self._reader.remark("not-deterministic", call, text)
+        Scopes(self._reader).note()
 
     # --- conditions and lines
 
@@ -49,7 +45,7 @@ class Flow:
             self._statement(each, reached)
             if at + 1 < len(body) and _never_ends(each):
                 text = f"line {each.lineno} never goes on to this line"
-                self._remark("unreachable", body[at + 1], text)
+                self._reader.remark("unreachable", body[at + 1], text)
                 return
             if isinstance(each, ast.If) and not each.orelse and _leaves(each.body):
                 reached = _both(reached, negated(condition(each.test, self._names)))
@@ -94,7 +90,7 @@ class Flow:
             self._expressions(test)
             return own
         rule, says = found
-        self._remark(rule, test, f"`{ast.unparse(test)}` {says}")
+        self._reader.remark(rule, test, f"`{ast.unparse(test)}` {says}")
         return UNKNOWN
 
     def _expressions(self, node: ast.AST) -> None:
@@ -109,7 +105,7 @@ class Flow:
             is_literal = isinstance(own, FixedTruth) and not isinstance(each, ast.Compare)
             found = None if own == UNKNOWN or is_literal else constant_condition(own)
             if found is not None:
-                self._remark(found[0], each, f"`{ast.unparse(tested)}` {found[1]}")
+                self._reader.remark(found[0], each, f"`{ast.unparse(tested)}` {found[1]}")
 
     # --- numbers
 
@@ -119,9 +115,9 @@ class Flow:
         divisor = self._reader.number(node.right) if is_division else None
         is_whole = isinstance(node.op, ast.FloorDiv) and isinstance(divisor, int)
         if is_whole and self._is_cut(node.left, int(divisor or 0)):
-            self._remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
+            self._reader.remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
         if divisor == 0:
-            self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
+            self._reader.remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
     def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
         """Whether the dividend, a constant or a remainder, is smaller than the divisor."""

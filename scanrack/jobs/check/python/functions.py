@@ -24,7 +24,8 @@ from .reader import Reader
 from .reals import note_reals
 from .scans import Scans
 from .steps import PythonSteps
-from .times import waits_below_one_scan
+from .times import note_short_times
+from .walk import Walk
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
@@ -34,27 +35,27 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
         names: global names of its module, with their values.
     """
     tree = ast.parse(read_input_text(path, TextKind.PYTHON))
-    reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
-    _note_commands(reader, facts)
+    reader = Reader(str(path), tree, names, facts)
+    _note_commands(reader)
     facts.remarks["command-held"] += reader.held()
-    for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        facts.remark("preset-unit", reader.place(node), text)
+    note_short_times(reader, spec.scan_ns)
     for line, text in fixed_loops(tree):
         facts.remark("never-waits", FileLine(str(path), line), text)
     facts.uses_bit = reader.uses_bit(terminals)
-    Flow(reader, facts).note()
-    Scans(reader, spec, facts).note()
-    note_reals(reader, facts)
-    note_counting(reader, facts)
-    note_names(reader, facts)
-    images = Images(reader, spec, facts)
+    Flow(reader).note()
+    Scans(reader, spec).note()
+    note_reals(reader)
+    note_counting(reader)
+    note_names(reader)
+    images = Images(reader, spec)
     images.note()
     steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-    steps = PythonSteps(reader, images, steppers)
-    writes = HandWrites(reader, steps, steppers)
+    walk = Walk(reader)
+    steps = PythonSteps(walk, images, steppers)
+    writes = HandWrites(walk, steps, steppers)
     facts.writes = list(writes.writes())
-    facts.actions = [*steps.actions(), *writes.actions]
+    facts.actions = [*steps.changes, *writes.actions]
     facts.step_use, facts.first_steps = steps.use, steps.first
     facts.outputs = writes.outputs
     facts.remarks["lossy-conversion"] += writes.remarks
@@ -63,8 +64,9 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     return facts
 
 
-def _note_commands(reader: Reader, facts: Facts) -> None:
+def _note_commands(reader: Reader) -> None:
     """Note the commands that a text constructs, and those whose arguments are refused."""
+    facts = reader.facts
     moves: list[tuple[FileLine, str, int]] = []
     least: list[int] = []
     for kind, call in reader.calls():

@@ -14,7 +14,6 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan
 
-from ..facts import Facts
 from ..groups import grouped
 from .nodes import Function, last_name, nodes_in, parameters_of
 from .reader import Reader, functions_in
@@ -38,8 +37,8 @@ NOTHING: What = ("", None)
 class Images:
     """Notes attributes, words and bits that the scan or its slots do not have."""
 
-    def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
-        self._reader, self._facts = reader, facts
+    def __init__(self, reader: Reader, spec: RackSpec) -> None:
+        self._reader = reader
         self._words = {slot.number: slot.words for slot in spec.slot}
         self._functions = [function for function, _ in functions_in(reader.tree)]
         self._given: dict[tuple[str, str], set[What]] = {
@@ -63,7 +62,7 @@ class Images:
                 names = _names_of(KINDS[kind]) if kind in KINDS else {name}
                 if name not in names:
                     text = missing(ast.unparse(node), name, names)
-                    self._facts.remark("unknown-attribute", self._reader.place(node), text)
+                    self._reader.remark("unknown-attribute", node, text)
             case ast.Subscript(value=image, slice=index):
                 self._place(image, [index], node, local)
             case ast.Call(func=ast.Attribute(value=image, attr="bit" | "set_bit"), args=args):
@@ -79,7 +78,7 @@ class Images:
             return
         text = self._lacks(kind[0].upper(), slot, *numbers)
         if text:
-            self._facts.remark("no-place", self._reader.place(node), f"`{ast.unparse(node)}`: {text}")
+            self._reader.remark("no-place", node, f"`{ast.unparse(node)}`: {text}")
 
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
         """Return a message that an image lacks a word or bit; "" if it has it, or if that is unknown."""

@@ -21,21 +21,18 @@ from typing import Any
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
-from ..facts import FileLine, UsesBit, Violation
+from ..facts import Facts, FileLine, UsesBit, Violation
 from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
     "direction": Direction.CW,
     "shape": Acceleration.CONSTANT,
-    "target": 0,
-    "value": 0,
-    "speed": 1,
-    "acceleration": 1,
-    "deceleration": 1,
-    "starting_speed": 1,
+    **dict.fromkeys(("target", "value", "position"), 0),
+    **dict.fromkeys(("speed", "acceleration", "deceleration", "starting_speed"), 1),
+    **dict.fromkeys(("distance", "register", "numerator", "denominator"), 1),
 }
-"""A legal value for each required argument, to use if it is unknown."""
+"""A legal value for each required argument of a command's class or of an axis's method, if it is unknown."""
 
 GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
 """Command classes that set a bit in word 0."""
@@ -63,13 +60,19 @@ class Reader:
 
     Args:
         names: global names of its module, with their values.
+        facts: the facts of the program.
         fields: values of `self` that the program never changes, by name.
     """
 
     def __init__(
-        self, file: str, tree: ast.Module, names: Mapping[str, Any], fields: Mapping[str, object] = NO_FIELDS
+        self,
+        file: str,
+        tree: ast.Module,
+        names: Mapping[str, Any],
+        facts: Facts,
+        fields: Mapping[str, object] = NO_FIELDS,
     ) -> None:
-        self.file, self.tree, self.names, self.fields = file, tree, names, fields
+        self.file, self.tree, self.names, self.facts, self.fields = file, tree, names, facts, fields
         functions = list(nodes_in(tree, *FUNCTIONS, ast.Lambda))
         self.local = {name for function in functions for name in _bound(function)}
         self.loops = dict(_loops(functions))
@@ -77,6 +80,10 @@ class Reader:
     def place(self, node: ast.expr | ast.stmt | ast.arg) -> FileLine:
         """Return the line of a node."""
         return FileLine(self.file, node.lineno)
+
+    def remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
+        """Add a mistake that shows in one place."""
+        self.facts.remark(rule, self.place(node), text)
 
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
         """Yield the calls of command classes, each with the name of the class."""

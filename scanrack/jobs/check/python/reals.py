@@ -8,7 +8,6 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping, Sequence
 
-from ..facts import Facts
 from .conditions import constant_of
 from .nodes import Function, assignments_in, nodes_in
 from .reader import Reader, functions_in
@@ -16,7 +15,7 @@ from .reader import Reader, functions_in
 DEPTH = 6
 
 
-def note_reals(reader: Reader, facts: Facts) -> None:
+def note_reals(reader: Reader) -> None:
     """Note the equality comparisons of a calculated fraction."""
     reals = _PythonReals(reader.tree)
     for function, _ in functions_in(reader.tree):
@@ -29,7 +28,7 @@ def note_reals(reader: Reader, facts: Facts) -> None:
                 is_equal = isinstance(node.ops[0], ast.Eq)
                 says = "hardly ever equals" if is_equal else "nearly always differs from"
                 text = f"`{ast.unparse(node)}`: a calculated fraction {says} another number"
-                facts.remark("real-equality", reader.place(node), text)
+                reader.remark("real-equality", node, text)
 
 
 class _PythonReals:

@@ -7,9 +7,10 @@ import difflib
 from collections.abc import Collection, Iterator
 
 from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
 from scanrack.runtime.config.rackspec import RackSpec
 
-from ..facts import Command, Facts, Violation
+from ..facts import Command, Violation
 from ..ranges import ANY, Range, exactly
 from .nodes import is_loaded, is_stored, last_name, names_in, nodes_in, stored_attributes
 from .reader import Reader
@@ -24,9 +25,6 @@ KINDS = {
 }
 """Commands by class; for a `Move`, its first argument tells whether it is absolute or relative."""
 
-WORD = (-32_768, 65_535)
-"""Values that fit into a word, signed or unsigned."""
-
 _WRITING = ("load", "set_bit", "clear")
 """Methods that write an image."""
 
@@ -34,8 +32,8 @@ _WRITING = ("load", "set_bit", "clear")
 class Scans:
     """Notes how a text uses `scan.slot[...]`."""
 
-    def __init__(self, reader: Reader, spec: RackSpec, facts: Facts) -> None:
-        self._reader, self._spec, self._facts = reader, spec, facts
+    def __init__(self, reader: Reader, spec: RackSpec) -> None:
+        self._reader, self._spec, self._facts = reader, spec, reader.facts
         self._aliases = dict(_aliases(reader.tree))
         steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
         used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
@@ -49,15 +47,14 @@ class Scans:
                     self._subscript(node)
                 case ast.Call(func=ast.Attribute(value=image, attr=method)) if method in _WRITING:
                     if self._is_image(image, ".inputs"):
-                        self._remark("input-written", node, f"`{ast.unparse(node)}` writes an input image")
+                        self._reader.remark(
+                            "input-written", node, f"`{ast.unparse(node)}` writes an input image"
+                        )
                 case ast.Assign(targets=targets, value=value):
                     for target in targets:
                         self._assigned(target, value)
         self._attributes()
         self._commands()
-
-    def _remark(self, rule: str, node: ast.expr, text: str) -> None:
-        self._facts.remark(rule, self._reader.place(node), text)
 
     def _subscript(self, node: ast.Subscript) -> None:
         """Note a slot that the rack does not have, and a write to an input."""
@@ -67,9 +64,11 @@ class Scans:
             if isinstance(index.value, int) and index.value not in there:
                 listed = ", ".join(map(str, there))
                 text = f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
-                self._remark("no-place", node, text)
+                self._reader.remark("no-place", node, text)
         if is_stored(node) and self._is_image(owner, ".inputs"):
-            self._remark("input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it")
+            self._reader.remark(
+                "input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it"
+            )
 
     def _is_image(self, node: ast.expr, end: str) -> bool:
         text = ast.unparse(node)
@@ -84,7 +83,7 @@ class Scans:
             return
         text = word_lost(value, _range(value))
         if text:
-            self._remark("lossy-conversion", value, text)
+            self._reader.remark("lossy-conversion", value, text)
 
     # --- state
 
@@ -107,7 +106,9 @@ class Scans:
         """Note attributes that an object does not have, in a text where it has this name."""
         for node in nodes_in(tree, ast.Attribute):
             if node.attr not in known and ast.unparse(node.value) == name:
-                self._remark("unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known))
+                self._reader.remark(
+                    "unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known)
+                )
 
     def _views(self) -> dict[str, object]:
         """Return the classes of status views by variable name, such as `status`."""
@@ -199,8 +200,13 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 def missing(text: str, name: str, names: Collection[str]) -> str:
     """Return a message that an attribute does not exist, with the closest existing name."""
-    near = difflib.get_close_matches(name, [each for each in names if not each.startswith("_")], n=1)
-    return f"no {text}" + (f"; did you mean {near[0]}?" if near else "")
+    return f"no {text}{nearest(name, [each for each in names if not each.startswith('_')])}"
+
+
+def nearest(name: str, names: Collection[str]) -> str:
+    """Return the end of a message about a name that does not exist: the closest existing name."""
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {near[0]}?" if near else ""
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
@@ -209,7 +215,9 @@ def word_lost(value: ast.expr, found: Range) -> str:
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:
         return f"{found} loses its fraction"
-    return f"it is {found}, and a word holds {WORD[0]} to {WORD[1]}" if found.outside(*WORD) else ""
+    if not found.outside(WORD_MIN, UNSIGNED_MAX):
+        return ""
+    return f"it is {found}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
 
 
 def _range(node: ast.expr) -> Range:

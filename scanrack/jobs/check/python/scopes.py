@@ -6,7 +6,6 @@ import ast
 import builtins
 from collections.abc import Iterator
 
-from ..facts import Facts
 from ..groups import reached
 from .nodes import Function, field_of, is_stored, names_in, nodes_in, outer_names
 from .reader import Reader, functions_in
@@ -23,8 +22,8 @@ _HIDING = frozenset(name for name in vars(builtins) if name.islower() and name[0
 class Scopes:
     """Notes mistakes with names in a text."""
 
-    def __init__(self, reader: Reader, facts: Facts) -> None:
-        self._reader, self._facts = reader, facts
+    def __init__(self, reader: Reader) -> None:
+        self._reader = reader
         self._globals = {name for node in reader.tree.body for name in _declared(node)}
 
     def note(self) -> None:
@@ -34,9 +33,6 @@ class Scopes:
             self._shadows(function)
             self._unread(function)
         self._recursion()
-
-    def _remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
-        self._facts.remark(rule, self._reader.place(node), text)
 
     def _parameters(self, function: Function, owner: ast.ClassDef | None) -> None:
         """Note unused parameters."""
@@ -49,7 +45,7 @@ class Scopes:
         for each in every if owner is None else every[1:]:
             if each.arg not in used and not each.arg.startswith("_"):
                 text = f"{function.name} does not use its parameter {each.arg}"
-                self._remark("unused-parameter", each, text)
+                self._reader.remark("unused-parameter", each, text)
 
     def _is_called(self, name: str) -> bool:
         calls = (node.func for node in nodes_in(self._reader.tree, ast.Call))
@@ -61,14 +57,14 @@ class Scopes:
         for name, node in _bound_in(function):
             hidden = f"{name} of the module" if name in self._globals else f"the built-in {name}"
             if name not in seen and name in self._globals | _HIDING:
-                self._remark("shadowed-name", node, f"{name} in {function.name} hides {hidden}")
+                self._reader.remark("shadowed-name", node, f"{name} in {function.name} hides {hidden}")
             seen.add(name)
         for loop in nodes_in(function, ast.For):
             own = set(names_in(loop.target)) - {"_"}
             for inner in nodes_in(loop.body, ast.For):
                 for name in sorted(own & set(names_in(inner.target))):
                     text = f"this loop uses {name}, as the loop around it does"
-                    self._remark("shadowed-name", inner, text)
+                    self._reader.remark("shadowed-name", inner, text)
 
     def _unread(self, function: Function) -> None:
         """Note local variables that are never read."""
@@ -79,7 +75,7 @@ class Scopes:
             target = node.targets[0] if len(node.targets) == 1 else None
             name = target.id if isinstance(target, ast.Name) else "_"
             if name not in used and not name.startswith("_"):
-                self._remark("never-read", node, f"{name} is assigned, and nothing reads it")
+                self._reader.remark("never-read", node, f"{name} is assigned, and nothing reads it")
 
     def _recursion(self) -> None:
         """Note functions that call themselves, directly or through others."""
@@ -92,7 +88,7 @@ class Scopes:
         for function, _ in functions:
             if function.name in reached([function.name], lambda name: calls.get(name, ())):
                 text = f"{function.name} calls itself, directly or through others"
-                self._remark("recursion", function, text)
+                self._reader.remark("recursion", function, text)
 
 
 def _is_own(called: ast.expr, *, method: bool) -> bool:

@@ -59,7 +59,8 @@ from .reals import note_reals
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
 from .steps import PythonSteps
-from .times import waits_below_one_scan
+from .times import note_short_times
+from .walk import Walk
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -76,13 +77,13 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     for axis in axes.values():
         _note_axis(axis, path, facts)
     fields = _constant_fields(logic, trees)
-    readers = {str(file): Reader(str(file), tree, names, fields) for file, tree, names in texts}
+    readers = {str(file): Reader(str(file), tree, names, facts, fields) for file, tree, names in texts}
     for reader in readers.values():
-        _note_calls(Calls(reader, axes, type(program).__mro__), reader, spec, facts)
-        _note_loops(reader, parts, facts)
-        Flow(reader, facts).note()
-        note_names(reader, facts)
-        note_reals(reader, facts)
+        _note_calls(Calls(reader, axes, type(program).__mro__), reader, spec)
+        _note_loops(reader, parts)
+        Flow(reader).note()
+        note_names(reader)
+        note_reals(reader)
     _SequenceReader(logic, readers, spec, path, facts).note()
     return facts
 
@@ -98,22 +99,22 @@ def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
         facts.at_once.append(Violation(place, text))
 
 
-def _note_calls(calls: Calls, reader: Reader, spec: RackSpec, facts: Facts) -> None:
+def _note_calls(calls: Calls, reader: Reader, spec: RackSpec) -> None:
+    facts = reader.facts
     facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
     facts.remarks["out-of-range"] += calls.refused()
     facts.remarks["bad-call"] += calls.failing()
-    facts.remarks["preset-zero"] += calls.without_time()
-    facts.remarks["preset-unit"] += calls.waits_below_one_scan(spec.scan_ns)
-    for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        facts.remark("preset-unit", reader.place(node), text)
+    for rule, call, text in calls.short_waits(spec.scan_ns):
+        reader.remark(rule, call, text)
+    note_short_times(reader, spec.scan_ns)
 
 
-def _note_loops(reader: Reader, parts: Mapping[str, object], facts: Facts) -> None:
+def _note_loops(reader: Reader, parts: Mapping[str, object]) -> None:
     """Note the loops that never wait, once per line."""
     inputs = [name for name, each in parts.items() if isinstance(each, Input | InputWord)]
     loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
     for line, text in dict(loops).items():
-        facts.remark("never-waits", FileLine(reader.file, line), text)
+        reader.facts.remark("never-waits", FileLine(reader.file, line), text)
 
 
 class _SequenceReader:
@@ -158,10 +159,14 @@ class _SequenceReader:
     def _of_one_file(self, reader: Reader) -> None:
         """Note counters and blocks that nothing runs, and note the steps, without the commands in them."""
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
-        note_counting(reader, self._facts, recorded)
-        never_called(reader, self._blocks, self._facts)
-        steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
-        self._facts.actions += steps.actions()
+        note_counting(reader, recorded)
+        never_called(reader, self._blocks)
+        walk = Walk(reader)
+        steps = PythonSteps(walk, Images(reader, self._spec), ())
+        for statement, place in walk.statements():
+            if isinstance(statement, ast.Assign):
+                steps.note(statement, place)
+        self._facts.actions += steps.changes
         self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
     def _summaries(self) -> Mapping[str, set[str]]:

@@ -9,138 +9,60 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
+from scanrack.io_images.amci3601 import StatusMsw
 
 from ..facts import Step, StepAction, StepUse
-from ..logic import (
-    TRUE,
-    AllOf,
-    AnyOf,
-    Bit,
-    Compare,
-    Condition,
-    FixedTruth,
-    all_of,
-    base_of,
-    is_only_of,
-    leaves,
-    negated,
-    steps_in,
-)
-from ..module_kinds import MOVING, OFF_AT_END, command_bits, first_kind
-from .conditions import ConditionNames, condition, constant_of
+from ..logic import Bit, Compare, Condition, FixedTruth, base_of, is_only_of, leaves, steps_in
+from ..module_kinds import MOVING, given_by, shows_end
+from .conditions import constant_of
 from .images import Images
-from .nodes import Function, assignments_in, is_stored, last_name, nodes_in
-from .reader import Reader, functions_in
+from .nodes import assignments_in, is_stored, last_name, nodes_in
 from .scans import KINDS as CLASSES
+from .walk import Walk, WalkPlace
 
 TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
 """Finds, in the text of a value, signs that a motion has ended or that time has passed."""
 
-BITS = {
-    "move_to": CommandMsw.ABSOLUTE_MOVE,
-    "move_by": CommandMsw.RELATIVE_MOVE,
-    "home": CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW,
-    "set_position": CommandMsw.PRESET_POSITION,
-    "run": CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW,
-    "run_blend": CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW,
-}
-"""Bits of the command word, by command."""
-
 START = "__init__"
-
-DEPTH = 4
-"""Maximum depth of functions that are followed."""
-
 
 _WORKING = (ast.If, ast.IfExp, ast.Match, ast.BinOp, ast.BoolOp, ast.Compare)
 """Nodes in a step that depend on conditions other than the step."""
 
 
 class PythonSteps:
-    """The steps in a text."""
+    """The steps in a text.
 
-    def __init__(self, reader: Reader, images: Images, slots: Sequence[int]) -> None:
-        self._reader, self._images, self._slots = reader, images, slots
-        self.names = ConditionNames()
-        self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
-        self.function: Function  # the function being read
-        self._depth = 0
-        self._assigning: set[int] = set()  # lines with an assignment of a step that `actions` has seen
+    Args:
+        slots: slots with 3601s.
 
-    def actions(self) -> Iterator[StepAction]:
-        """Yield what the program does in its steps."""
-        called = set(map(callee_of, nodes_in(self._reader.tree, ast.Call)))
-        for name, function in self._functions.items() if self._machines else ():
-            if name not in called and name != START:
-                self.function = function
-                yield from self._body(function.body, TRUE)
+    Attributes:
+        changes: the assignments of steps that the walk has reached.
+    """
 
-    # --- statements
+    def __init__(self, walk: Walk, images: Images, slots: Sequence[int]) -> None:
+        self._walk, self._images, self._slots = walk, images, slots
+        self._reader = walk.reader
+        self.changes: dict[StepAction, None] = {}  # a loop with several passes repeats them
+        self._assigning: set[int] = set()  # lines with an assignment of a step that the walk has reached
 
-    def _body(self, body: Sequence[ast.stmt], reached: Condition) -> Iterator[StepAction]:
-        for node in body:
-            yield from self._statement(node, reached)
-            if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
-                reached = all_of(reached, negated(condition(node.test, self.names)))
-
-    def _statement(self, node: ast.stmt, reached: Condition) -> Iterator[StepAction]:
-        match node:
-            case ast.If(test=test, body=body, orelse=orelse):
-                own = condition(test, self.names)
-                yield from self._body(body, all_of(reached, own))
-                yield from self._body(orelse, all_of(reached, negated(own)))
-            case ast.Match(subject=subject, cases=cases):
-                for each in cases:
-                    yield from self._body(each.body, all_of(reached, self.chosen(subject, each)))
-            case ast.For(body=body) | ast.While(body=body) | ast.With(body=body) | ast.Try(body=body):
-                yield from self._body(body, reached)
-            case ast.Assign(targets=[target], value=value):
-                yield from self._assigned(node, target, value, reached)
-            case ast.Expr(value=ast.Call() as call):
-                yield from self._called(call, reached)
-
-    def chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
-        """Return the condition under which a case is chosen."""
-        patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
-        parts: list[Condition] = [
-            condition(ast.Compare(subject, [ast.Eq()], [each.value]), self.names)
-            for each in patterns
-            if isinstance(each, ast.MatchValue)
-        ]
-        guard = TRUE if case.guard is None else condition(case.guard, self.names)
-        return AllOf((AnyOf(tuple(parts)), guard)) if len(parts) == len(patterns) else guard
-
-    def _assigned(
-        self, node: ast.Assign, target: ast.expr, value: ast.expr, reached: Condition
-    ) -> Iterator[StepAction]:
-        text = ast.unparse(target)
-        step = _step(value)
-        if text in self._machines and step is not None:
+    def note(self, node: ast.Assign, place: WalkPlace) -> None:
+        """Note an assignment of a step."""
+        target, step = ast.unparse(node.targets[0]), _step(node.value)
+        is_change = len(node.targets) == 1 and target in self._machines and step is not None
+        if is_change and place.entry != START:
             self._assigning.add(node.lineno)
-            yield self._action(node, text, reached, goes=step)
-
-    def _called(self, call: ast.Call, reached: Condition) -> Iterator[StepAction]:
-        inner = self._functions.get(callee_of(call))
-        if inner is not None and self._depth < DEPTH:
-            outer, self.function, self._depth = self.function, inner, self._depth + 1
-            yield from self._body(inner.body, reached)
-            self.function, self._depth = outer, self._depth - 1
+            self.changes[self._action(node, target, place.reached, goes=step)] = None
 
     def commanding(
         self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
     ) -> Iterator[StepAction]:
         """Yield an action for a write of the command word, for each machine."""
-        bits, cleared = command_bits(sets, clears)
-        kind = first_kind(bits)
-        text = f"the command {kind}"
         for machine in self._machines:
-            action = self._action(node, machine, reached)
-            yield replace(action, axis=axis, kind=kind, text=text, sets=bits, clears=cleared)
+            yield replace(self._action(node, machine, reached), axis=axis, **given_by(sets, clears))
 
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
@@ -165,13 +87,14 @@ class PythonSteps:
         }
 
     def _number(self, step: Step) -> float:
-        return float(self.names.number(step) or 0)
+        return float(self._walk.names.number(step) or 0)
 
     def use(self, machine: str, step: Step) -> StepUse | None:
         """Return what the text does in a step; None if the step may change in ways that are not analyzed."""
         name = machine.rpartition(".")[2]
-        others = (text for text in self.values if text != machine and text.endswith(f".{name}"))
-        if not self._stored[machine] <= self._assigning or any(others):
+        others = (text for text in self._walk.values if text != machine and text.endswith(f".{name}"))
+        stored = self._stored.get(machine)  # None for an element, such as that of an image
+        if stored is None or not stored <= self._assigning or any(others):
             return None
         bodies = [body for of, one, body in self._arms() if of == machine and one == step]
         works = any(any(nodes_in(body, *_WORKING)) for body in bodies)
@@ -182,7 +105,7 @@ class PythonSteps:
         name = machine.rpartition(".")[2]
         bodies = [self._reader.tree.body]
         bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
-        bodies += [self._functions[START].body] if START in self._functions else []
+        bodies += [self._walk.functions[START].body] if START in self._walk.functions else []
         declared = (pair for body in bodies for pair in assignments_in(body))
         found = (_step(value) for target, value in declared if last_name(target) == name)
         return frozenset(each for each in found if each is not None)
@@ -191,7 +114,7 @@ class PythonSteps:
     def _stored(self) -> dict[str, set[int]]:
         """The lines that assign each target, except those in the start function."""
         found: dict[str, set[int]] = {}
-        for function in self._functions.values():
+        for function in self._walk.functions.values():
             for node in nodes_in(function, ast.Name, ast.Attribute) if function.name != START else ():
                 if is_stored(node):
                     found.setdefault(ast.unparse(node), set()).add(node.lineno)
@@ -218,30 +141,18 @@ class PythonSteps:
             if len(node.comparators) == 1:
                 compared.setdefault(ast.unparse(node.left), set()).add(_step(node.comparators[0]))
         found: dict[str, frozenset[Step]] = {}
-        for text, values in self.values.items():
+        for text, values in self._walk.values.items():
             steps = set(map(_step, values))
             every = frozenset(each for each in steps | compared.get(text, set()) if each is not None)
             if None not in steps and len(every) > 1:
                 found[text] = every
         return found
 
-    @cached_property
-    def values(self) -> Mapping[str, list[ast.expr]]:
-        """The values that the text assigns, by target."""
-        found: dict[str, list[ast.expr]] = {}
-        for node in nodes_in(self._reader.tree, ast.Assign, ast.AugAssign):
-            if isinstance(node, ast.Assign):
-                for target in node.targets:
-                    found.setdefault(ast.unparse(target), []).append(node.value)
-            else:
-                found.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
-        return found
-
     def kind(self, loaded: ast.expr) -> str:
         """Return the command in an image; "" if there is none."""
         text = ast.unparse(loaded)
         name = text.partition(".")[0]
-        texts = [text, *(ast.unparse(each) for each in self.values.get(name, ()))]
+        texts = [text, *(ast.unparse(each) for each in self._walk.values.get(name, ()))]
         for each in texts:
             if each.startswith("Move("):
                 return "move_to" if "ABSOLUTE" in each else "move_by"
@@ -258,20 +169,15 @@ class PythonSteps:
             return not (isinstance(part, Compare) and base_of(part.name) in self._machines)
         name = _last(part.name)
         if name in StatusMsw.__members__:
-            return name not in MOVING if part.on else name in OFF_AT_END
-        return part.on and any(map(self._tells, self.values.get(base_of(part.name), ())))
+            return shows_end(name, on=part.on)
+        return part.on and any(map(self._tells, self._walk.values.get(base_of(part.name), ())))
 
     def _tells(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
-        local = self._images.locals_of(self.function)
+        local = self._images.locals_of(self._walk.function)
         parts = (self._images.what(each, local) for each in ast.walk(value) if isinstance(each, ast.expr))
         reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
         return reads or TELLING.search(ast.unparse(value)) is not None
-
-
-def callee_of(call: ast.Call) -> str:
-    """Return the name of a called function, without the object it belongs to."""
-    return call.func.attr if isinstance(call.func, ast.Attribute) else ast.unparse(call.func)
 
 
 def _last(name: str) -> str:

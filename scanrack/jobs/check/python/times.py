@@ -7,7 +7,7 @@ await dwell("500 us")                  shorter than a scan
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from .nodes import Function, nodes_in
 from .reader import Reader, functions_in
@@ -16,8 +16,8 @@ CLOCK = "now_ns"
 """The attribute of the scan that counts nanoseconds."""
 
 
-def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.expr, str]]:
-    """Yield comparisons of an elapsed time with less than a scan, each as expression and problem."""
+def note_short_times(reader: Reader, scan_ns: int) -> None:
+    """Note comparisons of an elapsed time with less than a scan."""
     for function, _ in functions_in(reader.tree):
         names = _names(function)
         for node in nodes_in(function, ast.Compare):
@@ -26,7 +26,7 @@ def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.exp
                 unit, limit = _unit(one, names, reader), _number(other, reader)
                 if unit is not None and limit is not None and 0 < limit * unit < scan_ns:
                     time = f"{limit * unit:,g} ns, and a scan takes {scan_ns:,} ns"
-                    yield node, f"`{ast.unparse(node)}` is a time of {time}"
+                    reader.remark("preset-unit", node, f"`{ast.unparse(node)}` is a time of {time}")
 
 
 def _names(function: Function) -> dict[str, ast.expr]:

@@ -12,11 +12,6 @@ from . import blends, data, interlocks, motion, rack, steps, words
 Check = Callable[[Subject], Iterator[Violation]]
 
 
-def _nothing(_subject: Subject) -> Iterator[Violation]:
-    """Find nothing: collectors note all findings of this rule as remarks."""
-    yield from ()
-
-
 class Rule(NamedTuple):
     """A rule.
 
@@ -25,14 +20,14 @@ class Rule(NamedTuple):
         words: what it finds, in a few words.
         remedy: what to do.
         level: "error": it can't work; "warning": it is probably a mistake; "note": someone may rely on it.
-        check: finds it in the table of facts, in addition to the remarks of the collectors.
+        checks: find it in the table of facts, in addition to the remarks of the collectors.
     """
 
     id: str
     words: str
     remedy: str
     level: str = "warning"
-    check: Check = _nothing
+    checks: tuple[Check, ...] = ()
 
 
 RULES = (
@@ -43,28 +38,28 @@ RULES = (
         "not-configured",
         "an input is wired that no configuration uses",
         "add the input to the configuration, or take it out of the machine",
-        check=rack.wired_but_not_configured,
+        checks=(rack.wired_but_not_configured,),
     ),
     Rule(
         "search-without-switch",
         "a home search on a machine without a home switch, or with one that lies beyond a limit",
         "wire a home switch, or set the position instead",
         "error",
-        rack.search_without_switch,
+        (rack.search_without_switch,),
     ),
     Rule(
         "wrong-level",
         "a home, limit or stop input that is active at rest: its contact and its level contradict each other",
         "change the bit of the input in configuration word 1, or `normally_closed` of its switch",
         "error",
-        rack.active_at_rest,
+        (rack.active_at_rest,),
     ),
     Rule(
         "unused-terminal",
         "a card's wired input or output that no program uses",
         "use it, or take it out of the rack file",
         "note",
-        rack.unused_terminals,
+        (rack.unused_terminals,),
     ),
     Rule(
         "no-place",
@@ -76,32 +71,32 @@ RULES = (
         "unknown-tag",
         "a pattern of recorded tags that matches none",
         "correct the pattern",
-        check=rack.unknown_tags,
+        checks=(rack.unknown_tags,),
     ),
     # bits and tags
     Rule(
         "repeated-coil",
         "a bit with two coils, a timer with two rungs, or a value that is written over in each scan",
         "join the conditions as branches of one rung, or use OTL and OTU",
-        check=data.overwritten,
+        checks=(data.overwritten,),
     ),
     Rule(
         "coil-and-latch",
         "a bit that a coil writes, and that OTL or OTU writes, too",
         "use OTL and OTU only, or OTE only",
-        check=data.coil_and_latch,
+        checks=(data.coil_and_latch,),
     ),
     Rule(
         "move-over-coil",
         "a word that is written as a whole, and bit by bit",
         "write the word, or its bits",
-        check=data.move_over_coil,
+        checks=(data.move_over_coil,),
     ),
     Rule(
         "never-written",
         "a tag or field that is read, and that nothing writes",
         "write it, or give it an initial value",
-        check=lambda subject: _each(subject, data.never_written, data.never_set),
+        checks=(data.never_written, data.never_set),
     ),
     Rule(
         "never-run",
@@ -113,21 +108,21 @@ RULES = (
         "a tag or field that is written, and that nothing reads",
         "read it, record it with `tags` of the rack file, or take it out",
         "note",
-        data.never_read,
+        (data.never_read,),
     ),
     Rule("unused-tag", "a tag or field that nothing names", "use it, or take it out", "note"),
     Rule(
         "latch-never-cleared",
         "a bit that is set, and that nothing clears",
         "clear it where it is over",
-        check=data.latch_never_cleared,
+        checks=(data.latch_never_cleared,),
     ),
     Rule("input-written", "an assignment to an input", "write a tag of your own", "error"),
     Rule(
         "several-tasks",
         "a tag that several tasks write",
         "write it in one task, and let it read what the others wish",
-        check=data.several_tasks,
+        checks=(data.several_tasks,),
     ),
     # conditions
     Rule(
@@ -154,7 +149,7 @@ RULES = (
         "step-without-exit",
         "a step that nothing leaves",
         "add the way on to it",
-        check=steps.without_way_out,
+        checks=(steps.without_way_out,),
     ),
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
     Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
@@ -168,7 +163,7 @@ RULES = (
         "no-interlock",
         "two outputs of opposite names, such as Up and Down, that inputs can switch on together",
         "let each one exclude the other, or add the other's contact",
-        check=interlocks.opposite_outputs,
+        checks=(interlocks.opposite_outputs,),
     ),
     Rule(
         "preset-unit",
@@ -203,7 +198,7 @@ RULES = (
         "a parameter that nothing uses",
         "use it, or take it out",
         "note",
-        data.parameters_never_read,
+        (data.parameters_never_read,),
     ),
     Rule("shadowed-name", "a name that hides another one", "give it another name"),
     Rule(
@@ -238,81 +233,81 @@ RULES = (
         "execute-never-falls",
         "a block whose Execute never falls",
         "clear Execute when the block is done",
-        check=motion.execute_stays,
+        checks=(motion.execute_stays,),
     ),
     Rule(
         "command-held",
         "a command bit that is set and never taken back, or not before the next command",
         "zero the command word after the command",
-        check=steps.not_zeroed,
+        checks=(steps.not_zeroed,),
     ),
     Rule(
         "torn-command",
         "a command together with its parameters, where an update can be torn",
         "send the parameters first: parameters_first=True, CPS, or the command bit in a later scan",
-        check=motion.torn,
+        checks=(motion.torn,),
     ),
     Rule(
         "out-of-range",
         "a value that the module refuses: ranges, the starting speed, a configuration",
         "correct the value",
         "error",
-        lambda subject: _each(subject, motion.out_of_range, words.images_out_of_range),
+        (motion.out_of_range, words.images_out_of_range),
     ),
     Rule(
         "refused-command",
         "a command that the module refuses: two command bits, data that it must not have, the configuration",
         "change the command, its words or the configuration",
         "error",
-        lambda subject: _each(subject, motion.refused, words.refused_images, interlocks.both_commands),
+        (motion.refused, words.refused_images, interlocks.both_commands),
     ),
     Rule(
         "blend-profile",
         "a blend profile that the module refuses",
         "correct its segments",
         "error",
-        blends.blends,
+        (blends.blends,),
     ),
     Rule(
         "no-blend",
         "a blend that runs, and that nothing programs",
         "program the blend before",
         "error",
-        blends.without_blend,
+        (blends.without_blend,),
     ),
     Rule(
         "motion-unconfigured",
         "a motion before the configuration",
         "configure the axis first",
         "error",
-        motion.without_configuration,
+        (motion.without_configuration,),
     ),
     Rule(
         "no-position",
         "an absolute move of an axis whose position nothing makes valid",
         "search for home or set the position first",
         "error",
-        motion.without_position,
+        (motion.without_position,),
     ),
     Rule(
         "beyond-limit",
         "an absolute move to a place behind a limit switch",
         "correct the position, or the limit switch of the machine",
         "error",
-        motion.beyond_limits,
+        (motion.beyond_limits,),
     ),
     Rule(
         "move-interrupted",
         "a motion that begins before the one before it is complete",
         "wait for its end",
-        check=lambda subject: _each(subject, motion.interrupted, steps.unfinished),
+        checks=(motion.interrupted, steps.unfinished),
     ),
     # sequences
     Rule(
         "two-sequences",
         "two sequences that write one output or move one axis",
         "let one own it, or hold a lock",
-        check=lambda subject: _each(subject, data.several_writers, motion.two_movers),
+        checks=(data.several_writers, motion.two_movers),
     ),
     Rule(
         "lock-order",
@@ -338,8 +333,3 @@ RULES = (
 """The rules, in the order in which they are reported."""
 
 BY_ID = {each.id: each for each in RULES}
-
-
-def _each(subject: Subject, *checks: Check) -> Iterator[Violation]:
-    for check in checks:
-        yield from check(subject)

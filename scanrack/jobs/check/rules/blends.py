@@ -18,7 +18,7 @@ from ..logic import AllOf, Bit, Condition, all_of, needed, negated, never
 from ..ranges import Range
 from ..subject import Subject
 from ..written import WordWrite
-from .motion import is_open
+from .motion import first_before, is_open
 
 PROGRAM = "program_blend"
 
@@ -112,12 +112,8 @@ Early = tuple[FileLine, str, int]
 
 def _in_order(runs: Sequence[Command], programs: Sequence[Command]) -> Early | None:
     """Return a run that comes before all programming in the same sequence."""
-    if any(each.execute for each in (*runs, *programs)) or len({each.owner for each in programs}) > 1:
-        return None
-    first = min(programs, key=lambda each: each.order)
-    for each in runs:
-        if each.sure and each.owner == first.owner and 0 < each.order < first.order:
-            return each.place, each.text, first.place.line
+    for run, program in first_before(programs, runs):
+        return run.place, run.text, program.place.line
     return None
 
 

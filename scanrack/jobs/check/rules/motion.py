@@ -8,10 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from operator import attrgetter
 
-from scanrack.io_images.amci3601 import Configuration, InputBit, Limits
+from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.io_images.amci3601.rules import RULES
-from scanrack.io_images.image import WORD_MAX
-from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, stopping_distance
@@ -20,11 +18,9 @@ from scanrack.runtime.machine.spec import input_name
 
 from ..facts import Access, Command, Role, Touch, Violation
 from ..logic import base_of
+from ..module_kinds import FROM_STARTING_SPEED, allowed
 from ..ranges import Range
 from ..subject import Subject
-
-FROM_STARTING_SPEED = ("home", "move_to", "move_by")
-"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
 
 MOTIONS = ("home", "move_to", "move_by", "run", "register", "run_blend", "gear")
 """Commands that move an axis."""
@@ -34,25 +30,6 @@ ENDING = ("home", "move_to", "move_by", "register", "run_blend")
 
 AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
 """Commands that a program may give only once."""
-
-RUNNING = ("run", "register", "gear")
-"""Commands whose direction is the sign of the speed: manual moves, registration moves, and the follower."""
-
-
-def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
-    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
-    least = 0 if kind in RUNNING else 1
-    return {
-        "position": (PARAMETER_MIN, PARAMETER_MAX),
-        "distance": (0 if kind == "store_minimum" else PARAMETER_MIN, PARAMETER_MAX),
-        "register": (1, PARAMETER_MAX),
-        "speed": (-limits.speed if kind in RUNNING else 1, limits.speed),
-        "acceleration": (least, limits.rate),
-        "deceleration": (least, limits.rate),
-        "final_deceleration": (1, limits.rate),
-        "numerator": (-WORD_MAX, WORD_MAX),
-        "denominator": (1, WORD_MAX),
-    }
 
 
 def out_of_range(subject: Subject) -> Iterator[Violation]:
@@ -137,7 +114,8 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
             text = f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
             yield Violation(first.place, text)
         ordered = [each for each in configuring if each.order]
-        for motion, other in _first_before(ordered, commands, MOTIONS):
+        motions = [each for each in commands if each.kind in MOTIONS]
+        for motion, other in first_before(ordered, motions):
             text = f"{motion.text} comes before the configuration in line {other.place.line}"
             yield Violation(motion.place, text)
 
@@ -148,18 +126,16 @@ def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collecti
     return None if first is None or is_open(subject, first) else first
 
 
-def _first_before(
-    needed: Sequence[Command], commands: Sequence[Command], kinds: Collection[str]
-) -> Iterator[tuple[Command, Command]]:
-    """Yield the first command of given kinds that precedes what it needs in its sequence, and that."""
+def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iterator[tuple[Command, Command]]:
+    """Yield the first command that precedes the first one that it needs in their sequence, with that one."""
     if len({each.owner for each in needed}) != 1 or not all(each.order for each in needed):
         return
     first = min(needed, key=lambda each: each.order)
-    for each in sorted(commands, key=lambda each: each.order):
-        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
-        if each.kind in kinds and is_before:
-            yield each, first
-            return
+    before = [
+        each for each in commands if each.sure and each.owner == first.owner and 0 < each.order < first.order
+    ]
+    if before:
+        yield min(before, key=lambda each: each.order), first
 
 
 def _is_sent(subject: Subject, command: Command) -> bool:
@@ -183,7 +159,8 @@ def without_position(subject: Subject) -> Iterator[Violation]:
         if first is not None and not knowing:
             text = "needs a valid position, and nothing searches for home or sets the position"
             yield Violation(first.place, f"{first.text} {text}")
-        for move, other in _first_before(knowing, commands, ("move_to",)) if first is not None else ():
+        moves = [each for each in commands if each.kind == "move_to"]
+        for move, other in first_before(knowing, moves) if first is not None else ():
             what = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
             text = f"{move.text} needs a valid position, and {what}: {_section('CMD-06')}"
             yield Violation(move.place, text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from ..facts import Step, StepAction, StepUse, Violation
 from ..groups import grouped, reached
@@ -37,24 +37,32 @@ class _Machine:
         """Whether anything may clear bits of the command word in a step before its motion starts."""
         return any(each.clears & bits for each in self._own if each.happens_in(step) and not each.moves)
 
-    def motions_in(self, step: Step) -> Iterator[StepAction]:
-        """Yield the motions of a step."""
-        return (each for each in self.motions if each.steps == frozenset((step,)))
+    def motions_with_steps(self) -> Iterator[tuple[StepAction, Step]]:
+        """Yield the motions, each with the steps in which it may start."""
+        return ((each, step) for each in self.motions for step in each.steps or ())
+
+    def motions_after(
+        self, start: Step, onward: Callable[[State], Iterator[State]]
+    ) -> Iterator[tuple[bool, StepAction]]:
+        """Yield the motions of the steps that can follow a step, each with the fact about the path to it."""
+        for step, fact in reached([(start, False)], onward):
+            for each in self.motions:
+                if each.steps == frozenset((step,)):
+                    yield fact, each
 
 
 def unfinished(subject: Subject) -> Iterator[Violation]:
     """Find motions of a step that start while the motion of an earlier step may be under way."""
     for machine in _machines(subject):
-        for first in machine.motions:
-            for start in first.steps or () if first.kind in ENDING else ():
-                later = _next_unfinished(machine, first, start)
-                if later is not None:
-                    text = (
-                        f"{later.text} of step {_name(later)} begins while {first.text} of line "
-                        f"{first.place.line}, step {_text(start)}, may be under way: "
-                        "nothing between waits for its end"
-                    )
-                    yield Violation(later.place, text)
+        for first, start in machine.motions_with_steps():
+            later = _next_unfinished(machine, first, start) if first.kind in ENDING else None
+            if later is not None:
+                text = (
+                    f"{later.text} of step {_name(later)} begins while {first.text} of line "
+                    f"{first.place.line}, step {_text(start)}, may be under way: "
+                    "nothing between waits for its end"
+                )
+                yield Violation(later.place, text)
 
 
 State = tuple[Step, bool]
@@ -71,11 +79,9 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
             if edge.goes is not None and not edge.ends:
                 yield edge.goes, is_cleared
 
-    for step, is_cleared in reached([(start, False)], onward):
-        for other in machine.motions_in(step):
-            is_new = is_cleared or not other.sets & first.sets
-            if is_new and not other.ends:
-                return other
+    for is_cleared, other in machine.motions_after(start, onward):
+        if (is_cleared or not other.sets & first.sets) and not other.ends:
+            return other
     return None
 
 
@@ -152,15 +158,14 @@ class _Graph:
 def not_zeroed(subject: Subject) -> Iterator[Violation]:
     """Find commands that the module does not notice because their bit is still set from the previous one."""
     for machine in _machines(subject):
-        for first in machine.motions:
-            for start in (first.steps or ()) if first.sets else ():
-                later = _next_unseen(machine, first, start)
-                if later is not None:
-                    text = (
-                        f"{later.text} of step {_name(later)} is no new one: its bit is still set from line "
-                        f"{first.place.line}, step {_text(start)}, and no step between clears it"
-                    )
-                    yield Violation(later.place, text)
+        for first, start in machine.motions_with_steps():
+            later = _next_unseen(machine, first, start) if first.sets else None
+            if later is not None:
+                text = (
+                    f"{later.text} of step {_name(later)} is no new one: its bit is still set from line "
+                    f"{first.place.line}, step {_text(start)}, and no step between clears it"
+                )
+                yield Violation(later.place, text)
 
 
 def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
@@ -174,10 +179,9 @@ def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepActio
             if edge.goes is not None and not machine.clears_before(edge.goes, first.sets):
                 yield edge.goes, has_ended or edge.ends
 
-    for step, has_ended in reached([(start, False)], onward):
-        for other in machine.motions_in(step):
-            if has_ended and other.sets & first.sets:
-                return other
+    for has_ended, other in machine.motions_after(start, onward):
+        if has_ended and other.sets & first.sets:
+            return other
     return None
 
 

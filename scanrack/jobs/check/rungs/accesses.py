@@ -38,6 +38,7 @@ class Variables:
     Args:
         is_recorded: tells whether the rack file records a tag.
         written_outside: instance members that the calling program itself writes, in capitals.
+        declared: returns the place where a name is declared.
     """
 
     def __init__(
@@ -46,11 +47,11 @@ class Variables:
         path: Path,
         is_recorded: Callable[[str], bool],
         written_outside: frozenset[str],
+        declared: Callable[[str], FileLine],
     ) -> None:
         self._written_outside = written_outside
         self._lowered, self._path = lowered, path
-        self._is_recorded = is_recorded
-        self._lines = declaration_lines(path)
+        self._is_recorded, self._declared = is_recorded, declared
         self.found: dict[str, Variable] = {
             name: self._tag(tag) for name, tag in lowered.layout.tags().items()
         }
@@ -59,8 +60,8 @@ class Variables:
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
         others = self._path.suffix in OPEN  # Python and operator panels also read and write tags
         shown = others or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
-        place = FileLine(str(self._path), self._lines(tag.name))
-        return Variable(tag.name, place, role, tag.type.name, tag.initial is not None, shown)
+        is_set = tag.initial is not None
+        return Variable(tag.name, self._declared(tag.name), role, tag.type.name, is_set, shown)
 
     def key(self, mention: Mention) -> str:
         """Return the key of an operand's variable; "" for add-on members that the caller may write."""
@@ -82,8 +83,8 @@ class Variables:
         if leaf.root != OWN or leaf.path.upper() in self._written_outside:
             return ""
         if key not in self.found:
-            place = FileLine(str(self._path), self._lines(leaf.path))
-            self.found[key] = Variable(leaf.path, place, Role.PLAIN, leaf.type.name, set=True, shown=True)
+            place, kind = self._declared(leaf.path), leaf.type.name
+            self.found[key] = Variable(leaf.path, place, Role.PLAIN, kind, set=True, shown=True)
         return key
 
 

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import inf
 
 from scanrack.io_images.amci3601 import Limits
-from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from scanrack.ladder.model.operands import Group
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import Tag, tag_in
@@ -14,10 +13,14 @@ from scanrack.ladder.state.lowered import AddOnCall
 
 from ..facts import Facts, Violation
 from ..logic import AllOf, never
-from .blocks import BlockCall
+from ..module_kinds import allowed
+from .blocks import PROFILE, BlockCall
 from .number_ranges import Values, target_of
 from .operands import is_fixed, path_of
 from .walk import Point
+
+WRITTEN = {"POSITION": "position", "DISTANCE": "distance", **PROFILE}
+"""Parameters of motion blocks that the program may write itself, by their names in `Axis3601`."""
 
 
 def misordered(calls: Sequence[BlockCall], facts: Facts, *, has_other_axes: bool) -> None:
@@ -70,20 +73,14 @@ def parameters_out_of_range(
     points: Iterable[Point], values: Values, tags: Mapping[str, Tag], limits: Limits
 ) -> Iterator[Violation]:
     """Yield numbers out of range that the program itself writes to parameters of motion blocks."""
-    target_range = (PARAMETER_MIN, PARAMETER_MAX)
-    ranges = {
-        "POSITION": target_range,
-        "DISTANCE": target_range,
-        "VELOCITY": (-limits.speed, limits.speed),
-        "ACCELERATION": (0, limits.rate),
-        "DECELERATION": (0, limits.rate),
-    }
+    ranges = allowed("run", limits)
     for point in points:
         step = point.step
         target = target_of(step) if step.name in ("MOV", ":=") and not point.argument else None
         if target is None or not _is_block(tags.get(tag_in(path_of(target)))):
             continue
-        least, most = ranges.get(path_of(target).rpartition(".")[2], (-inf, inf))
+        parameter = path_of(target).rpartition(".")[2]
+        least, most = ranges.get(WRITTEN.get(parameter, ""), (-inf, inf))
         found = values.of(step.operands[step.name == ":="])
         if found.outside(least, most):
             text = f"{target.text} is {found}: must be {least} to {most}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from scanrack.io_images.amci3601 import Limits
-from scanrack.io_images.drives.bits import CommandBit, Modifier
+from scanrack.io_images.drives.bits import Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
 
@@ -62,5 +62,4 @@ def _lacks(block: str, model: Model) -> bool:
         return True
     if block in ("MOVEREGISTRATION3601", "STOREMINIMUM3601"):
         return not model.modifiers & Modifier.REGISTRATION_MOVE
-    is_blend = block in ("PROGRAMBLEND3601", "RUNBLEND3601")
-    return is_blend and bool(model.missing_commands & CommandBit.RUN_ASSEMBLED_MOVE)
+    return block in ("PROGRAMBLEND3601", "RUNBLEND3601") and not model.runs_blends

@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scanrack.io_images.amci3601 import StatusMsw
-from scanrack.io_images.image import WORDS, signed_word
+from scanrack.io_images.image import UNSIGNED_MAX, WORDS, signed_word
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.types import count_of
@@ -35,11 +35,11 @@ from ..choices import UNKNOWN_CHOICES, Choices
 from ..facts import FileLine
 from ..module_kinds import MODE_CONFIG
 from ..ranges import Range
+from ..written import WordWrite
 from .number_options import OperandOptions
 from .number_ranges import Values, target_of, written_value
 from .operands import first_of, path_of, steps_in, written_by
 
-_WORD = 0xFFFF
 COPIES = ("COP", "CPS")
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
@@ -49,20 +49,22 @@ ELSEWHERE = (
 
 
 @dataclass(frozen=True, slots=True)
-class Write:
-    """An instruction that writes to an output word of a 3601."""
+class Write(WordWrite):
+    """An instruction that writes to an output word of a 3601.
 
-    place: FileLine
-    slot: int
-    word: int  # 0 to 7
-    sets: int  # bits that it may set
-    clears: int  # bits that it may clear
-    known: bool = True  # whether the set bits are known
-    first_scan: bool = False  # whether its rung requires the first scan
-    status: int = 0  # bits of input word 0 that its rung requires
-    command: int = 0  # bits of output word 0 that its rung requires
-    site: int = -1  # number of the instruction in `LoweredProgram.sites`
-    value: Choices | None = None  # value of a whole word; None for bits
+    Attributes:
+        known: whether the set bits are known.
+        first_scan: whether its rung requires the first scan.
+        status: bits of input word 0 that its rung requires.
+        command: bits of output word 0 that its rung requires.
+        site: number of the instruction in `LoweredProgram.sites`.
+    """
+
+    known: bool = True
+    first_scan: bool = False
+    status: int = 0
+    command: int = 0
+    site: int = -1
 
     @property
     def commands(self) -> int:
@@ -157,14 +159,14 @@ class WriteReader:
                 target = self.target(operand)
                 if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
                     slot, word = target
-                    plain = Write(self._place(line), slot, word, 0, 0, site=step.site)
+                    plain = Write(self._place(line), slot, word, site=step.site)
                     yield from self._written(
                         step, operand, plain, _in_series(line, plain) if is_rung else plain
                     )
             for operand in _handed(step):
                 target = self.target(operand)
                 if target is not None:
-                    yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
+                    yield Write(self._place(line), target[0], 0, clears=UNSIGNED_MAX, known=False)
 
     def _hands_on(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
@@ -194,10 +196,11 @@ class WriteReader:
         options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_CHOICES
         for at, value in written if computed else enumerate(words, plain.word):
             if value is None:
-                yield replace(base, word=at, sets=0, clears=_WORD, known=False, value=options)
+                yield replace(base, word=at, sets=0, clears=UNSIGNED_MAX, known=False, value=options)
             else:
-                given = Choices((signed_word(value & _WORD),))
-                yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD, value=given)
+                bits = value & UNSIGNED_MAX
+                given = Choices((signed_word(bits),))
+                yield replace(base, word=at, sets=bits, clears=~bits & UNSIGNED_MAX, value=given)
 
     def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
         """Return the words that a computed subscript may refer to; empty if it is constant or may be any."""

@@ -47,7 +47,6 @@ from .subscripts import note_lengths, note_subscripts
 from .terminals import Terminals
 from .timing import note_timing
 from .walk import Walker
-from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
 
 
@@ -143,7 +142,7 @@ class _ProgramReader:
         facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
         facts.step_use, facts.first_steps = steps.use, steps.first
-        facts.writes = list(word_writes(self.main, writes, steps))
+        facts.writes = list(steps.word_writes(writes))
         facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
 
     def _out_of_range(self, sent: SentWords, writes: Sequence[Write]) -> Iterator[Violation]:
@@ -182,7 +181,7 @@ class _ProgramReader:
     def _text(self, facts: Facts) -> None:
         """Note accesses, and mistakes in instructions and routines."""
         outside = frozenset(self._written_members())
-        variables = Variables(self.lowered, self.path, self._is_recorded, outside)
+        variables = Variables(self.lowered, self.path, self._is_recorded, outside, self._declaration)
         facts.variables = variables.found
         for point in self.points:
             facts.accesses += accesses_of(point, self.lowered, variables, self.owners)
@@ -195,7 +194,7 @@ class _ProgramReader:
         unbounded(self.points, self.values, self.conditions.places, facts)
         if self.path.suffix != ".py" and not facts.reads_all:
             never_run(facts)
-        Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
+        Structure(self.program, self.lowered, facts, self._place, self._declaration).note(self.routines)
 
     def _written_members(self) -> Iterator[str]:
         """Yield the instance members that the calling program itself writes, in capitals."""
@@ -229,7 +228,7 @@ class _ProgramReader:
     # --- tags and terminals
 
     def _tags(self, facts: Facts) -> None:
-        terminals = Terminals(self.lowered, self.mentions, self.spec, self.path, self.declared)
+        terminals = Terminals(self.lowered, self.mentions, self.spec, self.path, self._declaration)
         lines = [(line, self._place(line)) for _, line in self.lines]
         facts.remarks["no-place"] += terminals.misplaced(lines, self.calls)
         if self.lowered.functions:

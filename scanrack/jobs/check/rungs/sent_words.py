@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
-from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
+from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
@@ -102,7 +102,7 @@ class SentWords:
                 broken = check(each.words, Firmware.parse(self._firmware(each.slot)), profile.limits)
                 wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
             elif each.words[0] & MOVES:
-                wrong = _illegal(Parameters.read(each.words), profile.limits)
+                wrong = _illegal(each.words, profile.limits)
             yield from (Violation(each.place, text) for text in wrong)
 
     def _firmware(self, slot: int | None) -> str:
@@ -168,7 +168,7 @@ def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[st
 def _speed(words: Sequence[int | None]) -> int | None:
     """Return the speed in words; None if the program writes it elsewhere, or if it is not a valid number."""
     high, low = words[4:6]
-    return None if high is None or low is None or abs(low) > 999 else join_thousands(high, low)
+    return None if high is None or low is None or not is_legal_pair(high, low) else join_thousands(high, low)
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
@@ -180,11 +180,15 @@ def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
     return tuple(filled)
 
 
-def _illegal(parameters: Parameters, limits: Limits) -> Iterator[str]:
+def _illegal(words: tuple[int, ...], limits: Limits) -> Iterator[str]:
+    """Yield what is wrong with a move's parameters; two words that are not a number are shown as a pair."""
+    parameters = Parameters.read(words)
     if not parameters.target_in_range:
-        yield f"the move's target is {parameters.target}: must be {PARAMETER_MIN} to {PARAMETER_MAX}"
+        target = words[2:4] if parameters.target is None else parameters.target
+        yield f"the move's target is {target}: must be {PARAMETER_MIN} to {PARAMETER_MAX}"
     if not limits.takes_speed(parameters.speed):
-        yield f"the move's speed is {parameters.speed}: must be 1 to {limits.speed}"
+        speed = words[4:6] if parameters.speed is None else parameters.speed
+        yield f"the move's speed is {speed}: must be 1 to {limits.speed}"
     if not parameters.rates_in_range(limits):
         rates = f"{parameters.acceleration} and {parameters.deceleration}"
         yield f"the move's acceleration and deceleration are {rates}: must be 1 to {limits.rate}"

@@ -35,7 +35,8 @@ from ..logic import (
     plain,
     steps_in,
 )
-from ..module_kinds import command_bits, first_kind
+from ..module_kinds import MOVING, given_by, shows_end
+from ..written import WordWrite
 from .accesses import FIRST_SCAN, in_first_scan
 from .calls import RoutineCalls
 from .conditions import EDGE
@@ -43,10 +44,6 @@ from .number_ranges import Values, written_value
 from .operands import first_of, group_of, key_of
 from .output_writes import Write
 from .walk import Point
-
-MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
-OFF_AT_END = MOVING | StatusMsw.POSITION_INVALID
-"""Status bits that are off when a motion has ended. No other status bit shows that by being off."""
 
 UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
 """Members of blocks and timers that are on until the block or timer is done."""
@@ -103,14 +100,8 @@ class Steps:
                 yield point, machine, float(value.value)
 
     def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
-        point, axis = replace(point, place=write.place), f"slot {write.slot}"
-        if not write.known:
-            yield from self._in_steps(point, axis=axis, clears=write.clears)
-            return
-        bits, clears = command_bits(write.sets, write.clears)
-        kind = first_kind(bits)
-        text = f"the command {kind}"
-        yield from self._in_steps(point, axis=axis, kind=kind, text=text, sets=bits, clears=clears)
+        given = given_by(write.sets, write.clears) if write.known else {"clears": write.clears}
+        yield from self._in_steps(replace(point, place=write.place), axis=f"slot {write.slot}", **given)
 
     def _in_steps(self, point: Point, *, only: str = "", **given: Any) -> Iterator[StepAction]:
         """Yield an action for each machine.
@@ -121,7 +112,7 @@ class Steps:
         """
         condition = self._implied(self._called(point))
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
-        when = self.acts_when(point)
+        when = self._acts_when(point)
         for machine, steps in self._machines.items():
             if only in ("", machine):
                 there = self._there(condition, machine, steps)
@@ -134,15 +125,24 @@ class Steps:
             self._found[key] = steps_in(condition, machine, steps)
         return self._found[key]
 
-    def acts_when(self, point: Point) -> Condition:
+    def word_writes(self, writes: Iterable[Write]) -> Iterator[WordWrite]:
+        """Yield the writes of the user's routines, each with its condition and steps."""
+        points = {point.step.site: point for point in self._points if not point.argument}
+        for write in writes:
+            point = points.get(write.site)
+            if point is not None:
+                when, steps = self._acts_when(point), self._where(point)
+                yield replace(write, when=when, steps=steps, text=point.text)
+
+    def _acts_when(self, point: Point) -> Condition:
         """Return the condition under which an instruction sets a bit or writes a word, including calls."""
         called = self._called(point)
         return called if point.value == TRUE else AllOf((called, point.value))
 
-    def where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+    def _where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which an instruction may act, and whether it acts in every scan of them."""
         found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
-        when = self.acts_when(point)
+        when = self._acts_when(point)
         condition = self._implied(when)
         for machine, steps in self._machines.items():
             there = self._there(condition, machine, steps)
@@ -300,24 +300,24 @@ class Steps:
         """Whether a bit in an image shows that a motion has ended."""
         if not self._is_input(place):
             return False
-        bit = _status(place)
-        return bit is None or (not bit & MOVING if on else bool(bit & OFF_AT_END))
+        name = _status(place)
+        return name is None or shows_end(name, on=on)
 
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition requires a moving axis."""
         on = (each for each in leaves(condition) if isinstance(each, Bit) and each.on)
         places = (self._places.get(base_of(each.name)) for each in on)
-        return any((_status(each) or 0) & MOVING for each in places if self._is_input(each))
+        return any(_status(each) in MOVING for each in places if self._is_input(each))
 
     def _is_input(self, place: Place | None) -> TypeGuard[Place]:
         """Whether an operand is an input of a 3601."""
         return place is not None and place.leaf.slot in self._steppers and not place.leaf.output
 
 
-def _status(place: Place) -> int | None:
-    """Return the status bit of word 0 that an operand is; None for other operands."""
+def _status(place: Place) -> str | None:
+    """Return the name of the status bit in word 0 that an operand is; None for other operands."""
     is_bit = place.fixed_index == 0 and isinstance(place.bit, Constant)
-    return 1 << int(place.bit.value) if is_bit and isinstance(place.bit, Constant) else None
+    return StatusMsw(1 << int(place.bit.value)).name if is_bit and isinstance(place.bit, Constant) else None
 
 
 def _written_key(step: LoweredStep) -> str:

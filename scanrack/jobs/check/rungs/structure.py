@@ -30,7 +30,6 @@ from scanrack.ladder.state.lowered import (
 
 from ..facts import Facts, FileLine
 from ..groups import reached
-from ..written import place_at
 from .add_ons import hosts_in
 from .loops import bodies_of, lines_in
 
@@ -56,7 +55,8 @@ class Structure:
     """Notes the mistakes in a program as a whole.
 
     Args:
-        declared: returns the line that declares a name.
+        place_of: returns the file and line number of a line.
+        declared: returns the place where a name is declared.
     """
 
     def __init__(
@@ -64,11 +64,11 @@ class Structure:
         program: LadderLogic,
         lowered: LoweredProgram,
         facts: Facts,
-        file: str,
-        declared: Callable[[str], int],
+        place_of: Callable[[LoweredLine], FileLine],
+        declared: Callable[[str], FileLine],
     ) -> None:
         self._program, self._lowered, self._facts = program, lowered, facts
-        self._file, self._line = file, declared
+        self._place, self._declared = place_of, declared
 
     def note(self, routines: Iterable[LoweredRoutine]) -> None:
         """Note the mistakes in the given routines, and in parameters and names."""
@@ -158,7 +158,7 @@ class Structure:
                 if each.name.upper() not in used and not each.at:
                     kind = "local tag" if each.way is ParameterMode.LOCAL else "parameter"
                     text = f"{add_on.name} does not use its {kind} {each.name}"
-                    self._facts.remark("unused-parameter", FileLine(self._file, self._line(each.name)), text)
+                    self._facts.remark("unused-parameter", self._declared(each.name), text)
 
     def _shadows(self) -> None:
         declared = self._lowered.layout.declarations
@@ -167,11 +167,7 @@ class Structure:
             short = name.rpartition(".")[2]
             if program and short in declared:
                 text = f"tag {short} of program {program} hides the controller's tag {declared[short].name}"
-                lines = self._line(each.name)
-                self._facts.remark("shadowed-name", FileLine(self._file, lines), text)
-
-    def _place(self, line: LoweredLine) -> FileLine:
-        return place_at(line.origin, self._file)
+                self._facts.remark("shadowed-name", self._declared(each.name), text)
 
 
 def _first_line(statement: Act | Arms | Selection | Loop) -> LoweredLine:

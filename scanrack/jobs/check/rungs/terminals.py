@@ -26,7 +26,7 @@ class Terminals:
 
     Args:
         path: file of the program.
-        declared: returns the line that declares a name.
+        declared: returns the place where a name is declared.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Terminals:
         mentions: Sequence[Mention],
         spec: RackSpec,
         path: Path,
-        declared: Callable[[str], int],
+        declared: Callable[[str], FileLine],
     ) -> None:
         self._lowered, self._mentions, self._spec = lowered, mentions, spec
         self._path, self._declared = path, declared
@@ -57,7 +57,7 @@ class Terminals:
         for each in self._lowered.layout.declarations.values():
             if isinstance(each, SlotAlias) and each.slot not in self._cards:
                 text = f"SLOT {each.name} : {each.slot}: the rack has modules in {self._there()} only"
-                yield Violation(FileLine(str(self._path), self._declared(each.name)), text)
+                yield Violation(self._declared(each.name), text)
         yield from map(self._wrong_module, self._named_bits(calls))
 
     def _named_bits(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
@@ -81,7 +81,7 @@ class Terminals:
             group = rest.lower().partition(".")[0]
             is_group = group.upper() in MEANINGS
             if is_group and self._is_other_module(slot) and group not in self._cards[slot].groups:
-                yield each.text, slot, FileLine(str(self._path), self._declared(name))
+                yield each.text, slot, self._declared(name)
 
     def _owned_images(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
         """Yield the images of other modules, except networked drives, that a call of Amci3601 gets."""

@@ -140,12 +140,10 @@ class Corpus:
             if each.number < 0:
                 self.numbers += 1
                 each.number = self.numbers
-        waiting = [(None, scenario) for _, scenario in self.waiting]
+        waiting: list[tuple[Hashable, Scenario]] = [(None, scenario) for _, scenario in self.waiting]
         self.waiting.clear()
         entries = [replace(each, before=each.chosen) for each in chosen]
-        shared = Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), answered=[*self.answered])
-        shared.waiting += waiting
-        return shared
+        return Corpus(entries, {*self.seen}, self.runs, 0, {*self.swept}, waiting, [*self.answered])
 
     def for_task(self, place: int, count: int) -> Corpus:
         """Return a copy for one task of a round, with its share of the sweep."""

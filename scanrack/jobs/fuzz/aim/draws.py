@@ -10,7 +10,7 @@ Some durations and distances are times from the program. Buttons are also presse
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from random import Random
@@ -22,13 +22,7 @@ from scanrack.runtime.live.actions import Write
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.modules.record import Trait
 
-from ..scenarios.kinds import (
-    Kind,
-    card_signals,
-    masters,
-    possible_kinds,
-    with_trait,
-)
+from ..scenarios.kinds import Kind, card_signals, masters, possible_kinds, with_trait
 from ..scenarios.panel import PanelTag
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
 from ..scenarios.scenario import (
@@ -153,12 +147,14 @@ class Draws:
         rungs: Sequence[Rung] = (),
         settings: Sequence[PanelTag] = (),
     ) -> None:
-        self._spec, self._random, self.scans, self.scan_ns = spec, random, scans, spec.scan_ns
-        self._kinds = possible_kinds(spec).intersection(kinds)
-        self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
-        self.contacts = Contacts(spec, self._kinds)
+        self.scans, self.scan_ns = scans, spec.scan_ns
         self.times: tuple[int, ...] = ()  # times from the program, ns
-        self._events = self._all_events  # of the current scenario
+        self._spec, self._rack = spec, _RackParts.of(spec)
+        self._kinds = possible_kinds(spec).intersection(kinds)
+        self.contacts = Contacts(spec, self._kinds)
+        self._rungs, self._settings = rungs, settings
+        self._random = random
+        self._events = self._all_events  # kinds of events of the current scenario, see `narrow`
 
     @cached_property
     def _all_events(self) -> list[Make]:
@@ -181,8 +177,15 @@ class Draws:
 
     @cached_property
     def _conditions(self) -> list[Callable[[Scenario], Scenario]]:
-        """The possible conditions of a whole run."""
-        return list(self._untimed())
+        """The possible conditions of a whole run, as functions that add one to a scenario."""
+        possible: list[Callable[[Scenario], Scenario]] = []
+        if Kind.FIRMWARE in self._kinds and (versions := self._versions()):
+            possible.append(partial(self._other_firmware, versions))
+        if Kind.MACHINE in self._kinds:
+            possible.append(self._shifted)
+        if Kind.MACHINE in self._kinds and self._rack.slipping:
+            possible.append(self._slipped)
+        return possible
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
         """Return a scenario of up to seven parts, or a variant of another one."""
@@ -429,15 +432,6 @@ class Draws:
                 at_ns, random.choice((FaultKind.LINE_DOWN, *REPLIES)), slot, self._lasting(at, edges)
             )
         return InjectedFault(at_ns, FaultKind.CONTROLLER_POWER_CYCLE, slot)
-
-    def _untimed(self) -> Iterator[Callable[[Scenario], Scenario]]:
-        """Yield the possible conditions of a whole run."""
-        if Kind.FIRMWARE in self._kinds and (versions := self._versions()):
-            yield partial(self._other_firmware, versions)
-        if Kind.MACHINE in self._kinds:
-            yield self._shifted
-            if self._rack.slipping:
-                yield self._slipped
 
     def _versions(self) -> list[str]:
         """Return the firmware versions that the program supports."""

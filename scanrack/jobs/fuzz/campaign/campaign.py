@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ..aim.corpus import Corpus
 from ..scenarios.scenario import Scenario
@@ -74,7 +74,6 @@ def campaign(
     examples: int,
     tasks: int | None,
     jobs: int | None,
-    known: frozenset[str] = frozenset(),
     again: tuple[Scenario, ...] = (),
     suggest: Suggest = lambda _state: (),
     has_time: Callable[[], bool] = lambda: True,
@@ -98,7 +97,7 @@ def campaign(
         InvariantError: an invariant raised.
     """
     running = _Tasks(work, executor, jobs, has_time, allowance)
-    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again, suggest)
+    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, again, suggest)
     try:
         for given in rounds:
             for report in running.reports(given, state.tasks):
@@ -109,41 +108,43 @@ def campaign(
         running.close()
 
 
+@dataclass(slots=True)
 class _Tasks:
-    """Submits the tasks of a round and collects their reports."""
+    """Submits the tasks of a round and collects their reports; see `campaign`.
 
-    def __init__(
-        self,
-        work: Work,
-        executor: Callable[[], Executor],
-        jobs: int | None,
-        has_time: Callable[[], bool],
-        allowance: Callable[[], Allowance],
-    ) -> None:
-        self._work = work
-        self._executor = executor
-        self._jobs = jobs
-        self._has_time = has_time
-        self._allowance = allowance
-        self._pool = executor()
-        self._running: dict[Future[SearchReport], Task] = {}
-        self._early: dict[int, SearchReport] = {}
-        self._tried: Counter[int] = Counter()
+    Attributes:
+        running: the submitted tasks.
+        early: reports that arrived before those of earlier tasks, by task number.
+        tried: number of attempts for each task, by task number.
+    """
+
+    work: Work
+    executor: Callable[[], Executor]
+    jobs: int | None
+    has_time: Callable[[], bool]
+    allowance: Callable[[], Allowance]
+    pool: Executor = field(init=False)
+    running: dict[Future[SearchReport], Task] = field(default_factory=dict)
+    early: dict[int, SearchReport] = field(default_factory=dict)
+    tried: Counter[int] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self.pool = self.executor()
 
     def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
         """Run the tasks of a round; yield their reports in task order, beginning with a task number."""
         self._submit_all(tasks)
-        while self._running:
-            done, _ = wait(self._running, return_when=FIRST_COMPLETED)
+        while self.running:
+            done, _ = wait(self.running, return_when=FIRST_COMPLETED)
             self._take(done)
-            while number in self._early:
-                yield self._early.pop(number)
+            while number in self.early:
+                yield self.early.pop(number)
                 number += 1
             self._submit_all(tasks)
 
     def _submit_all(self, tasks: Iterator[Task]) -> None:
         """Submit a task to every idle worker as long as tasks remain."""
-        while len(self._running) < self._at_a_time and self._has_time():
+        while len(self.running) < self._at_a_time and self.has_time():
             task = next(tasks, None)
             if task is None:
                 return
@@ -151,42 +152,42 @@ class _Tasks:
 
     @property
     def _at_a_time(self) -> int:
-        if self._jobs is not None:
-            return self._jobs
-        return self._pool.threads if isinstance(self._pool, OnCluster) else 1
+        if self.jobs is not None:
+            return self.jobs
+        return self.pool.threads if isinstance(self.pool, OnCluster) else 1
 
     def _submit(self, task: Task) -> None:
-        self._tried[task.number] += 1
-        if self._tried[task.number] > TRIES:
+        self.tried[task.number] += 1
+        if self.tried[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
-        given = replace(task, allowance=self._allowance())
-        self._running[self._pool.submit(self._work, given)] = task
+        given = replace(task, allowance=self.allowance())
+        self.running[self.pool.submit(self.work, given)] = task
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
         """Store a report; submit a task again if its worker died."""
         lost = []
         broken = False
         for future in done:
-            task = self._running.pop(future)
+            task = self.running.pop(future)
             error = future.exception()
             if error is None:
-                self._early[task.number] = future.result()
+                self.early[task.number] = future.result()
             elif isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
                 broken = broken or isinstance(error, BrokenExecutor)
                 lost.append(task)
             else:
                 raise error
         if broken:
-            lost += self._running.values()
-            self._running.clear()
-            self._pool.shutdown(wait=False)
-            self._pool = self._executor()
+            lost += self.running.values()
+            self.running.clear()
+            self.pool.shutdown(wait=False)
+            self.pool = self.executor()
         for task in sorted(lost, key=lambda each: each.number):
             self._submit(task)
 
     def close(self) -> None:
         """Cancel the running tasks."""
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        self.pool.shutdown(wait=True, cancel_futures=True)
 
 
 def width(earlier: int) -> int:
@@ -202,13 +203,12 @@ def _rounds(
     state: State,
     examples: int,
     end: int | None,
-    known: frozenset[str],
     again: tuple[Scenario, ...],
     suggest: Suggest,
 ) -> Iterator[Iterator[Task]]:
     """Yield the rounds, each made from the current state; the caller stops after an interrupted round."""
     while again or end is None or state.tasks < end:
-        names = known | frozenset(state.found)
+        names = frozenset(state.found)
         if again:
             tasks = _tasks_again(again, state.tasks, examples, names)
             end = None if end is None else end + len(tasks)

@@ -17,16 +17,21 @@ from .fresh import Worker
 from .state import CampaignError
 
 
+def _settle(future: Future[Any], call: Callable[..., Any], /, *args: Any, **kwargs: Any) -> None:
+    """Set the result of a call, or its exception, which is raised where the result is read."""
+    try:
+        future.set_result(call(*args, **kwargs))
+    except Exception as error:
+        future.set_exception(error)
+
+
 class InlineExecutor(Executor):
     """Runs every task in this process when it is submitted."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Run a task and return its completed future."""
         future: Future[Any] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # raised again where the result is read
-            future.set_exception(error)
+        _settle(future, fn, *args, **kwargs)
         return future
 
 
@@ -50,10 +55,7 @@ class Processes(Executor):
         """Send tasks to a process, one after the other; if it dies, all tasks fail."""
         while (task := self._waiting.get()) is not None:
             future, call = task
-            try:
-                future.set_result(worker.run(*call))
-            except Exception as error:  # raised again where the result is read
-                future.set_exception(error)
+            _settle(future, worker.run, *call)
         worker.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
-from typing import Any
 
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input
@@ -76,10 +75,8 @@ class Recipe:
     def text(self) -> str:
         """Return the text of the recipe's file, a single line."""
         scenario = {key: value for key, value in self.scenario.to_json().items() if value}
-        origin = self.origin
-        written: dict[str, Any] = {"scenario": scenario, "scans": origin.scans, "rack": origin.rack}
-        written |= {"program": origin.program, "version": origin.version}
-        written |= {"broken": self.broken} if self.broken else {}
+        broken = {"broken": self.broken} if self.broken else {}
+        written = {"scenario": scenario, **asdict(self.origin), **broken}
         return json.dumps(written, separators=(",", ":")) + "\n"
 
     @classmethod

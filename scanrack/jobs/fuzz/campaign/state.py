@@ -22,7 +22,7 @@ from scanrack.traces.files.portable import no_device
 from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
-from ..search import Counterexample, SearchReport, all_but, keep_greatest
+from ..search import Counterexample, RunTotals, SearchReport, all_but
 from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
@@ -37,8 +37,8 @@ class CampaignError(ValueError):
 
 
 @dataclass(slots=True)
-class State:
-    """The state of a campaign.
+class State(RunTotals):
+    """The state of a campaign; of the totals, only runs, scans, rules and applied invariants are saved.
 
     Attributes:
         rack: path of the rack file, as given; empty before the first run.
@@ -46,53 +46,25 @@ class State:
             key of a former failure is the key for a scenario that no longer fails.
         found: the smallest scenario of each failure, by the failure's key.
         folders: folder name of each failure ever found, by the failure's key.
-        applied: names of the invariants that had something to check.
         kept: corpus of this session, scenarios with new features; saved as recipes.
         stale: number of runs since the program last did something new; not saved.
-        unshrunk_found: failures of this session, as found before shrinking; not saved.
         steps: hexadecimal digest of all runs in the order of the tasks; equal for equal runs.
-        processor_ns: processor time of this session's tasks; not saved.
-        shrinking: number of shrinking runs in this session; not saved.
-        spent: search time of this session by purpose, ns; not saved.
-        printed: number of lines that the program printed in this session; not saved.
-        greatest: greatest value of each maximized number in this session, by name; not saved.
     """
 
     rack: str = ""
     tasks: int = 0
-    runs: int = 0
-    scans: int = 0
-    rules: Counter[str] = field(default_factory=Counter)
     corpus: dict[str, Scenario] = field(default_factory=dict)
     found: dict[str, Counterexample] = field(default_factory=dict)
     folders: dict[str, str] = field(default_factory=dict)
-    applied: set[str] = field(default_factory=set)
     steps: str = ""
-    processor_ns: int = field(default=0, compare=False)
-    shrinking: int = field(default=0, compare=False)
-    unshrunk: int = field(default=0, compare=False)
-    spent: Counter[str] = field(default_factory=Counter, compare=False)
-    printed: int = field(default=0, compare=False)
-    greatest: dict[str, float] = field(default_factory=dict, compare=False)
-    unshrunk_found: list[Counterexample] = field(default_factory=list, compare=False)
     kept: Corpus = field(default_factory=Corpus, compare=False)
     stale: int = field(default=0, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
         """Add the report of a task; return the failures that are new or have a smaller scenario."""
         self.tasks += 1
-        self.runs += report.runs
-        self.scans += report.scans
-        self.rules.update(report.rules)
-        self.applied |= report.applied
+        self.add_totals(report)
         self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
-        self.processor_ns += report.processor_ns
-        self.shrinking += report.shrinking
-        self.unshrunk += report.unshrunk
-        self.spent.update(report.spent)
-        self.printed += report.printed
-        keep_greatest(self.greatest, report.greatest)
-        self.unshrunk_found += report.unshrunk_found
         is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
         self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
         self.kept.merge(report.corpus)
@@ -177,14 +149,14 @@ class State:
             state = cls(
                 _text(given["rack"]),
                 _count(given["tasks"]),
-                _count(given["runs"]),
-                _count(given["scans"]),
-                Counter({rule: _count(times) for rule, times in given["rules"].items()}),
                 {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
                 {each.broken.key: each for each in found},
                 {key: _folder(name) for key, name in given["folders"].items()},
-                set(_texts(given["applied"])),
                 _text(given.get("steps", "")),
+                runs=_count(given["runs"]),
+                scans=_count(given["scans"]),
+                rules=Counter({rule: _count(times) for rule, times in given["rules"].items()}),
+                applied=set(_texts(given["applied"])),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"invalid campaign state: {error!r}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from scanrack.io_images.amci3601.words import may_be_stepper, profile_of
 from scanrack.runtime.config.rackspec import RackSpec
@@ -30,8 +31,7 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
         views[:] = [_BitView(rack, scan)]
         return views
 
-    short = TrialBench(bench.spec, bench.fresh_logic, (), scan + 1, bench.tags_of, bench.rungs)
-    short.run(scenario, listeners=listeners)
+    replace(bench, invariants=(), scans=scan + 1).run(scenario, listeners=listeners)
     changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
     return tuple(changed[:MOST_LISTED])
 

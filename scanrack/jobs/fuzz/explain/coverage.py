@@ -12,17 +12,17 @@ from typing import Any
 from scanrack.io_images.amci3601.words import may_be_stepper
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler import ObservedScanner
-from scanrack.ladder.compiler.observed import lines_of, truth_of
+from scanrack.ladder.compiler.observed import truth_of
 from scanrack.ladder.run.engine import Engine
-from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
+from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
 
-from ...check.rungs.structure import own_routines
 from ...load.loading import LoadedRack
 from ..aim.branches import branch_lines
 from ..aim.edges import Edges
 from ..aim.probe import Probe, noting
+from ..reached import own_lines
 from ..run import TrialBench
 from ..scenarios.scenario import Scenario
 from .unfired import GivenWords
@@ -88,14 +88,11 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
     tally = PowerTally()
     bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
     if (lowered := tally.lowered) is not None:
-        lines = [(routine, line) for routine in _own(job, lowered) for line in routine.lines]
-        numbers = {key: number for number, key in enumerate(lines_of(lowered))}
+        assert isinstance(job.logic, LadderLogic)
         return frozenset(
             f"{routine.name}: {lowered.sites[step.site].instruction}"
-            for routine, line in lines
-            for step, on in zip(
-                line.steps, tally.on.get(numbers[routine.name.upper(), line.number], ()), strict=False
-            )
+            for number, routine, line in own_lines(job.logic, lowered)
+            for step, on in zip(line.steps, tally.on.get(number, ()), strict=False)
             if on
         )
     data, program = job.program.read_bytes(), job.program
@@ -176,18 +173,10 @@ class _TallyProbe(Probe):
 def _ladder_lines(
     tally: PowerTally, lowered: LoweredProgram, job: LoadedRack, dead: frozenset[DeadPlace]
 ) -> Iterator[CoveredLine]:
-    numbers = {key: number for number, key in enumerate(lines_of(lowered))}
-    for routine in _own(job, lowered):
-        for line in routine.lines:
-            number = numbers[routine.name.upper(), line.number]
-            place = f"{routine.name} {routine.unit} {line.number}"
-            gaps = tuple(_gaps(tally, number, line, lowered, dead))
-            yield CoveredLine(place, line.text, gaps)
-
-
-def _own(job: LoadedRack, lowered: LoweredProgram) -> Iterable[LoweredRoutine]:
     assert isinstance(job.logic, LadderLogic)
-    return own_routines(job.logic, lowered)
+    for number, routine, line in own_lines(job.logic, lowered):
+        place = f"{routine.name} {routine.unit} {line.number}"
+        yield CoveredLine(place, line.text, tuple(_gaps(tally, number, line, lowered, dead)))
 
 
 def _gaps(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import partial
 
 from scanrack.ladder.prove.claims import ClaimKind
-from scanrack.ladder.prove.monitors import MonitoredProgram, WatchedClaim
+from scanrack.ladder.prove.monitors import ClaimWatch, MonitoredProgram
 
 from .invariants import FOREVER_NS, Invariant
 from .scan_view import Snapshot
@@ -19,20 +19,14 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
     """
     for each in program.properties:
         if each.claim.kind is not ClaimKind.REACHABLE:
-            yield Invariant(each.claim.name, each.claim.sentence, partial(_ClaimWatch, program, each))
+            yield Invariant(each.claim.name, each.claim.sentence, partial(_SnapshotWatch, program, each))
 
 
-class _ClaimWatch:
-    """Watches a run for the bit of a monitor until an assumption fails."""
-
-    def __init__(self, program: MonitoredProgram, watched: WatchedClaim) -> None:
-        self._assumed = [name for name, _ in (*program.assume, *watched.assume)]
-        self._bit = watched.bit[0]
-        self._holds = True
+class _SnapshotWatch(ClaimWatch):
+    """Watches the snapshots of a run for a claim."""
 
     def __call__(self, now: Snapshot) -> str | None:
-        self._holds = self._holds and all(now.tags[name] for name in self._assumed)
-        return "it is broken" if self._holds and now.tags[self._bit] else None
+        return "it is broken" if self.is_broken(now.tags) else None
 
     def same_until_ns(self, _counting: bool) -> int:
         """See `Watch`."""

@@ -8,7 +8,6 @@ not set what else the prover assumes about a module, such as the end of a move. 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.io_images.amci3601.words import is_stepper
@@ -16,7 +15,7 @@ from scanrack.io_images.site import Site
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.prove.induction import Limits
-from scanrack.ladder.prove.questions.points import BUDGET, SEARCH, PointState, RungPoint, dead_points, run_to
+from scanrack.ladder.prove.questions.points import BUDGET, SEARCH, RungPoint, dead_points, run_to
 from scanrack.ladder.prove.replaying import ScanOf
 from scanrack.ladder.prove.solving.solver import is_installed
 from scanrack.ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
@@ -35,26 +34,10 @@ LONGEST_NS = 20_000_000
 """Longest scan that the solver may choose. On the rack, it becomes several scans."""
 
 
-@dataclass(frozen=True, slots=True)
-class DeadPoint:
-    """A contact or output with a state that never occurs.
+def dead(job: LoadedRack, budget: int = BUDGET) -> dict[RungPoint, Site]:
+    """Return the points of a program that are proved unreachable, in program order, with their places.
 
-    Attributes:
-        site: place of the instruction.
-        point: number and state of the instruction, for `scenario_to`.
-    """
-
-    site: Site
-    point: RungPoint
-
-    @property
-    def state(self) -> PointState:
-        """The state that never occurs: reached, on or off."""
-        return self.point.state
-
-
-def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
-    """Return the states of a program that are proved impossible, in program order; () without a solver.
+    Without a solver, nothing is proved.
 
     Args:
         budget: amount of work, see `Solver`; what exceeds it stays undecided. The result is the same on every
@@ -62,9 +45,8 @@ def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
     """
     problem = _problem(job)
     if problem is None:
-        return ()
-    sites = problem.lowered.sites
-    return tuple(DeadPoint(sites[each.number], each) for each in dead_points(problem, budget))
+        return {}
+    return {each: problem.lowered.sites[each.number] for each in dead_points(problem, budget)}
 
 
 def _problem(job: LoadedRack) -> ProgramSystem | None:
@@ -86,21 +68,6 @@ def _bounds(spec: RackSpec, longest_ns: int = LONGEST_NS) -> ScanBounds:
     return ScanBounds.of(spec.scan_ns / 1e6, max(spec.scan_ns, longest_ns) / 1e6)
 
 
-@dataclass(frozen=True, slots=True)
-class AimedScenario:
-    """A scenario that reaches a point if the modules answer as the prover assumes.
-
-    Attributes:
-        scenario: its times count from power-up, or from `at_ns`.
-        scans: number of the rack's scans until the point is reached.
-        supposed: module words that the prover chose and that the scenario can't set.
-    """
-
-    scenario: Scenario
-    scans: int
-    supposed: tuple[str, ...]
-
-
 def scenario_to(
     job: LoadedRack,
     point: RungPoint,
@@ -108,11 +75,12 @@ def scenario_to(
     at_ns: int = 0,
     limits: Limits = SEARCH,
     longest_ns: int = LONGEST_NS,
-) -> AimedScenario | None:
-    """Return a scenario that reaches a contact or output, or switches it on or off; None if none is found.
+) -> Scenario | None:
+    """Return a scenario that reaches a point if the modules answer as the prover assumes.
+
+    Its times count from power-up, or from `at_ns`. None if the solver finds none.
 
     Args:
-        point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
         start: engine of a run of the same rack, in the state to begin with; None for power-up.
         at_ns: time of that run's next scan, ns.
         longest_ns: longest scan that the solver may choose, ns. Long scans get further, but miss what needs a
@@ -131,25 +99,22 @@ def scenario_to(
     return _aimed(job.spec, problem, scans, at_ns) if scans else None
 
 
-def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> AimedScenario:
+def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> Scenario:
+    """Return a run of the prover as a scenario; words that nothing on the rack can set are left out."""
     found = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
     at = {scan: at_ns + scan * spec.scan_ns for scan in range(found.scans + 1)}
     orders = [OperatorAction(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
     presses: list[Press] = []
     pushes: list[ContactPress] = []
-    supposed = []
     forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
     for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
         name = f"Local:{slot.number}:I.Data[{word}]"
         levels = [(at_ns, each.value) for at_ns, each in forces if each.tag == name]
         if levels:
             times = [*levels, (at[found.scans], 0)]
-            pressed, pushed = list(_presses(slot, word, times)), list(_pushes(slot, word, times))
-            presses += pressed
-            pushes += pushed
-            supposed += [name] * (not pressed and not pushed)
-    scenario = Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
-    return AimedScenario(scenario, found.scans, tuple(supposed))
+            presses += _presses(slot, word, times)
+            pushes += _pushes(slot, word, times)
+    return Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
 
 
 Levels = Sequence[tuple[int, bool | int | float | str]]

@@ -14,14 +14,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
+from scanrack.io_images.site import Site
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.prove.questions.points import SEARCH, PointState, RungPoint
 from scanrack.ladder.prove.solving.solver import is_installed
 from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.lowered import LoweredProgram
-from scanrack.runtime.loop.scan import ScanLogic
 
 from ...fuzz.aim.corpus import STEP_WORTH, Entry, cut
+from ...fuzz.aim.edges import Edges
+from ...fuzz.aim.probe import Probe
 from ...fuzz.aim.times import times_of
 from ...fuzz.campaign.state import State
 from ...fuzz.reached import Gap, ProgramReach, reached
@@ -30,7 +32,7 @@ from ...fuzz.scenarios.parts import parts_of, scenario_of
 from ...fuzz.scenarios.scenario import ContactPress, Press, Scenario
 from ...load.loading import LoadedRack
 from ...record.logic_wrapper import unwrapped
-from .aims import LONGEST_NS, DeadPoint, dead, scenario_to
+from .aims import LONGEST_NS, dead, scenario_to
 
 PATIENCE = 200
 """Number of runs without anything new before questions are asked."""
@@ -101,8 +103,7 @@ class SolverStep:
         self.questions += 1
         if way in (NEAR, FAR):
             longest_ns = self._near_ns if way == NEAR else FAR_NS
-            found = scenario_to(self._job, point, limits=LIMITS, longest_ns=longest_ns)
-            return None if found is None else found.scenario
+            return scenario_to(self._job, point, limits=LIMITS, longest_ns=longest_ns)
         fresh = (each for each in entries if (number, repr(each.scenario)) not in self._begun)
         entry = next(fresh, None)
         if entry is None:
@@ -119,7 +120,7 @@ class SolverStep:
         if engine is None:
             return None
         found = scenario_to(self._job, point, engine, at_ns, LIMITS, self._near_ns)
-        return None if found is None else scenario_of([*parts_of(before), *parts_of(found.scenario)])
+        return None if found is None else scenario_of([*parts_of(before), *parts_of(found)])
 
     def _open(self, state: State) -> list[int]:
         """Return the first open instruction of each rung: never on, and not proved dead.
@@ -135,8 +136,8 @@ class SolverStep:
         return sorted(rungs.values(), key=lambda number: (self._tried[number], number))[:AT_ONCE]
 
     @cached_property
-    def dead_points(self) -> tuple[DeadPoint, ...]:
-        """The states that are proved impossible; they are computed once per session."""
+    def dead_points(self) -> dict[RungPoint, Site]:
+        """The points that are proved unreachable, with their places; they are computed once per session."""
         return dead(self._job)
 
     @cached_property
@@ -153,7 +154,7 @@ class SolverStep:
     @property
     def dead(self) -> frozenset[int]:
         """The instructions that are proved to be never on."""
-        return frozenset(each.point.number for each in self.dead_points if each.state is PointState.ON)
+        return frozenset(each.number for each in self.dead_points if each.state is PointState.ON)
 
     def gaps(self, found: ProgramReach) -> tuple[Gap, ...]:
         """Return the gaps of a campaign, except those that are proved dead."""
@@ -181,12 +182,7 @@ def _is_held(part: object) -> bool:
 
 def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | None:
     """Run a number of scans; return the engine, or None if something broke before."""
-    made: list[ScanLogic] = []
-
-    def fresh_logic() -> ScanLogic:
-        made.append(bench.fresh_logic())
-        return made[-1]
-
-    verdict = replace(bench, fresh_logic=fresh_logic, scans=scans).run(scenario)
-    inside = unwrapped(made[0])
+    probe = Probe(Edges())
+    verdict = replace(bench, scans=scans).run(scenario, probe=probe)
+    inside = unwrapped(probe.logic)
     return inside if verdict.broken is None and isinstance(inside, Engine) else None

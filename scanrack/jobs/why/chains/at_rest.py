@@ -18,10 +18,10 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
 from scanrack.ladder.state.memory import Value
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.replay import PackedTrace
 
-from ..chain import Bits
-from ..past import ALL_BITS
+from ..chain import Bits, read_bits
 from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.input_reads import Reads
@@ -111,6 +111,9 @@ class PythonChain(Protocol):
     def value(self, bits: Bits, row: int) -> Value:
         """Return the value of bits in a scan."""
 
+    def slot(self, number: int) -> SlotInfo:
+        """Return a slot of the recording."""
+
 
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
@@ -144,24 +147,12 @@ def _links_of_part(
     chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
     """Yield the inputs that a false part reads; if there are none, its values."""
-    inputs = [
-        Bits(slot, "in", word, bits)
-        for (slot, word), mask in part.masks.items()
-        for bits in _whole_or_single(mask)
-    ]
+    inputs = list(read_bits(part.masks.items()))
     links = [chain.of_bits(bits, chain.name(bits), row) for bits in inputs]
     if not inputs:
         names = (chain.full(name) for name in part.names)
         links = [chain.of_value(name, row, depth + 1) for name in names if name != text]
     yield from (each for each in links if each is not None)
-
-
-def _whole_or_single(mask: int) -> Iterator[int]:
-    """Yield the mask of a whole word unchanged, or each bit of another mask."""
-    if mask == ALL_BITS:
-        yield mask
-    else:
-        yield from (1 << bit for bit in range(16) if mask >> bit & 1)
 
 
 def _site(chain: PythonChain, line: int) -> Site:

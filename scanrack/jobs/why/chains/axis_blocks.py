@@ -10,6 +10,7 @@ from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.debug import CauseLink, Chains
 from scanrack.ladder.state.lowered import AddOnCall, LoweredProgram
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.replay import PackedTrace
 
 from ..past import Past, SlotPast
@@ -34,6 +35,9 @@ class Chain(Protocol):
     def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
         """Return the chain of a status bit."""
 
+    def slot(self, number: int) -> SlotInfo:
+        """Return a slot of the recording."""
+
 
 @dataclass(frozen=True, slots=True)
 class AxisBlocks:
@@ -51,7 +55,7 @@ class AxisBlocks:
         lost = self.chain.lost(slot, path, row)
         if lost is not None:
             return lost
-        past = SlotPast(Past(recording, row), next(each for each in recording.slots if each.number == slot))
+        past = SlotPast(Past(recording, row), self.chain.slot(slot))
         changed = past.past.last_change(slot, "in", 0) or 0
         text = f"busy: slot {slot}: {'; '.join(waits(past)[:2])}"
         return CauseLink("module", path, None, recording.numbers[changed], recording.times[changed], text)

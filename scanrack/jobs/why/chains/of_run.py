@@ -7,11 +7,8 @@ from scanrack.ladder.debug import CauseLink, Debugger
 from scanrack.traces.replay import PackedTrace
 
 from ...load.loading import LoadedRack
-from ...replay.replaying import score_of
-from ...replay.tag_orders import TagOrders
 from ..answer import Why
-from ..followed import can_follow, follow
-from ..input_replay import InputReplay
+from ..followed import run_rungs
 from ..traced_run import Load
 
 
@@ -42,8 +39,5 @@ def chain_of(
     if not isinstance(job.logic, LadderLogic):
         return Why(recording, row, job.spec, load).chain(what, deep=deep)
     debugger = Debugger(job.logic)
-    if can_follow(recording, debugger):
-        follow(recording, debugger, row)
-    else:
-        InputReplay(recording, job.spec, row).play(debugger, TagOrders(score_of(recording), recording.events))
+    run_rungs(recording, job.spec, debugger, row)
     return Why(recording, row, job.spec, None, debugger).chain(what, deep=deep)

@@ -19,7 +19,7 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.read.sequence_steps import Step, steps_of
 
 from ...record.tag_names import named_values, namespace_of
-from ..chain import Bits, RackChain
+from ..chain import Bits, RackChain, read_bits
 from ..outranked import forced, of_cpu
 from ..past import ALL_BITS, Past
 from ..source.class_names import Names
@@ -151,30 +151,19 @@ class ProgramChain(RackChain):
 
     def _read(self, change: TracedChange, row: int) -> Iterator[tuple[Bits, bool]]:
         """Yield the bits that the program read before a change, and whether each was new in the scan."""
-        now = Past(self.recording, row)
-        for (slot, word), mask in change.masks.items():
-            if not mask:
-                continue
-            before = now.words(slot, "in", row - 1)[word] if row else 0
-            differs = (before ^ now.words(slot, "in", row)[word]) & mask
-            if mask == ALL_BITS:
-                yield Bits(slot, "in", word, mask), bool(differs)
-                continue
-            for bit in range(16):
-                if mask >> bit & 1:
-                    yield Bits(slot, "in", word, 1 << bit), bool(differs >> bit & 1)
+        past = Past(self.recording, row)
+        for bits in read_bits(change.masks.items()):
+            before = past.words(bits.slot, "in", row - 1)[bits.word] if row else 0
+            yield bits, bool((before ^ past.words(bits.slot, "in", row)[bits.word]) & bits.mask)
 
     def name(self, bits: Bits) -> str:
         """Return the name of an input in the program; if it has none there, its name in the module."""
         for name, address in self.names.addresses.items():
             if address == str(bits.address):
                 return name
-        words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
-        for group, named in words.groups.items():
-            for name, at in named.items():
-                if at == ("I", bits.word, bits.mask.bit_length() - 1) and bits.address.bit is not None:
-                    return f"slot{bits.slot}.{group}.{name}"
-        return f"slot{bits.slot} {words.inputs[bits.word]}" if bits.address.bit is None else str(bits.address)
+        if bits.address.bit is None:
+            return f"slot{bits.slot} {self.slot(bits.slot).words.inputs[bits.word]}"
+        return self.module_name(bits) or str(bits.address)
 
     def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the inputs that were new; if none was, the value in the conditions that changed last."""
@@ -316,7 +305,7 @@ class ProgramChain(RackChain):
     def _of_axis(self, slot: int, row: int) -> Iterator[CauseLink]:
         """Yield the named status bits of an axis that changed in a scan."""
         past = Past(self.recording, row)
-        words = next(each.words for each in self.recording.slots if each.number == slot)
+        words = self.slot(slot).words
         before = past.words(slot, "in", row - 1)[0] if row else 0
         differs = (past.words(slot, "in", row)[0] ^ before) & ALL_BITS
         came = differs & past.words(slot, "in", row)[0] or differs

@@ -47,7 +47,7 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
 def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
     """Return what the module of an axis does or waits for at a scan; a lost connection takes precedence."""
     recording = chain.recording
-    slot = next(each for each in recording.slots if each.number == number)
+    slot = chain.slot(number)
     lost = of_link(recording, slot, recording.numbers[row])
     if lost is not None:
         return CauseLink(lost.kind, name, None, lost.scan, lost.now_ns, lost.text)
@@ -61,7 +61,7 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
     """Return the link of an input whose edge is awaited; it names an edge that came too early."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
     rises = way == "rises"
-    words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
+    words = chain.slot(bits.slot).words
     edges = [
         each
         for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)

@@ -1,0 +1,293 @@
+"""Runs a program on recorded inputs, scan by scan, without modules and without a CPU.
+
+    inputs, time, mode of each scan    ---> the program ---> outputs, compared with the recorded ones
+    orders on tags, and edits          before the same scans
+    lost links                         at the same times
+
+| user | program | afterwards |
+|---|---|---|
+| `why.traced_run`, `why.trials` | Python | the lines of some scans; tries of other inputs |
+| `why.program_rerun` | Python, a list of steps | the lines of a debug adapter and of a page |
+| `why.followed` | ladder | its tags after a scan |
+| `watch.history.indexer` | ladder | snapshots, from which a page shows any scan |
+
+A ladder program whose inputs are only images needs no rack: see `why.followed` and `ladder.debug.replay`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+
+from scanrack.io_images.addresses import parse_address
+from scanrack.io_images.times import exact_ns
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.python.online.editing import edit_logic
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import ALL, Action, Edit, Force, Unforce, Write, names_in
+from scanrack.runtime.live.operator_actions import AppliedAction
+from scanrack.runtime.loop.faults import Cause, ends_the_run
+from scanrack.runtime.loop.pace import Watchdog
+from scanrack.runtime.loop.phases import runs_logic
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.scan import LogicScan, ScanFlag, ScanLogic, attached
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.replay import PackedTrace
+
+from ..load.building import round_trip_ms
+from ..record.link_losses import LinkChange, link_changes
+from ..record.logic_wrapper import unwrapped
+from ..run.playback import RecordedInputs
+from .recorded_scans import RecordedScan, recorded_scans
+
+_FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
+_SET_FROM_OUTSIDE = int(ScanFlag.TAGS_FROM_OUTSIDE)
+_NOT_COMPARED = int(ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT)
+"""Flags of scans whose recorded outputs were not set by the program alone."""
+
+Call = Callable[[ScanLogic, LogicScan], object]
+"""Runs one scan of a program."""
+
+
+def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[int, RecordedInputs]) -> Rack:
+    """Return a rack with the modules of a recording.
+
+    A trace has the names of words and bits; the rack file also has the addresses of a card's data.
+    """
+    known = {slot.number: slot.words for slot in spec.slot}
+    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
+    return Rack(
+        Card(
+            slot.number,
+            modules[slot.number],
+            slot.module,
+            slot.firmware,
+            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            trips.get(slot.number, 0),
+        )
+        for slot in slots
+    )
+
+
+def _call(logic: ScanLogic, view: LogicScan) -> None:
+    logic(view)
+
+
+class InputReplay:
+    """A program that runs on recorded inputs.
+
+    Args:
+        slots: the modules of the recording.
+        call: runs one scan of the program, to observe it.
+        edited: loads the program of an edit by number; None = the first program continues.
+
+    Attributes:
+        view: the rack as the program sees it.
+        logic: the program after the last scan that was run; see `attach`.
+        row, scan: row and number of that scan; -1 before the first one.
+        departs: number of the first scan whose outputs differ from the recorded ones; None if there is none.
+        faulted: whether the program faulted in the last scan.
+        refused: a sentence for each order that could not be carried out.
+        lost: the scans before which an edit could not be carried out.
+    """
+
+    logic: ScanLogic
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        slots: Iterable[SlotInfo],
+        *,
+        call: Call = _call,
+        edited: Callable[[int], ScanLogic] | None = None,
+    ) -> None:
+        slots = tuple(slots)
+        self._modules = {slot.number: RecordedInputs((), ()) for slot in slots}  # `run` shows the images
+        self._rack = recorded_rack(slots, spec, self._modules)
+        self.view = LogicScan(self._rack.slots, spec.scan_ns)
+        self._call, self._edited = call, edited
+        self._rpi_ns = spec.rpi_ns if spec.controller == "compactlogix" else None
+        self._watchdog = Watchdog(exact_ns(spec.watchdog_ms, "ms"))
+        self._by_watchdog = False
+        self._inputs = [places.inputs for places in self._rack.layout.places.values()]
+        self._held: list[tuple[slice, bytes]] = []
+        self._orders: deque[AppliedAction] = deque()  # still to come
+        self._links: deque[tuple[int, LinkChange]] = deque()  # still to come, each with its slot
+        self.row = self.scan = -1
+        self._ordered = -1  # the last scan before which the orders were given
+        self.departs: int | None = None
+        self.faulted = False
+        self.refused: list[str] = []
+        self.lost: list[int] = []
+
+    def attach(self, logic: ScanLogic) -> None:
+        """Run this program from the next scan on."""
+        self.logic = logic
+        if (needs := attached(logic)) is not None:
+            needs.__attach_logic__(self.view.slot)
+
+    def play(self, recording: PackedTrace, last: int, orders: Iterable[AppliedAction] = ()) -> Iterator[int]:
+        """Run the scans of a recording up to a row, and yield each row after its scan.
+
+        A fault of the program ends the run, as in the recording.
+
+        Args:
+            orders: recorded orders on the program's tags, to be repeated.
+        """
+        self.read_events(recording, orders)
+        try:
+            for scan in recorded_scans(recording, 0, last):
+                self.run(scan)
+                yield self.row
+                if self.faulted:
+                    return
+        finally:
+            if (needs := attached(self.logic)) is not None:
+                needs.__close_logic__()
+
+    def read_events(self, recording: PackedTrace, orders: Iterable[AppliedAction]) -> None:
+        """Take the orders and the lost links of a recording that are still to come."""
+        events = recording.events
+        self.expect(orders, {slot: link_changes(events, slot) for slot in self._modules})
+        self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
+
+    def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
+        """Take the orders and, by slot, the changes of links that are still to come."""
+        now_ns = self.view.now_ns if self.row >= 0 else -1
+        ahead = ((slot, each) for slot, changes in links.items() for each in changes if each.now_ns > now_ns)
+        self._links = deque(sorted(ahead, key=lambda each: each[1].now_ns))
+        self._orders = deque(
+            sorted((each for each in orders if each.scan > self.scan), key=lambda each: each.scan)
+        )
+
+    def hold(self, slot: int, image: bytes) -> None:
+        """From the next scan on, show the program this input image of a slot instead of the recorded one."""
+        self._held.append((self._rack.layout.places[slot].inputs, image))
+
+    def block(self) -> bytes:
+        """Return the rack's present memory block, with the outputs as the program has written them so far."""
+        return bytes(self._rack.memory)
+
+    # --- one scan
+
+    def give_orders(self, scan: RecordedScan) -> None:
+        """Give the orders before a scan, as `run` does, so that the program can be seen between both."""
+        if scan.number == self._ordered:
+            return
+        self._ordered = scan.number
+        if scan.flags & _SET_FROM_OUTSIDE and not self._knows_tags(scan.number):
+            self._depart(scan.number)
+        while self._orders and self._orders[0].scan <= scan.number:
+            number, order = self._orders.popleft()
+            try:
+                self._give(order, number)
+            except ValueError as error:
+                self.refused.append(f"the order before scan {number} is not carried out: {error}")
+
+    def run(self, scan: RecordedScan) -> None:
+        """Give the orders before a scan, run it, and compare its outputs with the recorded ones."""
+        number, now_ns, flags, block = scan
+        if self._orders or flags & _SET_FROM_OUTSIDE:
+            self.give_orders(scan)
+        self.row += 1
+        self.scan, self.faulted = number, False
+        if not runs_logic(flags):
+            return
+        view, memory = self.view, self._rack.memory
+        if self._rpi_ns is not None:
+            view.updated = self.row == 0 or now_ns // self._rpi_ns != view.now_ns // self._rpi_ns
+        view.number, view.now_ns, view.first = number, now_ns, bool(flags & _FIRST)
+        for place in self._inputs:
+            memory[place] = block[place]
+        for place, image in self._held:
+            memory[place] = image
+        while self._links and self._links[0][1].now_ns <= now_ns:
+            slot, change = self._links.popleft()
+            self._modules[slot].linked = change.good
+        self.run_logic(flags)
+        if not flags & _NOT_COMPARED and memory != block:
+            self._depart(number)
+
+    def run_logic(self, flags: int) -> None:
+        """Run the program; the frames above this one in the stack are not the program's."""
+        try:
+            if self._by_watchdog and flags & _FAULT:  # in another scan, a traced program may take longer
+                with self._watchdog.armed(lambda: self.scan, InputReplay.run_logic.__code__):
+                    self._call(self.logic, self.view)
+            else:
+                self._call(self.logic, self.view)
+        except BaseException as error:
+            if ends_the_run(error):
+                raise
+            self.faulted = True
+            if not flags & _FAULT:
+                self._depart(self.scan)
+
+    def _depart(self, scan: int) -> None:
+        if self.departs is None:
+            self.departs = scan
+
+    # --- orders
+
+    @property
+    def _tags(self) -> Debugger | Fields | None:
+        """The values of the program that can be set and forced."""
+        program = unwrapped(self.logic)
+        if isinstance(program, Logic):
+            return Fields(lambda: program)
+        return program if isinstance(program, Debugger) else None
+
+    def _knows_tags(self, scan: int) -> bool:
+        """Whether an order sets the values that were set before a scan, or a force is in effect.
+
+        The outputs of a ladder program decide whether it departs.
+        """
+        tags = self._tags
+        is_ordered = bool(self._orders) and self._orders[0].scan <= scan
+        return is_ordered or isinstance(tags, Debugger) or (tags is not None and bool(tags.forces))
+
+    def _give(self, order: Action, scan: int) -> None:
+        """Carry out an order on the program; the recorded images already have the effect of any other."""
+        tags = self._tags
+        match order:
+            case Edit():
+                try:
+                    self._edit(order)
+                except ValueError:
+                    self.lost.append(scan)
+                    raise
+            case Unforce(tag) if tag == ALL and tags is not None:
+                tags.unforce()
+            case Write() | Force() | Unforce() if tags is not None and not self._is_image(tags, order.tag):
+                _set(tags, order)
+
+    def _is_image(self, tags: Debugger | Fields, name: str) -> bool:
+        with suppress(ValueError):
+            parse_address(name, {slot.number: slot.words for slot in self._rack.slots.values()})
+            return True
+        return tags.address_of(name) is not None
+
+    def _edit(self, order: Edit) -> None:
+        """Continue with an edited program, which takes the values of the present one unless all restarts."""
+        if self._edited is None:
+            return
+        program, edited, restart = unwrapped(self.logic), self._edited(order.number), names_in(order.restart)
+        if isinstance(program, Debugger) and isinstance(edited, LadderLogic):
+            program.edit(edited)
+        elif isinstance(program, Logic) and isinstance(edited, Logic) and ALL not in restart:
+            edit_logic(program, edited, restart)
+        else:
+            self.attach(edited)
+
+
+def _set(tags: Debugger | Fields, order: Write | Force | Unforce) -> None:
+    if isinstance(order, Write):
+        tags.tags[order.tag] = order.value
+    elif isinstance(order, Force):
+        tags.force(order.tag, order.value)
+    else:
+        tags.unforce(order.tag)
