@@ -9,6 +9,7 @@ from math import prod
 
 from ..dataclass import dataclass
 from .codes import TYPE_CODES
+from .paths import PROGRAM
 
 _BYTES = {"BOOL": 1, "SINT": 1, "INT": 2, "DINT": 4, "LINT": 8, "USINT": 1, "UINT": 2, "UDINT": 4}
 _BYTES |= {"ULINT": 8, "REAL": 4, "LREAL": 8, "DWORD": 4}
@@ -86,6 +87,11 @@ class ListedTag:
     def full_name(self) -> str:
         r"""Its name in the rack: `Run`, `\Main.Run`."""
         return rf"\{self.program}.{self.name}" if self.program else self.name
+
+    @property
+    def path(self) -> str:
+        """Its name for clients: `Run`, `Program:Main.Run`."""
+        return f"{PROGRAM}{self.program}.{self.name}" if self.program else self.name
 
     @property
     def is_bits(self) -> bool:

@@ -49,38 +49,43 @@ Value = bool | int | float | str
 
 
 @dataclass(frozen=True, slots=True)
-class Mode:
+class Action:
+    """An operator action."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mode(Action):
     """Turn the CPU's key: "run", "program" or "test"."""
 
     mode: str
 
 
 @dataclass(frozen=True, slots=True)
-class Pause:
+class Pause(Action):
     """Stop between two scans."""
 
 
 @dataclass(frozen=True, slots=True)
-class Continue:
+class Continue(Action):
     """Continue after a pause."""
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class Step(Action):
     """Run a number of scans, then pause."""
 
     scans: int = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Speed:
+class Speed(Action):
     """Run at a multiple of real time, 0.01 to 1,000, or at "max"."""
 
     factor: float | str
 
 
 @dataclass(frozen=True, slots=True)
-class Press:
+class Press(Action):
     """Hold an input of a module at a level; None returns it to the machine."""
 
     slot: int
@@ -90,7 +95,7 @@ class Press:
 
 
 @dataclass(frozen=True, slots=True)
-class Write:
+class Write(Action):
     """Set a tag once."""
 
     tag: str
@@ -99,7 +104,7 @@ class Write:
 
 
 @dataclass(frozen=True, slots=True)
-class Store:
+class Store(Action):
     """Set bytes of a tag, or of a slot's outputs, as a client of the tag server has sent them."""
 
     tag: str  # its full name
@@ -111,7 +116,7 @@ class Store:
 
 
 @dataclass(frozen=True, slots=True)
-class Force:
+class Force(Action):
     """Hold a tag, or a word or bit of an image, at a value."""
 
     tag: str
@@ -119,14 +124,14 @@ class Force:
 
 
 @dataclass(frozen=True, slots=True)
-class Unforce:
+class Unforce(Action):
     """Release a force, or "all"."""
 
     tag: str
 
 
 @dataclass(frozen=True, slots=True)
-class InjectFault:
+class InjectFault(Action):
     """Start an incident of a module now, see `runtime.loop.incidents`."""
 
     kind: str
@@ -137,28 +142,28 @@ class InjectFault:
 
 
 @dataclass(frozen=True, slots=True)
-class Breakpoint:
+class Breakpoint(Action):
     """Pause when a rung becomes true (`Main.3`), `Main.3 changes`, `Main.3 executes`, or a tag changes."""
 
     at: str
 
 
 @dataclass(frozen=True, slots=True)
-class RemoveBreakpoint:
+class RemoveBreakpoint(Action):
     """Remove a breakpoint, or "all"."""
 
     at: str
 
 
 @dataclass(frozen=True, slots=True)
-class Reload:
+class Reload(Action):
     """Continue with the present version of the program's file."""
 
     restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)
-class Edit:
+class Edit(Action):
     """Continue with an edited program; a session gives this order itself, with the program's files."""
 
     number: int  # number of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
@@ -167,7 +172,7 @@ class Edit:
 
 
 @dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Action):
     """Begin a new session that repeats this one up to a scan, and continues on its own."""
 
     scan: int
@@ -175,12 +180,12 @@ class Branch:
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class Source(Action):
     """Request the text of the program's file."""
 
 
 @dataclass(frozen=True, slots=True)
-class Draft:
+class Draft(Action):
     """Preview an edited text of the program's file, or save it and continue with it."""
 
     text: str
@@ -191,7 +196,7 @@ class Draft:
 
 
 @dataclass(frozen=True, slots=True)
-class Online:
+class Online(Action):
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
@@ -203,28 +208,6 @@ class Online:
 
 ToEditor = Source | Draft | Online
 """Orders that the editor of a session answers, without holding up the scans."""
-
-Action = (
-    Mode
-    | Pause
-    | Continue
-    | Step
-    | Speed
-    | Press
-    | Write
-    | Store
-    | Force
-    | Unforce
-    | InjectFault
-    | Breakpoint
-    | RemoveBreakpoint
-    | Reload
-    | Edit
-    | Branch
-    | Source
-    | Draft
-    | Online
-)
 
 ACTIONS: Mapping[str, type[Action]] = {
     "mode": Mode,
@@ -301,10 +284,10 @@ _LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
 """Fields that a message leaves out while they are empty or false."""
 
 
-def said_of(order: Action) -> dict[str, Any]:
+def message_of(order: Action) -> dict[str, Any]:
     """Return an order as a message, which `action_of` reads."""
-    said = {"do": NAMES[type(order)], **asdict(order)}
-    return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
+    message = {"do": NAMES[type(order)], **asdict(order)}
+    return {key: value for key, value in message.items() if value or key not in _LEFT_OUT}
 
 
 def text_of(order: Action) -> str:
@@ -313,7 +296,7 @@ def text_of(order: Action) -> str:
     >>> text_of(Press(1, "home", True))
     '{"do":"press","slot":1,"name":"home","on":true}'
     """
-    return json.dumps(said_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(message_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def parsed(text: str | bytes) -> Any:
@@ -322,14 +305,14 @@ def parsed(text: str | bytes) -> Any:
     Raises:
         ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
     """
-    said = json_value(text, parse_constant=_refuse_constant)
-    _refuse_oddities(said)
-    return said
+    value = json_value(text, parse_constant=_refuse_constant)
+    _refuse_oddities(value)
+    return value
 
 
-def _refuse_oddities(said: object) -> None:
+def _refuse_oddities(value: object) -> None:
     """Refuse JSON that can't be shown: deep nesting, unpaired surrogates."""
-    level = [said]
+    level = [value]
     for _ in range(DEEPEST + 1):
         for text in level:
             if isinstance(text, str) and not _is_unicode(text):
@@ -437,7 +420,8 @@ STEPS = ("accept", "test", "untest", "assemble", "reopen", "cancel", "save")
 _KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
 _MODES = ("run", "program", "test")
 _TEXT = f"text of 1 to {TEXT_MOST} printable characters"
-
+_OPTIONAL = (lambda value: value == "" or _is_text(value), _TEXT)
+_FLAG = (lambda value: isinstance(value, bool), "true or false")
 _HEX = f"up to {STORE_MOST:,} bytes as hexadecimal digits"
 
 _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
@@ -448,16 +432,16 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "slot": (_whole(1, 1 << 16), "the number of a slot"),
     "number": (_whole(1, MOST_EDITS), f"1 to {MOST_EDITS:,}"),
     "program": (_is_text, _TEXT),
-    "restart": (lambda value: value == "" or _is_text(value), _TEXT),
+    "restart": _OPTIONAL,
     "name": (_is_text, _TEXT),
     "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
-    "base": (lambda value: value == "" or _is_text(value), _TEXT),
+    "base": _OPTIONAL,
     "step": (lambda value: value in STEPS, ", ".join(STEPS)),
     "rungs": (_are_rungs, f"[routine, number, texts], up to {RUNGS_MOST} texts and {DRAFT_MOST:,} bytes"),
     "tags": (_are_tags, "a list of [name, type, program]"),
-    "effects": (lambda value: isinstance(value, bool), "true or false"),
-    "paused": (lambda value: isinstance(value, bool), "true or false"),
-    "take": (lambda value: isinstance(value, bool), "true or false"),
+    "effects": _FLAG,
+    "paused": _FLAG,
+    "take": _FLAG,
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),
     "at": (_is_text, _TEXT),
@@ -467,10 +451,10 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "offset": (_whole(0, (1 << 32) - 1), "the number of a byte"),
     "data": (_is_hex, _HEX),
     "keep": (_is_hex, _HEX),
-    "client": (lambda value: value == "" or _is_text(value), _TEXT),
-    "part": (lambda value: value == "" or _is_text(value), _TEXT),
-    "by": (lambda value: value == "" or _is_text(value), _TEXT),
-    "state": (lambda value: value == "" or _is_text(value), _TEXT),
+    "client": _OPTIONAL,
+    "part": _OPTIONAL,
+    "by": _OPTIONAL,
+    "state": _OPTIONAL,
     "late_words": (_are_words, f"words from 0 to {WORDS_MAX - 1}"),
 }
 """The check of each field and its allowed values in words, by name."""

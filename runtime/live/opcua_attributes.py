@@ -17,12 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from importlib import import_module
 from typing import Any
 
 from ..tag_servers.index_ranges import MismatchError, NoDataError, parse_ranges, part_of, shape_of
 from ..tag_servers.tag_snapshot import Operation
 from ..tag_servers.variables import Variable
+from .opcua_library import service_error, status, ua
 from .opcua_space import TYPES, TagNode, TagSpace
 
 BINARY = "Default Binary"
@@ -63,27 +63,25 @@ class Attributes:
     """
 
     def __init__(self, space: Any, tags: TagSpace) -> None:
-        self._ua: Any = import_module("asyncua.ua")
-        self._error: Any = import_module("asyncua.common.utils").ServiceError
         self._space, self._tags = space, tags
-        stamps = self._ua.TimestampsToReturn
+        stamps = ua.TimestampsToReturn
         self._both = stamps.Both
         self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
 
     def tag_of(self, item: Any) -> TagNode | None:
         """Return the tag whose value a request names."""
-        is_value = item.AttributeId == self._ua.AttributeIds.Value
+        is_value = item.AttributeId == ua.AttributeIds.Value
         return self._tags.nodes.get(item.NodeId) if is_value else None
 
     def check_timestamps(self, timestamps: Any) -> None:
         """Refuse a request for timestamps that do not exist."""
-        if timestamps == self._ua.TimestampsToReturn.Invalid:
-            raise self._error(self._ua.StatusCodes.BadTimestampsToReturnInvalid)
+        if timestamps == ua.TimestampsToReturn.Invalid:
+            raise service_error("BadTimestampsToReturnInvalid")
 
     def check_read(self, params: Any) -> None:
         """Refuse a Read request as a whole."""
         if not params.MaxAge >= 0:
-            raise self._error(self._ua.StatusCodes.BadMaxAgeInvalid)
+            raise service_error("BadMaxAgeInvalid")
         self.check_timestamps(params.TimestampsToReturn)
 
     # --- reading
@@ -122,17 +120,16 @@ class Attributes:
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
         part = part_of(variant.Value, parse_ranges(text), rank)
         dims = shape_of(part)[:rank] if rank > 1 else None
-        made = self._ua.Variant(part, variant.VariantType, dims, bool(rank))
-        return self._ua.DataValue(made, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
+        made = ua.Variant(part, variant.VariantType, dims, bool(rank))
+        return ua.DataValue(made, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, of: Any = None) -> Any:
-        ua = self._ua
         times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)
-        return ua.DataValue(None, ua.StatusCode(getattr(ua.StatusCodes, code)), *times)
+        return ua.DataValue(None, status(code), *times)
 
     def _stamped(self, value: Any, item: Any, timestamps: Any, now: datetime | None) -> Any:
         """Return a value with the requested timestamps; only values have a source timestamp."""
-        is_value = item.AttributeId == self._ua.AttributeIds.Value
+        is_value = item.AttributeId == ua.AttributeIds.Value
         source, server = value.SourceTimestamp, value.ServerTimestamp
         if is_value and timestamps == self._both and source is not None and server is not None:
             return value
@@ -140,7 +137,7 @@ class Attributes:
         has_source = is_value and timestamps in self._with_source
         if has_source and source is None and value.StatusCode.is_good():
             source = now
-        return self._ua.DataValue(
+        return ua.DataValue(
             value.Value,
             value.StatusCode,
             source if has_source else None,
@@ -164,7 +161,7 @@ class Attributes:
         encoding = item.DataEncoding
         if not encoding.Name:
             return
-        is_value = item.AttributeId == self._ua.AttributeIds.Value
+        is_value = item.AttributeId == ua.AttributeIds.Value
         if not is_value or encoding.NamespaceIndex or encoding.Name not in ENCODINGS:
             raise BadStatusError("BadDataEncodingInvalid")
         if encoding.Name != BINARY:
@@ -198,7 +195,7 @@ class Attributes:
 
     def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
         """Return the value to write; refuse it if it doesn't have the type of the variable."""
-        kinds, variant = self._ua.VariantType, given.Value
+        kinds, variant = ua.VariantType, given.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
         if _sets_more(given, has_value=has_value):
             raise BadStatusError("BadWriteNotSupported")

@@ -21,6 +21,7 @@ from importlib import import_module
 from typing import Any
 
 from ..tag_servers.ua_security import UaSecurity, application_uri, uris_of
+from .opcua_library import binary, service_error, ua, utils
 
 REFUSAL_S = 1.0
 """Delay after a refused password; a client's requests are answered one after the other."""
@@ -52,10 +53,7 @@ class UaGuard:
     """
 
     def __init__(self, security: UaSecurity | None) -> None:
-        self._ua: Any = import_module("asyncua.ua")
         self._rules: Any = import_module("asyncua.crypto.permission_rules")
-        self._error: Any = import_module("asyncua.common.utils").ServiceError
-        self._from_binary: Any = import_module("asyncua.ua.ua_binary").struct_from_binary
         self._security = security
         self.uri = application_uri() if security is None else security.uri
         self._public, self._refused = self._ids(PUBLIC), self._ids(REFUSED)
@@ -63,12 +61,11 @@ class UaGuard:
         (self._creates,) = self._ids(("CreateSessionRequest",))
 
     def _ids(self, names: tuple[str, ...]) -> set[Any]:
-        ua = self._ua
         return {ua.NodeId(getattr(ua.ObjectIds, f"{each}_Encoding_DefaultBinary")) for each in names}
 
     async def set_up(self, server: Any) -> None:
         """Offer the policy and the kinds of users, before the server listens."""
-        ua, inner, security = self._ua, server.iserver, self._security
+        inner, security = server.iserver, self._security
         server.allow_remote_admin(False)
         inner.lookup_external_session = lambda _token: None
         inner.register_external_session = lambda _session: None  # only asyncua's look-up would read it
@@ -98,7 +95,7 @@ class UaGuard:
         Decrypting a stranger's texts with the server's key would leak information about other texts.
         """
         if token.EncryptionAlgorithm:
-            raise self._error(self._ua.StatusCodes.BadIdentityTokenInvalid)
+            raise service_error("BadIdentityTokenInvalid")
         return token.UserName, bytes(token.Password or b"").decode("utf-8")
 
     def watch(self, connection: Any) -> None:
@@ -120,19 +117,17 @@ class UaGuard:
         connection._process_one_msg = processed
 
     def _checked(self, processor: Any, process: Callable[..., Awaitable[Any]]) -> Callable[..., Any]:
-        codes = self._ua.StatusCodes
-
         async def checked(kind: Any, *rest: Any) -> Any:
-            if (refusal := self._refusal(kind, processor)) is not None:
-                raise self._error(refusal)
+            if refusal := self._refusal(kind, processor):
+                raise service_error(refusal)
             if kind == self._creates:
                 self._check_session(processor._connection.security_policy, rest[-1].copy())
                 if (watchdog := processor._session_watchdog_task) is not None:
                     watchdog.cancel()  # the watchdog of a closed session would run on beside the new one
             try:
                 return await process(kind, *rest)
-            except self._error as error:
-                if kind == self._activates and error.code == codes.BadUserAccessDenied:
+            except utils.ServiceError as error:
+                if kind == self._activates and error.code == ua.StatusCodes.BadUserAccessDenied:
                     await asyncio.sleep(REFUSAL_S)
                 raise
 
@@ -140,32 +135,28 @@ class UaGuard:
 
     def _check_session(self, policy: Any, body: Any) -> None:
         """Refuse a session for another server, or of an application that its certificate does not name."""
-        codes, params = self._ua.StatusCodes, self._from_binary(self._ua.CreateSessionParameters, body)
+        params = binary.struct_from_binary(ua.CreateSessionParameters, body)
         if params.ServerUri not in (None, "", self.uri):
-            raise self._error(codes.BadServerUriInvalid)
+            raise service_error("BadServerUriInvalid")
         if self._security is None:
             return
         if params.ClientDescription.ApplicationUri not in uris_of(policy.peer_certificate):
-            raise self._error(codes.BadCertificateUriInvalid)
+            raise service_error("BadCertificateUriInvalid")
         if len(params.ClientNonce or b"") < NONCE_LEAST:
-            raise self._error(codes.BadNonceInvalid)
+            raise service_error("BadNonceInvalid")
 
-    def _refusal(self, kind: Any, processor: Any) -> int | None:
-        """Return the status that refuses a request; None for one that asyncua answers."""
-        codes, security = self._ua.StatusCodes, self._security
-        policy, session = processor._connection.security_policy, processor.session
-        status: int | None = None
+    def _refusal(self, kind: Any, processor: Any) -> str:
+        """Return the name of the status that refuses a request; "" if asyncua answers it."""
+        security, policy, session = self._security, processor._connection.security_policy, processor.session
         if kind in self._refused:
-            status = codes.BadServiceUnsupported
-        elif security is not None and kind not in self._public:
-            if policy.Mode != self._ua.MessageSecurityMode.SignAndEncrypt:
-                status = codes.BadSecurityModeInsufficient
-            elif security.trusted is not None and policy.peer_certificate not in security.trusted:
-                status = codes.BadCertificateUntrusted
+            return "BadServiceUnsupported"
+        if security is not None and kind not in self._public:
+            if policy.Mode != ua.MessageSecurityMode.SignAndEncrypt:
+                return "BadSecurityModeInsufficient"
+            if security.trusted is not None and policy.peer_certificate not in security.trusted:
+                return "BadCertificateUntrusted"
         is_open = session is not None and session.state.name != "Closed"
-        if status is None and is_open and kind == self._creates:
-            status = codes.BadTooManySessions
-        return status
+        return "BadTooManySessions" if is_open and kind == self._creates else ""
 
 
 def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:

@@ -23,6 +23,7 @@ from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
 from .opcua_attributes import Attributes, BadStatusError
 from .opcua_guard import UaGuard, keep_apart
+from .opcua_library import service_error, ua
 from .opcua_services import Service, accept_unknown_values, answer_browse_next, limit_operations
 from .opcua_space import TagNode, TagSpace
 from .opcua_subscriptions import KEEP_ALIVES, Subscriptions
@@ -63,7 +64,6 @@ class OpcUaServer:
     """
 
     def __init__(self, listening: socket.socket, process: ScanProcess) -> None:
-        self._ua: Any = import_module("asyncua.ua")
         self._server: Any = import_module("asyncua").Server()
         self._listening, self._process = listening, process
         self._turn = asyncio.Lock()
@@ -112,7 +112,6 @@ class OpcUaServer:
 
     async def _tell_limits(self) -> None:
         """Publish the limits that clients look up; asyncua publishes those of operations."""
-        ua = self._ua
         points = ua.Variant(CONTINUATIONS_MOST, ua.VariantType.UInt16)
         node = ua.NodeId(ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints)
         await self._inner.aspace.write_attribute_value(node, ua.AttributeIds.Value, ua.DataValue(points))
@@ -192,7 +191,7 @@ class OpcUaServer:
 
     async def _write(self, params: Any, session: Any, client: str) -> list[Any]:
         """Write values as one packet; return the status of each."""
-        codes = self._ua.StatusCodes
+        codes = ua.StatusCodes
         requested, version = params.NodesToWrite, self._process.version
         await self._refresh((self._attributes.tag_of(each) for each in requested if each.IndexRange), client)
         status, operations, places = [codes.Good] * len(requested), list[Operation](), list[int]()
@@ -209,7 +208,7 @@ class OpcUaServer:
             for number, place in enumerate(places):
                 if results is None or results[number] is None:
                     status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
-        return [self._ua.StatusCode(each) for each in status]
+        return [ua.StatusCode(each) for each in status]
 
     # --- subscriptions
 
@@ -249,8 +248,7 @@ class OpcUaServer:
             every = self._inner.subscription_service.subscriptions.values()
             there = sum(len(each.monitored_item_srv._monitored_items) for each in every)
             if there + len(params.ItemsToCreate) > ITEMS_MOST:
-                code = self._ua.StatusCodes.BadTooManyMonitoredItems
-                raise import_module("asyncua.common.utils").ServiceError(code)
+                raise service_error("BadTooManyMonitoredItems")
             await self._refresh(
                 (self._attributes.tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client
             )
@@ -297,8 +295,7 @@ class OpcUaServer:
             try:
                 found = await work
             except ValueError as error:  # too much for one exchange
-                service_error: Any = import_module("asyncua.common.utils").ServiceError
-                raise service_error(self._ua.StatusCodes.BadRequestTooLarge) from error
+                raise service_error("BadRequestTooLarge") from error
         return None if found is None else found[2][0]
 
 

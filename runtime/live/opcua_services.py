@@ -7,8 +7,9 @@ BadTooManyOperations    one with more than the nodes of the server's OperationLi
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from importlib import import_module
 from typing import Any
+
+from .opcua_library import binary, service_error, ua
 
 OPERATIONS_MOST = 10_000
 """Maximum operations of a request, as the nodes of asyncua's OperationLimits say."""
@@ -34,18 +35,14 @@ Service = Callable[..., Awaitable[Any]]
 
 def limit_operations(session: Any) -> None:
     """Refuse requests of a session with no operation, or too many."""
-    ua: Any = import_module("asyncua.ua")
-    error: Any = import_module("asyncua.common.utils").ServiceError
 
     def limited(service: Service, name: str) -> Service:
         async def limiting(params: Any, *more: Any) -> Any:
             count = len((getattr(params, name) if name else params) or ())
-            if (
-                not count and session.state.name != "Closed"
-            ):  # its end deletes subscriptions, if there are any
-                raise error(ua.StatusCodes.BadNothingToDo)
+            if not count and session.state.name != "Closed":  # the end of a session deletes any subscriptions
+                raise service_error("BadNothingToDo")
             if count > OPERATIONS_MOST:
-                raise error(ua.StatusCodes.BadTooManyOperations)
+                raise service_error("BadTooManyOperations")
             return await service(params, *more)
 
         return limiting
@@ -56,15 +53,12 @@ def limit_operations(session: Any) -> None:
 
 def accept_unknown_values() -> None:
     """Let asyncua read unknown values of enumerations as *Invalid*: services have a status for them."""
-    ua: Any = import_module("asyncua.ua")
     for each in (ua.TimestampsToReturn, ua.BrowseDirection):
         each._missing_ = classmethod(lambda kind, _value: kind.Invalid)
 
 
 def answer_browse_next(processor: Any) -> None:
     """Answer BrowseNext, which asyncua does not know, on a connection."""
-    ua: Any = import_module("asyncua.ua")
-    from_binary: Any = import_module("asyncua.ua.ua_binary").struct_from_binary
     process = processor._process_message
     browse_next = ua.NodeId(ua.ObjectIds.BrowseNextRequest_Encoding_DefaultBinary)
 
@@ -73,7 +67,7 @@ def answer_browse_next(processor: Any) -> None:
         if kind != browse_next or session is None or not session.is_activated():
             return await process(kind, header, sequence, body)
         session.touch()
-        params = from_binary(ua.BrowseNextParameters, body)
+        params = binary.struct_from_binary(ua.BrowseNextParameters, body)
         response = ua.BrowseNextResponse()
         response.Parameters.Results = await session.browse_next(params)
         processor.send_response(header.RequestHandle, sequence, response)

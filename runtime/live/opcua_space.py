@@ -14,6 +14,7 @@ from scanrack.io_images.enip.listing import Kind
 
 from ..tag_servers.database import Database
 from ..tag_servers.variables import ELEMENTS_MOST, VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+from .opcua_library import status, ua
 
 TYPES: Mapping[str, str] = {
     "BOOL": "Boolean",
@@ -67,16 +68,15 @@ class TagSpace:
     """
 
     def __init__(self, space: Any, namespace: int, title: str) -> None:
-        self._ua: Any = import_module("asyncua.ua")
         self._made: Any = import_module("asyncua.server.address_space")
         self._space, self._namespace, self._title = space, namespace, title
         self._ours: list[Any] = []
         self.nodes: dict[Any, TagNode] = {}
-        ids = self._ua.ObjectIds
+        ids = ua.ObjectIds
         known = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
-        self._folder, self._object, self._variable = map(self._ua.NodeId, known)
+        self._folder, self._object, self._variable = map(ua.NodeId, known)
         references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
-        self._component, self._definition, self._organizes = map(self._ua.NodeId, references)
+        self._component, self._definition, self._organizes = map(ua.NodeId, references)
         self._fixed: dict[tuple[str, Any], Any] = {}
         self._references: dict[tuple[Any, Any, bool], Any] = {}
 
@@ -87,7 +87,7 @@ class TagSpace:
         """
         before = self.nodes
         self._clear()
-        objects = self._ua.NodeId(self._ua.ObjectIds.ObjectsFolder)
+        objects = ua.NodeId(ua.ObjectIds.ObjectsFolder)
         root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
         self._add_all(root, TagTree(database).roots())
         self._add_elements()
@@ -99,7 +99,7 @@ class TagSpace:
                 new.attribute.datachange_callbacks.update(old.attribute.datachange_callbacks)
 
     def _clear(self) -> None:
-        objects = self._space[self._ua.NodeId(self._ua.ObjectIds.ObjectsFolder)]
+        objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]
         ours = set(self._ours)
         objects.references[:] = [each for each in objects.references if each.NodeId not in ours]
         for node_id in self._ours:
@@ -109,7 +109,7 @@ class TagSpace:
 
     async def _end(self, node: TagNode) -> None:
         """Notify the subscriptions to a tag that it no longer exists."""
-        gone = self._ua.DataValue(StatusCode=self._ua.StatusCode(self._ua.StatusCodes.BadNodeIdUnknown))
+        gone = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
             await call(handle, gone)
 
@@ -131,7 +131,7 @@ class TagSpace:
                     self._add_variable(array.node_id, leaf)
 
     def _add_variable(self, parent: Any, leaf: Leaf) -> None:
-        variable, ua = leaf.variable, self._ua
+        variable = leaf.variable
         node_id = self._add(parent, variable.path, leaf.name, self._variable, is_variable=True)
         access = ua.AccessLevel.CurrentRead.mask
         if variable.writable:
@@ -147,9 +147,7 @@ class TagSpace:
         if variable.dims:
             sizes = ua.Variant(list(variable.dims), ua.VariantType.UInt32, is_array=True)
             given[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
-        value = self._made.AttributeValue(
-            ua.DataValue(StatusCode=ua.StatusCode(ua.StatusCodes.BadWaitingForInitialData))
-        )
+        value = self._made.AttributeValue(ua.DataValue(StatusCode=status("BadWaitingForInitialData")))
         given[ua.AttributeIds.Value] = value
         self.nodes[node_id] = TagNode(variable, node_id, value)
 
@@ -164,7 +162,7 @@ class TagSpace:
         is_variable: bool = False,
     ) -> Any:
         """Add a node below another one; return its identifier."""
-        ua, by = self._ua, self._component if reference is None else reference
+        by = self._component if reference is None else reference
         node_id = ua.NodeId(path, self._namespace)
         shown, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
         node_class = ua.NodeClass.Variable if is_variable else ua.NodeClass.Object
@@ -197,8 +195,7 @@ class TagSpace:
 
     def _described(self, target: Any, by: Any, is_forward: bool) -> Any:
         """Return a reference with the names of its target, as browsing shows it."""
-        ua, node = self._ua, self._space[target]
-        ids = ua.AttributeIds
+        node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
         shown, text, node_class = (node.attributes[each].value.Value.Value for each in names)
         kinds = (
@@ -217,11 +214,11 @@ class TagSpace:
     def _shared(self, kind: str, value: Any) -> Any:
         """Return an attribute that many nodes share."""
         if (kind, value) not in self._fixed:
-            self._fixed[kind, value] = self._attribute(self._ua.Variant(value, self._ua.VariantType[kind]))
+            self._fixed[kind, value] = self._attribute(ua.Variant(value, ua.VariantType[kind]))
         return self._fixed[kind, value]
 
     def _attribute(self, variant: Any) -> Any:
-        return self._made.AttributeValue(self._ua.DataValue(variant))
+        return self._made.AttributeValue(ua.DataValue(variant))
 
     # --- values
 
@@ -234,11 +231,10 @@ class TagSpace:
                 node.attribute.value = value
                 continue
             node.data = data
-            await self._space.write_attribute_value(node.node_id, self._ua.AttributeIds.Value, value)
+            await self._space.write_attribute_value(node.node_id, ua.AttributeIds.Value, value)
 
     def value_of(self, variable: Variable, data: bytes, now: datetime) -> Any:
         """Return bytes as a value of OPC UA."""
-        ua = self._ua
         kind = ua.VariantType[TYPES[variable.type_name]]
         dims = list(variable.dims) if len(variable.dims) > 1 else None
         variant = ua.Variant(variable.value_in(data), kind, dims, bool(variable.dims))

@@ -12,11 +12,11 @@ items        BadTimestampsToReturnInvalid, BadMonitoredItemIdInvalid, BadIndexRa
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from importlib import import_module
 from typing import Any
 
 from ..tag_servers.index_ranges import parse_ranges
 from .opcua_attributes import Attributes, BadStatusError
+from .opcua_library import service_error, status, ua
 
 KEEP_ALIVES = 3
 """Minimum lifetime of a subscription, in intervals between its keep-alive messages."""
@@ -31,8 +31,6 @@ class Subscriptions:
     """
 
     def __init__(self, session: Any, service: Any, attributes: Attributes) -> None:
-        self._ua: Any = import_module("asyncua.ua")
-        self._error: Any = import_module("asyncua.common.utils").ServiceError
         self._session, self._service, self._attributes = session, service, attributes
         self._create_items, self._modify_items = (
             session.create_monitored_items,
@@ -46,31 +44,36 @@ class Subscriptions:
         found = self._service.subscriptions.get(number)
         return found if found is not None and found.session_id == self._session.session_id else None
 
+    def _subscription(self, params: Any) -> Any:
+        """Return the subscription that a request names; refuse the request if it does not exist."""
+        subscription = self._own(params.SubscriptionId)
+        if subscription is None:
+            raise service_error("BadSubscriptionIdInvalid")
+        return subscription
+
     def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
         """Acknowledge messages; return the number of subscriptions, and a status for each message."""
-        codes, session = self._ua.StatusCodes, self._session.session_id
+        session = self._session.session_id
         own = sum(each.session_id == session for each in self._service.subscriptions.values())
         if not own:
-            raise self._error(codes.BadNoSubscription)
+            raise service_error("BadNoSubscription")
         results = []
         for each in acknowledged or ():
-            subscription, code = self._own(each.SubscriptionId), codes.Good
+            subscription, code = self._own(each.SubscriptionId), "Good"
             if subscription is None:
-                code = codes.BadSubscriptionIdInvalid
+                code = "BadSubscriptionIdInvalid"
             elif subscription._not_acknowledged_results.pop(each.SequenceNumber, None) is None:
-                code = codes.BadSequenceNumberUnknown
-            results.append(self._ua.StatusCode(code))
+                code = "BadSequenceNumberUnknown"
+            results.append(status(code))
         return own, results
 
     def republish(self, params: Any) -> Any:
         """Return a message that is not acknowledged."""
-        codes, subscription = self._ua.StatusCodes, self._own(params.SubscriptionId)
-        if subscription is None:
-            raise self._error(codes.BadSubscriptionIdInvalid)
+        subscription = self._subscription(params)
         subscription._publish_cycles_count = 0
         found = subscription._not_acknowledged_results.get(params.RetransmitSequenceNumber)
         if found is None:
-            raise self._error(codes.BadMessageNotAvailable)
+            raise service_error("BadMessageNotAvailable")
         return found.NotificationMessage
 
     # --- monitored items
@@ -78,28 +81,22 @@ class Subscriptions:
     async def create_items(self, params: Any) -> list[Any]:
         """Create items; refused items are answered here."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
-        subscription = self._own(params.SubscriptionId)
-        if subscription is None:
-            raise self._error(self._ua.StatusCodes.BadSubscriptionIdInvalid)
+        service = self._subscription(params).monitored_item_srv
         refusals = list(map(self._refusal, params.ItemsToCreate))
         accepted = [each for each, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
         params.ItemsToCreate = accepted
-        service = subscription.monitored_item_srv
         _shape(service, self._attributes).timestamps = params.TimestampsToReturn
         made = await self._create_items(params) if accepted else []
         for each in made:
             if each.StatusCode.is_good():
                 service._monitored_items[each.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused = iter(made), self._ua.MonitoredItemCreateResult
-        return [refused(self._status(each)) if each else next(results) for each in refusals]
+        results, refused = iter(made), ua.MonitoredItemCreateResult
+        return [refused(status(each)) if each else next(results) for each in refusals]
 
     async def modify_items(self, params: Any) -> list[Any]:
         """Change items."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
-        subscription = self._own(params.SubscriptionId)
-        if subscription is None:
-            raise self._error(self._ua.StatusCodes.BadSubscriptionIdInvalid)
-        items = subscription.monitored_item_srv._monitored_items
+        items = self._subscription(params).monitored_item_srv._monitored_items
         known = [items.get(each.MonitoredItemId) for each in params.ItemsToModify]
         params.ItemsToModify = [
             each for each, item in zip(params.ItemsToModify, known, strict=True) if item is not None
@@ -108,14 +105,10 @@ class Subscriptions:
         for item in known:
             if item is not None:
                 item.timestamps = params.TimestampsToReturn
-        unknown = self._status("BadMonitoredItemIdInvalid")
+        unknown = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if each is not None else self._ua.MonitoredItemModifyResult(unknown)
-            for each in known
+            next(changed) if each is not None else ua.MonitoredItemModifyResult(unknown) for each in known
         ]
-
-    def _status(self, code: str) -> Any:
-        return self._ua.StatusCode(getattr(self._ua.StatusCodes, code))
 
     def _refusal(self, item: Any) -> str:
         """Return the name of the status that refuses an item; "" for none."""
@@ -132,7 +125,6 @@ class Subscriptions:
         return self._filter_refusal(target, item.RequestedParameters.Filter)
 
     def _filter_refusal(self, target: Any, given: Any) -> str:
-        ua = self._ua
         kind = type(given).__name__  # asyncua also decodes filters as classes of its own
         if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"

@@ -14,9 +14,10 @@ direction and type of references. Here each row of the tables of result codes ha
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Iterator
-from importlib import import_module
 from itertools import count, islice
 from typing import Any, NamedTuple
+
+from .opcua_library import service_error, status, ua
 
 FIELDS = ("ReferenceTypeId", "IsForward", "NodeClass", "BrowseName", "DisplayName", "TypeDefinition")
 """Fields of a reference that a result mask names."""
@@ -42,12 +43,10 @@ class Views:
     """
 
     def __init__(self, space: Any) -> None:
-        self._ua: Any = import_module("asyncua.ua")
         self.space = space
         self.edition = 0
-        ids = self._ua.ObjectIds
-        self._subtype = self._ua.NodeId(ids.HasSubtype)
-        self._fields = [each for each in self._ua.BrowseResultMask if each.name in FIELDS]
+        self._subtype = ua.NodeId(ua.ObjectIds.HasSubtype)
+        self._fields = [each for each in ua.BrowseResultMask if each.name in FIELDS]
         self._all = sum(self._fields)
 
     def _start_refusal(self, node_id: Any) -> str:
@@ -68,7 +67,7 @@ class Views:
         """Return the name of the status that refuses a browse; "" for none."""
         if refusal := self._start_refusal(description.NodeId):
             return refusal
-        if description.BrowseDirection == self._ua.BrowseDirection.Invalid:
+        if description.BrowseDirection == ua.BrowseDirection.Invalid:
             return "BadBrowseDirectionInvalid"
         kind = description.ReferenceTypeId
         if not kind.is_null() and not self._is_reference_type(kind):
@@ -77,7 +76,6 @@ class Views:
 
     def references(self, description: Any) -> Iterator[Any]:
         """Yield the references that a browse requests."""
-        ua = self._ua
         directions = {ua.BrowseDirection.Forward: (True,), ua.BrowseDirection.Inverse: (False,)}
         forward = directions.get(description.BrowseDirection, (True, False))
         kinds = None if description.ReferenceTypeId.is_null() else {description.ReferenceTypeId}
@@ -96,18 +94,14 @@ class Views:
                 yield from self._subtypes(each.NodeId)
 
     def _is_reference_type(self, node_id: Any) -> bool:
-        node, ua = self.space.get(node_id), self._ua
-        if node is None:
-            return False
-        return bool(
-            node.attributes[ua.AttributeIds.NodeClass].value.Value.Value == ua.NodeClass.ReferenceType
-        )
+        node, key = self.space.get(node_id), ua.AttributeIds.NodeClass
+        return node is not None and bool(node.attributes[key].value.Value.Value == ua.NodeClass.ReferenceType)
 
     def _masked(self, reference: Any, mask: int) -> Any:
         """Return a reference with the fields of a mask."""
         if mask & self._all == self._all:
             return reference
-        made = self._ua.ReferenceDescription(NodeId=reference.NodeId)
+        made = ua.ReferenceDescription(NodeId=reference.NodeId)
         for each in self._fields:
             if mask & each:
                 setattr(made, each.name, getattr(reference, each.name))
@@ -122,9 +116,7 @@ class Browsing:
     """
 
     def __init__(self, views: Views, translate: Callable[[list[Any]], Awaitable[list[Any]]]) -> None:
-        self._ua: Any = import_module("asyncua.ua")
         self._translate = translate
-        self._error: Any = import_module("asyncua.common.utils").ServiceError
         self._views = views
         self._paused: dict[bytes, _Continuation] = {}
         self._numbers = count(1)
@@ -132,12 +124,12 @@ class Browsing:
     async def browse(self, params: Any) -> list[Any]:
         """Answer Browse."""
         if not params.View.ViewId.is_null():
-            raise self._error(self._ua.StatusCodes.BadViewIdUnknown)
+            raise service_error("BadViewIdUnknown")
         most, before = params.RequestedMaxReferencesPerNode, list(self._paused)
         results = []
         for each in params.NodesToBrowse:
             if refusal := self._views.refusal(each):
-                results.append(self._bad(refusal))
+                results.append(ua.BrowseResult(status(refusal)))
             else:
                 results.append(self._results(self._views.references(each), most, before))
         return results
@@ -147,7 +139,7 @@ class Browsing:
         results = []
         for each in paths:
             if refusal := self._views.path_refusal(each):
-                results.append(self._ua.BrowsePathResult(self._status(refusal)))
+                results.append(ua.BrowsePathResult(status(refusal)))
             else:
                 results += await self._translate([each])
         return results
@@ -162,16 +154,10 @@ class Browsing:
         for point in params.ContinuationPoints:
             paused = self._paused.pop(point, None)
             if paused is None or paused.edition != self._views.edition:
-                results.append(self._bad("BadContinuationPointInvalid"))
+                results.append(ua.BrowseResult(status("BadContinuationPointInvalid")))
             else:
                 results.append(self._results(paused.rest, paused.most, [], paused.next))
         return results
-
-    def _status(self, code: str) -> Any:
-        return self._ua.StatusCode(getattr(self._ua.StatusCodes, code))
-
-    def _bad(self, code: str) -> Any:
-        return self._ua.BrowseResult(self._status(code))
 
     def _results(self, rest: Iterator[Any], most: int, before: list[bytes], first: Any = None) -> Any:
         """Return the next references, and a continuation point if there are more.
@@ -184,11 +170,11 @@ class Browsing:
         found += islice(rest, most - len(found)) if most else rest
         following = next(rest, None) if most else None
         if following is None:
-            return self._ua.BrowseResult(References=found)
+            return ua.BrowseResult(References=found)
         while len(self._paused) >= CONTINUATIONS_MOST:
             if not before:
-                return self._bad("BadNoContinuationPoints")
+                return ua.BrowseResult(status("BadNoContinuationPoints"))
             self._paused.pop(before.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
         self._paused[point] = _Continuation(self._views.edition, rest, following, most)
-        return self._ua.BrowseResult(ContinuationPoint=point, References=found)
+        return ua.BrowseResult(ContinuationPoint=point, References=found)

@@ -75,7 +75,7 @@ class Ring:
         shape: its dimensions.
         at_once: maximum rows written at once; a reader skips as many, which may be being overwritten.
         memory: the shared memory of the ring.
-        head: its numbers, by `ORDERS` and the others; the scan loop looks there after every scan.
+        head: its numbers, by `ORDERS`, `REQUESTS` and the others; the scan loop looks there after every scan.
         put: writes a row; called after every scan.
     """
 
@@ -158,26 +158,6 @@ class Ring:
         if overwritten > 0:
             rows, first = rows[overwritten:], min(first + overwritten, end)
         return RingRows(rows[rows["scan"] == rows["again"]], end, first - since)
-
-    # --- requests of the monitor
-
-    @property
-    def orders(self) -> int:
-        """Orders sent so far."""
-        return self.head[ORDERS]
-
-    @orders.setter
-    def orders(self, orders: int) -> None:
-        self.head[ORDERS] = orders
-
-    @property
-    def requests(self) -> int:
-        """Snapshots requested so far."""
-        return self.head[REQUESTS]
-
-    @requests.setter
-    def requests(self, requests: int) -> None:
-        self.head[REQUESTS] = requests
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""

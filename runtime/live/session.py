@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any, Protocol
 
 from ..loop.cpu import Cpu, CpuFault
@@ -20,7 +20,7 @@ from ..loop.pace import AdjustablePace, stopping_on_interrupt
 from ..loop.scans_ahead import LOGIC_CALLERS
 from . import actions
 from .actions import ALL, Action, action_of, parsed
-from .operator_actions import AppliedAction, OperatorActions
+from .operator_actions import OperatorActions
 from .speeds import MAX
 
 WAIT_S = 0.02
@@ -97,6 +97,8 @@ class Session:
     Attributes:
         inbox: the source of orders.
         stops: the program, if it supports breakpoints.
+        live: see the argument.
+        repeats: whether it repeats the scans of a session from which it branches.
         over: whether the session has been ended.
         branch: the scan from which another session should begin, or None.
         attend: serves the monitor during a pause.
@@ -123,7 +125,8 @@ class Session:
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
         self.inbox, self._tell, self.stops = inbox, tell, stops
-        self._live, self._reload, self._prepare = live, reload, prepare
+        self.live, self._reload, self._prepare = live, reload, prepare
+        self.repeats = False
         self.state = SessionState(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
@@ -132,7 +135,6 @@ class Session:
         self.takeovers: deque[Callable[[], Action | None]] = deque()
         self.edit: Callable[[actions.ToEditor, Reply], None] | None = None
         self.branch: int | None = None
-        self._repeats = False
         self._until: int | None = None
         self._stepping: dict[str, object] | None = None
         self._fault: CpuFault | None = None
@@ -143,21 +145,6 @@ class Session:
         """Number of the next scan."""
         return self._cpu.scan
 
-    @property
-    def given(self) -> Sequence[AppliedAction]:
-        """The orders that were carried out."""
-        return self._hands.given
-
-    @property
-    def live(self) -> bool:
-        """Whether there are real ports: no pause, step or speed."""
-        return self._live
-
-    @property
-    def repeats(self) -> bool:
-        """Whether it repeats the scans of a session that it branches from."""
-        return self._repeats
-
     # --- running
 
     def repeat_to(self, scan: int) -> None:
@@ -166,10 +153,10 @@ class Session:
         If the program now behaves differently and faults the CPU, the fault is shown.
         """
         if scan > self._cpu.scan:
-            self._repeats = True
+            self.repeats = True
             with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
                 self._run_or_fault(scan, shown=True)
-            self._repeats = False
+            self.repeats = False
 
     def set_speed(self, speed: float | None) -> None:
         """Set the speed: times real time, or None for as fast as possible."""
@@ -241,7 +228,7 @@ class Session:
         if self.stops is None:
             return
         stops, self.state.ran = self.stops.stops, self.stops.ran
-        if stops and not self._repeats:
+        if stops and not self.repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
 
@@ -253,14 +240,14 @@ class Session:
         A step is answered after its last scan. At least one of its scans runs before the next order acts, so
         that "press, step, release" is a pulse, however fast the orders arrive.
         """
-        while self.takeovers and not self._repeats:
+        while self.takeovers and not self.repeats:
             self._take_over(self.takeovers.popleft(), at_ns, scan)
-        while not self._repeats and not self.over and self.inbox.pending():
+        while not self.repeats and not self.over and self.inbox.pending():
             number: object = None
             try:
-                said = parsed(self.inbox.take())
-                number = said["id"]
-                order = action_of(said["order"], GIVEN)
+                message = parsed(self.inbox.take())
+                number = message["id"]
+                order = action_of(message["order"], GIVEN)
                 if isinstance(order, actions.ToEditor):
                     self.ask_editor(order, self._answer_to(number))
                     continue
@@ -329,16 +316,8 @@ class Session:
 
     def described(self) -> dict[str, object]:
         """Return the state as a message."""
-        state = self.state
-        return {
-            "paused": state.paused,
-            "speed": MAX if state.speed is None else state.speed,
-            "breakpoints": state.breakpoints,
-            "met": state.met,
-            "ran": state.ran,
-            "fault": state.fault,
-            "scan": self._cpu.scan,
-        }
+        speed = MAX if self.state.speed is None else self.state.speed
+        return {**asdict(self.state), "speed": speed, "scan": self._cpu.scan}
 
     # --- one order each
 
@@ -349,16 +328,14 @@ class Session:
         self._cpu.stop()
         self._show()
 
-    def _go(self, _order: actions.Continue) -> None:
+    def _go(self, _order: object) -> None:
         self.state.paused = False
         self.state.met = []
         self._end_step()
 
     def _step(self, order: actions.Step) -> None:
         self._refuse_if_live("step")
-        self.state.paused = False
-        self.state.met = []
-        self._end_step()
+        self._go(order)
         self._until = self._next + order.scans
         self._cpu.stop()
 
@@ -371,13 +348,16 @@ class Session:
 
     def _speed(self, order: actions.Speed) -> None:
         self._refuse_if_live("speed")
-        self.state.speed = None if isinstance(order.factor, str) else float(order.factor)
-        self._pacer.speed = self.state.speed
+        self.set_speed(None if isinstance(order.factor, str) else float(order.factor))
 
     def _break(self, order: actions.Breakpoint) -> None:
         self._refuse_if_live("breakpoint")
         if order.at not in self.state.breakpoints:
-            self._set(order.at)
+            place, rung, when = _place_of(order.at)
+            if rung is None:
+                self._with_breakpoints().break_on(place)
+            else:
+                self._with_breakpoints().break_at(place, rung, when)
             self.state.breakpoints.append(order.at)
 
     def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
@@ -387,17 +367,9 @@ class Session:
             raise ValueError(f"no breakpoint at {order.at}; there are {there}")
         if order.at == ALL:
             self._with_breakpoints().clear_breakpoints()
-        elif _place_of(order.at) not in map(_place_of, left):  # Main.3 and main.3 are one breakpoint
+        elif not any(_is_same(order.at, other) for other in left):
             self._with_breakpoints().remove_breakpoint(*_place_of(order.at))
         self.state.breakpoints = left
-
-    def _set(self, at: str) -> None:
-        program = self._with_breakpoints()
-        rung = _RUNG.fullmatch(at)
-        if rung is not None:
-            program.break_at(rung["routine"], int(rung["rung"]), rung["when"] or "true")
-        else:
-            program.break_on(at)
 
     def _with_breakpoints(self) -> Stops:
         if self.stops is None:
@@ -420,7 +392,7 @@ class Session:
         self._reload(order.restart)
 
     def _refuse_if_live(self, what: str) -> None:
-        if self._live:
+        if self.live:
             raise ValueError(f"{what}: a real controller does not wait, so scans keep step with the clock")
 
 
@@ -436,12 +408,17 @@ _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes
 """A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""
 
 
+def _is_same(one: str, other: str) -> bool:
+    """Whether two texts mean the same breakpoint, as `Main.3` and `main.3` do."""
+    return one == other or (one.upper() == other.upper() and _RUNG.fullmatch(one) is not None)
+
+
 def _place_of(at: str) -> tuple[str, int | None, str]:
     """Return the routine, rung and condition of a breakpoint, or its tag and None."""
     rung = _RUNG.fullmatch(at)
     if rung is None:
         return at, None, "true"
-    return rung["routine"].upper(), int(rung["rung"]), rung["when"] or "true"
+    return rung["routine"], int(rung["rung"]), rung["when"] or "true"
 
 
 _ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {

@@ -104,10 +104,8 @@ class TagDesk(QuietListener):
 
     def attend(self) -> None:
         """Answer the waiting request."""
-        if self.waits and not self.rests:
-            self._answer()
-
-    def _answer(self) -> None:
+        if self.rests or not self.waits:
+            return
         begun_ns = wall_ns()
         at_ns = self._next[0]
         try:

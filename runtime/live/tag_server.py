@@ -11,9 +11,9 @@ import selectors
 import socket
 import struct
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
-from typing import Protocol
 
 from ..line.ports.places import make_place
 from ..loop.pace import wall_ns
@@ -40,17 +40,13 @@ AT_ONCE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 Answers = tuple[int, int, list[list[bytes | None]]]
 """Time, version, and the results of each packet's operations."""
 
+ScanExchange = Callable[[list[Packet]], Answers | None]
+"""Carries out the operations of packets at one instant; None if the program has been edited meanwhile."""
+
 
 def _bytes_of(operation: Operation) -> int:
     size = operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
     return max(size, OPERATION_BYTES)
-
-
-class ScanExchange(Protocol):
-    """Carries out the operations of packets at one instant."""
-
-    def __call__(self, packets: list[Packet]) -> Answers | None:
-        """Return the answers; None if the program has been edited meanwhile."""
 
 
 class TagServer:

@@ -13,7 +13,7 @@ from ..loop.events import JsonValue
 from ..loop.listeners import QuietListener
 from ..loop.pace import rest, wall_ns
 from ..loop.rack import Rack
-from .ring import ORDERS, Ring
+from .ring import ORDERS, REQUESTS, Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
@@ -135,7 +135,7 @@ class Tap(QuietListener):
             self._latest = self._figures.read(self._now_ns)
         self._write()
         self.notes.note(scan)
-        if self._ring.requests != self._seen_requests:
+        if self._ring.head[REQUESTS] != self._seen_requests:
             self.give()
 
     def _write(self) -> None:
@@ -159,15 +159,15 @@ class Tap(QuietListener):
             self._images.append(self._copy())
             self._write()
             self.notes.give(self._scan + 1)
-        if self._ring.requests != self._seen_requests:
+        if self._ring.head[REQUESTS] != self._seen_requests:
             self.give()
 
     def give(self) -> None:
         """Send the values before the next scan to the monitor."""
-        if self._seen_requests != self._ring.requests:
+        if self._seen_requests != self._ring.head[REQUESTS]:
             for message in self.lasting():
                 self.tell(message)
-        self._seen_requests = self._ring.requests
+        self._seen_requests = self._ring.head[REQUESTS]
         self.notes.give(self._scan + 1)
         self.tell({"state": self.session.described()})
         self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
@@ -187,7 +187,7 @@ class PipeInbox:
 
     def __init__(self, ring: Ring, pipe: Connection) -> None:
         self._head, self._pipe = ring.head, pipe
-        self._taken = ring.orders
+        self._taken = ring.head[ORDERS]
 
     def connect(self, pipe: Connection) -> None:
         """Continue with another pipe: the monitor has been restarted."""

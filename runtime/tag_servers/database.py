@@ -161,7 +161,7 @@ class Database:
         if tag.is_bits:
             code, dims = TYPE_CODES["DWORD"], (tag.count,)
         target = self.resolve(symbol.target) if symbol.target else None
-        name = _root(tag) if target is None else target.name
+        name = tag.path if target is None else target.name
         writes = tag.access is ExternalAccess.READ_WRITE and self.writable.any_of(name, tag.kind)
         access = READ_WRITE if writes else READ_ONLY
         return symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access
@@ -204,10 +204,6 @@ class Database:
         return found
 
 
-def _root(tag: ListedTag) -> str:
-    return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
-
-
 def _flat_index(indices: Sequence[int], lengths: Sequence[int]) -> int:
     flat = 0
     for index, length in zip(indices, lengths, strict=True):
@@ -225,7 +221,7 @@ class _Walk:
         self._symbol, self._steps = symbol, steps
         self._kind, self._dims, self._offset = tag.kind, tag.dims, 0
         self._bit: int | None = None
-        self._name = _root(tag)
+        self._name = tag.path
 
     def end(self) -> tuple[Kind, tuple[int, ...]]:
         """Return type and dimensions at the end of the path."""

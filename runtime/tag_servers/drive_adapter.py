@@ -40,7 +40,6 @@ from scanrack.io_images.enip.codes import (
     TO_ORIGINATOR_TYPE,
     TO_TARGET_SIZE,
     TO_TARGET_TYPE,
-    TOO_LARGE,
     TOO_SHORT,
     TRANSPORT,
     UNKNOWN_OBJECT,
@@ -54,9 +53,9 @@ from typing_extensions import override
 from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
 from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity
-from .router import refused
+from .router import refused, replied, split
 from .session import ClientSession, Frame
-from .tag_services import HEAD_BYTES, Answer
+from .tag_services import Answer
 from .tag_snapshot import TagSnapshot
 
 CONSUMED, PRODUCED, CONFIGURATION = 150, 100, 110
@@ -117,7 +116,7 @@ class DriveAdapter:
 
     def __init__(self, drive: DriveUnit) -> None:
         assert drive.model.identity is not None
-        self.drive = drive
+        self.drive, self._product = drive, drive.model.identity
         self.io: IoConnection | None = None
         self.address = LOOPBACK
         self.opened = self.used = False  # by the latest request; by any
@@ -127,14 +126,8 @@ class DriveAdapter:
     @property
     def identity(self) -> bytes:
         """All attributes of the identity object."""
-        kind = self.drive.model.identity
-        assert kind is not None
         status = 0 if self.io is None else _OWNED
-        return identity(self.drive.model.title.encode("ascii"), kind, status)
-
-    @identity.setter
-    def identity(self, value: bytes) -> None:
-        raise AttributeError("the model has the identity")
+        return identity(self.drive.model.title.encode("ascii"), self._product, status)
 
     # -- explicit requests ----------------------------------------------------------------------
 
@@ -142,14 +135,9 @@ class DriveAdapter:
         """Return the reply of at most `most` bytes: service, status, data."""
         service = request[0] if request else 0
         try:
-            if len(request) < 2 or len(request) < 2 + 2 * request[1]:
-                raise CipRefusedError(TOO_SHORT)
-            status, reply = self._serve(service, parse_path(request[2 : 2 + 2 * request[1]]))
-            if HEAD_BYTES + len(reply) > most:
-                raise CipRefusedError(TOO_LARGE)
+            return replied(service, self._serve(service, parse_path(split(request)[0])), most)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
-        return bytes((service & 0x7F | 0x80, 0, status, 0)) + reply
 
     def _serve(self, service: int, path: Path) -> Answer:
         kind, instance = path.numbers.get("class"), path.numbers.get("instance")
@@ -234,9 +222,7 @@ class DriveAdapter:
 
     def _check_key(self, key: tuple[int, ...]) -> None:
         """Refuse a connection to another product; 0 matches any product."""
-        kind = self.drive.model.identity
-        assert kind is not None
-        vendor, device, product, major, minor = kind
+        vendor, device, product, major, minor = self._product
         compatible = key[3] >> 7
         for given, own, status in (
             (key[0], vendor, OTHER_PRODUCT),

@@ -36,6 +36,8 @@ _WORD = re.compile(
 
 _IMAGE = re.compile(r"Local:(?P<slot>\d{1,3}):(?P<way>[IO])", re.IGNORECASE)
 
+_OUTPUT = re.compile(r"Local:([0-9]+):O|O:([0-9]+)", re.IGNORECASE)
+
 _FAULT = Part("Fault", DINT, (), 0)
 
 
@@ -139,10 +141,8 @@ def output_slot(tag: str) -> int | None:
     >>> output_slot("Local:1:O"), output_slot("O:2"), output_slot("Local:1:I"), output_slot("Run")
     (1, 2, None, None)
     """
-    name = tag.upper()
-    number = name[6:-2] if name.startswith("LOCAL:") and name.endswith(":O") else name[2:]
-    is_output = name.startswith("O:") or (name.startswith("LOCAL:") and name.endswith(":O"))
-    return int(number) if is_output and number.isascii() and number.isdigit() else None
+    found = _OUTPUT.fullmatch(tag)
+    return None if found is None else int(found[1] or found[2])
 
 
 def _image_part(name: str, *, output: bool) -> Part | None:

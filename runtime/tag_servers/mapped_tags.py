@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from struct import Struct
+from struct import error, pack, unpack
 
 from scanrack.io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
 
 from ..config.server_table import HIGH_FIRST, MapRow
-from ..line.modbus_pdus import ILLEGAL_VALUE, ModbusRefusedError, number_of
+from ..line.modbus_pdus import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusRefusedError
 from .database import Database, Target
 from .tag_paths import target_of
-from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes, bits_to_write
 
 COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
     "coils",
@@ -22,6 +22,9 @@ COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
 )
 BITS = (COILS, DISCRETE_INPUTS)
 TABLES = (*BITS, INPUT_REGISTERS, HOLDING_REGISTERS)
+
+ADDRESSES = 1 << 16
+"""Number of addresses in a table."""
 
 
 @dataclass(frozen=True)
@@ -60,24 +63,24 @@ class MappedTag:
     def to_words(self, data: bytes) -> list[int]:
         """Return values as registers."""
         if self.size == 1:
-            signed = self.target.kind == SINT
-            return [
-                int.from_bytes(data[i : i + 1], "little", signed=signed) & 0xFFFF for i in range(len(data))
-            ]
-        return self._turned(Struct(f"<{len(data) // 2}H").unpack(data))
+            return [value & 0xFFFF for value in unpack(self._bytes_form(len(data)), data)]
+        return self._turned(unpack(f"<{len(data) // 2}H", data))
 
     def to_bytes(self, words: Sequence[int]) -> bytes:
         """Return registers as values; refused if a value does not fit."""
         if self.size > 1:
-            return Struct(f"<{len(words)}H").pack(*self._turned(words))
+            return pack(f"<{len(words)}H", *self._turned(words))
         signed = self.target.kind == SINT
         try:
-            return b"".join(
-                (word - (word >> 15 << 16 if signed else 0)).to_bytes(1, "little", signed=signed)
-                for word in words
+            return pack(
+                self._bytes_form(len(words)), *(word - (signed and word >> 15 << 16) for word in words)
             )
-        except OverflowError:
+        except error:
             raise ModbusRefusedError(ILLEGAL_VALUE) from None
+
+    def _bytes_form(self, count: int) -> str:
+        """Return the format of values of one byte, for `struct`."""
+        return f"{count}{'b' if self.target.kind == SINT else 'B'}"
 
     def _turned(self, words: Sequence[int]) -> list[int]:
         """Reverse the words of each value if it begins with the high word."""
@@ -100,31 +103,27 @@ class MappedTag:
         begin = place % self.words
         return found[begin : begin + count]
 
+    def write_of_words(self, place: int, words: Sequence[int]) -> WriteBytes:
+        """Return the write of registers; refused if it would write a part of a value."""
+        if place % self.words or len(words) % self.words:
+            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+        offset, _ = self.values_at(place, len(words))
+        return WriteBytes(self.target.symbol.index, offset, self.to_bytes(words))
+
     # --- coils
 
     def read_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
-        offset, size, shift = self._span(place, count)
-        data = (
-            int.from_bytes(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)), "little")
-            >> shift
-        )
+        offset, shift = divmod(self.first_bit + place, 8)
+        part = ReadBytes(self.target.symbol.index, offset, -(-(shift + count) // 8))
+        data = int.from_bytes(snapshot.read(part), "little") >> shift
         return [bool(data >> at & 1) for at in range(count)]
 
-    def change(self, place: int, bits: Sequence[bool]) -> WriteBytes:
-        """Return the write of coils; other bits of their bytes stay as they are."""
-        offset, size, shift = self._span(place, len(bits))
-        on = number_of(bits) << shift
-        if self.target.kind == BOOL and self.target.bit is None:
-            return WriteBytes(self.target.symbol.index, offset, on.to_bytes(1, "little"))
-        others = ((1 << 8 * size) - 1) & ~(((1 << len(bits)) - 1) << shift)
-        masks = (each.to_bytes(size, "little") for each in (on, others))
-        return WriteBytes(self.target.symbol.index, offset, *masks)
-
-    def _span(self, place: int, count: int) -> tuple[int, int, int]:
-        """Return the first byte of coils, the number of bytes, and the first bit in them."""
-        first = self.first_bit + place
-        return first // 8, -(-(first % 8 + count) // 8), first % 8
+    def write_of_bits(self, place: int, bits: Sequence[bool]) -> WriteBytes:
+        """Return the write of coils."""
+        if self.target.kind == BOOL and self.target.bit is None:  # it has its byte for itself
+            return WriteBytes(self.target.symbol.index, self.target.offset, bytes(bits))
+        return bits_to_write(self.target.symbol.index, self.first_bit + place, bits)
 
 
 class Gap:

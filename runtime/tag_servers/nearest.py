@@ -7,7 +7,6 @@ from difflib import get_close_matches
 from itertools import islice
 
 from scanrack.io_images.enip.listing import Kind, PlainKind
-from scanrack.io_images.enip.paths import PROGRAM
 
 from .database import Database, Writable
 
@@ -28,11 +27,10 @@ def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
     An alias is refused with the name of its tag, since access belongs to tags.
     """
     symbols = [each for scope in database.scopes.values() for each in scope]
-    names = [(each, _full_name(each.tag.program, each.tag.name)) for each in symbols]
     problems = []
     for text in patterns:
         matches = Writable([text]).any_of
-        found = [each for each, name in names if matches(name, each.tag.kind)]
+        found = [each for each in symbols if matches(each.tag.path, each.tag.kind)]
         if not found:
             problems.append(f"[server] writable: no tag {text!r}{nearest(database, text)}")
         elif all(each.target for each in found):
@@ -44,7 +42,7 @@ def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
 def _names(database: Database) -> Iterator[str]:
     for scope in database.scopes.values():
         for each in scope:
-            yield from _below(_full_name(each.tag.program, each.tag.name), each.tag.kind)
+            yield from _below(each.tag.path, each.tag.kind)
 
 
 def _below(name: str, kind: Kind) -> Iterator[str]:
@@ -52,7 +50,3 @@ def _below(name: str, kind: Kind) -> Iterator[str]:
     if not isinstance(kind, PlainKind):
         for part in kind.by_name.values():
             yield from _below(f"{name}.{part.name}", part.kind)
-
-
-def _full_name(program: str, name: str) -> str:
-    return f"{PROGRAM}{program}.{name}" if program else name

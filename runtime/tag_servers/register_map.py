@@ -31,6 +31,7 @@ from ..config.server_table import ModbusTable
 from ..line.modbus_pdus import FAILURE, ILLEGAL_ADDRESS, ModbusRefusedError, carried_out, request_of
 from .database import Database
 from .mapped_tags import (
+    ADDRESSES,
     BITS,
     COILS,
     DISCRETE_INPUTS,
@@ -42,8 +43,6 @@ from .mapped_tags import (
     mapped,
 )
 from .tag_snapshot import TagSnapshot, WriteBytes
-
-ADDRESSES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -109,47 +108,25 @@ class RegisterMap:
         except CipRefusedError:  # the program rejects the value
             raise ModbusRefusedError(FAILURE) from None
 
-    # --- bits
-
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
         runs = self._runs(table, request.address, request.count)
         return [bit for row, place, many in runs for bit in row.read_bits(place, many, snapshot)]
-
-    def write_bit(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
-        """Write one coil."""
-        self._write_bits(request.address, request.bits, snapshot)
-        return request  # the reply repeats it
-
-    def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
-        """Write several coils."""
-        self._write_bits(request.address, request.bits, snapshot)
-        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
-
-    def _write_bits(self, first: int, values: Sequence[bool], snapshot: TagSnapshot) -> None:
-        changes, at = [], 0
-        for row, place, many in self._writable(COILS, first, len(values)):
-            changes += [row.change(place, values[at : at + many])]
-            at += many
-        for each in changes:
-            snapshot.write(each)
-
-    # --- registers
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
         runs = self._runs(table, first, count)
         return [word for row, place, many in runs for word in row.read_words(place, many, snapshot)]
 
-    def write_word(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
-        """Write one register."""
-        self._write_words(request.address, request.registers, snapshot)
-        return request
+    def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
+        """Write coils."""
+        self._write(COILS, request.address, request.bits, snapshot)
+        return _confirmation(request)
 
     def write_words(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
-        """Write several registers."""
-        self._write_words(request.address, request.registers, snapshot)
-        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
+        """Write registers."""
+        self._write(HOLDING_REGISTERS, request.address, request.registers, snapshot)
+        return _confirmation(request)
 
     def mask_word(self, request: words.MaskWriteRegisterRequest, snapshot: TagSnapshot) -> ModbusPDU:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
@@ -168,20 +145,20 @@ class RegisterMap:
         """Write registers, then read some."""
         span = request.read_address, request.read_count
         self._runs(HOLDING_REGISTERS, *span)  # refused as a whole, or not at all
-        self._write_words(request.write_address, request.write_registers, snapshot)
+        self._write(HOLDING_REGISTERS, request.write_address, request.write_registers, snapshot)
         read = self.read_words(HOLDING_REGISTERS, *span, snapshot)
         return words.ReadWriteMultipleRegistersResponse(registers=read)
 
-    def _write_words(self, first: int, values: Sequence[int], snapshot: TagSnapshot) -> None:
+    def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
+        """Write coils or registers; refused before the first write if one of them can't be written."""
         changes, at = [], 0
-        for row, place, many in self._writable(HOLDING_REGISTERS, first, len(values)):
-            if place % row.words or many % row.words:
-                raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            offset, _ = row.values_at(place, many)
-            changes += [WriteBytes(row.target.symbol.index, offset, row.to_bytes(values[at : at + many]))]
-            at += many
-        for each in changes:
-            snapshot.write(each)
+        for row, place, many in self._writable(table, first, len(values)):
+            part, at = values[at : at + many], at + many
+            changes.append(
+                row.write_of_bits(place, part) if table in BITS else row.write_of_words(place, part)
+            )
+        for change in changes:
+            snapshot.write(change)
 
     def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
         """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
@@ -205,6 +182,13 @@ class RegisterMap:
         return runs
 
 
+def _confirmation(request: ModbusPDU) -> ModbusPDU:
+    """Return the reply to a write: the request again for one value, its address and count for several."""
+    reply = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
+    made = reply.get(request.function_code)
+    return request if made is None else made(address=request.address, count=request.count)
+
+
 _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {
     0x01: lambda own, request, now: bits.ReadCoilsResponse(bits=own.read_bits(COILS, request, now)),
     0x02: lambda own, request, now: bits.ReadDiscreteInputsResponse(
@@ -216,8 +200,8 @@ _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] =
     0x04: lambda own, request, now: words.ReadInputRegistersResponse(
         registers=own.read_words(INPUT_REGISTERS, request.address, request.count, now)
     ),
-    0x05: RegisterMap.write_bit,
-    0x06: RegisterMap.write_word,
+    0x05: RegisterMap.write_bits,
+    0x06: RegisterMap.write_words,
     0x0F: RegisterMap.write_bits,
     0x10: RegisterMap.write_words,
     0x16: RegisterMap.mask_word,

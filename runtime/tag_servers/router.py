@@ -103,21 +103,15 @@ class Router:
         """Return the reply of at most `most` bytes: service, status, data."""
         service = request[0] if request else 0
         try:
-            if len(request) < 2 or len(request) < 2 + 2 * request[1]:
-                raise CipRefusedError(TOO_SHORT)
-            end = 2 + 2 * request[1]
-            place, data = request[2:end], request[end:]
+            place, data = split(request)
             path = self._path(place)
             if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
                 return self._routed(data, snapshot, most, depth)
-            status, reply = self._serve(service, place, path, data, snapshot, most, depth)
+            return replied(service, self._serve(service, place, path, data, snapshot, most, depth), most)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
         except struct.error:
             return refused(service, CipRefusedError(TOO_SHORT), most)
-        if HEAD_BYTES + len(reply) > most:
-            return refused(service, CipRefusedError(TOO_LARGE), most)
-        return bytes((service & 0x7F | 0x80, 0, status, 0)) + reply
 
     def _routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         """Answer the request inside an Unconnected Send."""
@@ -185,6 +179,22 @@ def check_route(data: bytes) -> None:
         raise CipRefusedError(TOO_SHORT)
     if any(each != OWN_ROUTE for each in parse_path(data[2 : 2 + 2 * data[0]]).ports):
         raise CipRefusedError(NO_CONNECTION, NO_SLOT)
+
+
+def split(request: bytes) -> tuple[bytes, bytes]:
+    """Return the path and the data of a request; refused if it is too short."""
+    if len(request) < 2 or len(request) < 2 + 2 * request[1]:
+        raise CipRefusedError(TOO_SHORT)
+    end = 2 + 2 * request[1]
+    return request[2:end], request[end:]
+
+
+def replied(service: int, answer: Answer, most: int) -> bytes:
+    """Return the reply to a request; refused if it has more than `most` bytes."""
+    status, data = answer
+    if HEAD_BYTES + len(data) > most:
+        raise CipRefusedError(TOO_LARGE)
+    return bytes((service & 0x7F | 0x80, 0, status, 0)) + data
 
 
 def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:

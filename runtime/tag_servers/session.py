@@ -57,13 +57,11 @@ class Frame:
 
 
 class Objects(Protocol):
-    """Answers requests to objects.
+    """Answers requests to objects."""
 
-    Attributes:
-        identity: all attributes of the identity object.
-    """
-
-    identity: bytes
+    @property
+    def identity(self) -> bytes:
+        """All attributes of the identity object."""
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
         """Return the reply of at most `most` bytes: service, status, data."""

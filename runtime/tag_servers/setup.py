@@ -76,34 +76,32 @@ class WireSession(Protocol):
 
 
 class Sessions(Protocol):
-    """The sessions of one protocol."""
+    """The sessions of one protocol.
 
-    @property
-    def router(self) -> Any:
-        """The object that answers requests."""
+    Attributes:
+        router: the object that answers requests.
+    """
+
+    router: Any
 
     def open(self) -> WireSession:
         """Return the session of a new client."""
 
     def datagram(self, data: bytes) -> bytes:
         """Answer a datagram; b"" if it gets no answer."""
+        return b""
 
 
 class EnipSessions(Sessions):
     """EtherNet/IP."""
 
     def __init__(self, setup: TagSetup) -> None:
-        self._router = Router(setup.database, setup.name, setup.product, setup.address)
+        self.router = Router(setup.database, setup.name, setup.product, setup.address)
         self._setup = setup
-
-    @property
-    def router(self) -> Router:
-        """The objects."""
-        return self._router
 
     def open(self) -> WireSession:
         """Return the session of a new client."""
-        return ClientSession(self._router, self._setup.address, self._setup.port)
+        return ClientSession(self.router, self._setup.address, self._setup.port)
 
     def datagram(self, data: bytes) -> bytes:
         """Answer List Identity."""
@@ -117,20 +115,11 @@ class ModbusSessions(Sessions):
     """Modbus TCP."""
 
     def __init__(self, setup: TagSetup) -> None:
-        self._router = RegisterMap(setup.database, setup.modbus or ModbusTable())
-
-    @property
-    def router(self) -> RegisterMap:
-        """The coils and registers."""
-        return self._router
+        self.router = RegisterMap(setup.database, setup.modbus or ModbusTable())
 
     def open(self) -> WireSession:
         """Return the session of a new client."""
-        return ModbusSession(self._router)
-
-    def datagram(self, data: bytes) -> bytes:
-        """Answer nothing."""
-        return b""
+        return ModbusSession(self.router)
 
 
 SESSIONS: Mapping[str, Callable[[TagSetup], Sessions]] = {

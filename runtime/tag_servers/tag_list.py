@@ -14,11 +14,11 @@ from itertools import chain, product
 from math import prod
 
 from scanrack.io_images.enip.listing import BOOL, DWORD, PLAIN
-from scanrack.io_images.enip.paths import PROGRAM, PathStep
+from scanrack.io_images.enip.paths import PathStep
 
 from ..config.server_table import ModbusTable
 from .database import Database, Symbol, Target
-from .mapped_tags import COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS, TABLES
+from .mapped_tags import ADDRESSES, COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS, TABLES
 from .tag_paths import target_of
 from .variables import TagTree, Variable, variables_of
 
@@ -34,8 +34,8 @@ SINGULAR: Mapping[str, str] = {
 
 _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*)\[(?P<number>\d+)\]", re.IGNORECASE)
 
-ADDRESSES = 1 << 16
-"""Number of addresses in a table."""
+Places = dict[str, str]
+"""Places in a map, as `coil 0`, each with the tag's name in the rack file."""
 
 Span = tuple[int, int, int]
 """A place in the tags: number of the tag, first bit, number of bits."""
@@ -95,17 +95,17 @@ def tag_rows(database: Database, table: ModbusTable | None = None) -> Iterator[T
     mapped = _mapped(database, table)
     tags = database.listing.tags
     for variable in variables_of(TagTree(database).roots()):
-        yield _row_of(variable, database, tags[variable.tag].comment, mapped.pop(_span(variable), []))
+        yield _row_of(variable, database, tags[variable.tag].comment, mapped.pop(_span(variable), {}))
     for symbol in chain.from_iterable(database.scopes.values()):
         if symbol.target:
             target = database.resolve(symbol.target)
-            yield _alias(symbol, target, database, mapped.pop(_span_of(target), []))
+            yield _alias(symbol, target, database, mapped.pop(_span_of(target), {}))
     for places in mapped.values():
-        text = places[0][1]
+        text = next(iter(places.values()))
         yield _part(text, target_of(database, text), database, places)
 
 
-def _row_of(variable: Variable, database: Database, comment: str, places: list[tuple[str, str]]) -> TagRow:
+def _row_of(variable: Variable, database: Database, comment: str, places: Places) -> TagRow:
     is_file = database.listing.files
     return TagRow(
         variable.path,
@@ -116,25 +116,22 @@ def _row_of(variable: Variable, database: Database, comment: str, places: list[t
         f"ns={NAMESPACE_INDEX};s={variable.path}",
         file_address(variable.path) if is_file else variable.path,
         is_file,
-        tuple(place for place, _ in places),
+        tuple(places),
     )
 
 
-def _alias(symbol: Symbol, target: Target, database: Database, places: list[tuple[str, str]]) -> TagRow:
+def _alias(symbol: Symbol, target: Target, database: Database, places: Places) -> TagRow:
     tag = symbol.tag
-    name = f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
     writable = database.may_write(target.tag, target.name, target.kind)
     comment = tag.comment or f"alias of {_joined(symbol.target)}"
-    found = tuple(place for place, _ in places)
-    return TagRow(name, tag.kind.name, tag.dims, writable, comment, "", name, modbus=found)
+    return TagRow(tag.path, tag.kind.name, tag.dims, writable, comment, "", tag.path, modbus=tuple(places))
 
 
-def _part(text: str, target: Target, database: Database, places: list[tuple[str, str]]) -> TagRow:
+def _part(text: str, target: Target, database: Database, places: Places) -> TagRow:
     writable = database.may_write(target.tag, target.name, target.kind)
     dims = (target.count,) if target.count > 1 else ()
-    found = tuple(place for place, _ in places)
     comment, is_file = target.tag.comment, database.listing.files
-    return TagRow(text, target.kind.name, dims, writable, comment, "", text, is_file, found)
+    return TagRow(text, target.kind.name, dims, writable, comment, "", text, is_file, tuple(places))
 
 
 def _joined(steps: Sequence[PathStep]) -> str:
@@ -142,13 +139,13 @@ def _joined(steps: Sequence[PathStep]) -> str:
     return "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in steps)[1:]
 
 
-def _mapped(database: Database, table: ModbusTable | None) -> dict[Span, list[tuple[str, str]]]:
-    """Return the places of a map, each with the name in the rack file."""
-    found: dict[Span, list[tuple[str, str]]] = {}
+def _mapped(database: Database, table: ModbusTable | None) -> dict[Span, Places]:
+    """Return the places of a map by the bits of the tags."""
+    found: dict[Span, Places] = {}
     for name in TABLES if table is not None else ():
         for row in getattr(table, name):
             span = _span_of(target_of(database, row.tag))
-            found.setdefault(span, []).append((f"{SINGULAR[name]} {row.address}", row.tag))
+            found.setdefault(span, {})[f"{SINGULAR[name]} {row.address}"] = row.tag
     return found
 
 

@@ -28,7 +28,7 @@ from scanrack.io_images.enip.codes import (
 from scanrack.io_images.enip.listing import PlainKind
 
 from .database import Database, Target
-from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes, bits_to_write
 
 Answer = tuple[int, bytes]
 """General status and data of a reply."""
@@ -83,9 +83,7 @@ def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapsho
     if len(body) < total:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
-        on = 1 << target.bit if body[0] else 0
-        keep = bytes([~(1 << target.bit) & 0xFF])
-        snapshot.write(WriteBytes(target.symbol.index, target.offset, bytes([on]), keep))
+        snapshot.write(bits_to_write(target.symbol.index, 8 * target.offset + target.bit, body[:1]))
     else:
         snapshot.write(WriteBytes(target.symbol.index, target.offset, body))
     return DONE, b""

@@ -35,6 +35,19 @@ class WriteBytes:
 Operation = ReadBytes | WriteBytes
 
 
+def bits_to_write(tag: int, first: int, bits: Sequence[object]) -> WriteBytes:
+    """Return the write of successive bits; the other bits of their bytes stay.
+
+    Args:
+        first: number of the first bit, counted from the start of the tag.
+    """
+    offset, shift = divmod(first, 8)
+    size = -(-(shift + len(bits)) // 8)
+    on = sum(bool(bit) << place for place, bit in enumerate(bits, shift))
+    keep = (1 << 8 * size) - 1 - (((1 << len(bits)) - 1) << shift)
+    return WriteBytes(tag, offset, on.to_bytes(size, "little"), keep.to_bytes(size, "little"))
+
+
 class TagSnapshot(Protocol):
     """The values at one instant; each packet is answered from one snapshot.
 

@@ -10,12 +10,12 @@ from itertools import chain, islice, product
 from math import prod
 from typing import Any
 
-from scanrack.io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
+from scanrack.io_images.enip.listing import BOOL, Kind, StructuredKind
 from scanrack.io_images.enip.paths import PROGRAM
 
 from .database import Database
 from .index_ranges import MismatchError, NoDataError, runs
-from .tag_snapshot import ReadBytes, WriteBytes
+from .tag_snapshot import ReadBytes, WriteBytes, bits_to_write
 
 VARIABLES_MOST = 20_000
 """Maximum variables that a server shows; the tags after them are left out."""
@@ -139,12 +139,7 @@ class Variable:
         """Return the write of successive elements."""
         if self.kind != BOOL:
             return WriteBytes(self.tag, self.offset + first * self.kind.size, self._bytes_of(values))
-        begin, shift = divmod((self.bit or 0) + first, 8)
-        size = -(-(shift + len(values)) // 8)
-        on = sum(bool(each) << at for at, each in enumerate(values, shift))
-        keep = (1 << 8 * size) - 1 - (((1 << len(values)) - 1) << shift)
-        made = (each.to_bytes(size, "little") for each in (on, keep))
-        return WriteBytes(self.tag, self.offset + begin, *made)
+        return bits_to_write(self.tag, 8 * self.offset + (self.bit or 0) + first, values)
 
     def _characters(self, number: int, places: range, value: Any, data: bytes) -> WriteBytes:
         """Return the write of characters of a text, which keeps its length."""
@@ -219,12 +214,8 @@ class TagTree:
             if symbol.target:
                 continue  # browsers show a tag once
             tag = symbol.tag
-            base = _Place(symbol.index, self._path(tag), self._path(tag), 0, None)
+            base = _Place(symbol.index, tag.path, tag.path, 0, None)
             yield self._item(tag.name, base, tag.kind, tag.dims)
-
-    @staticmethod
-    def _path(tag: ListedTag) -> str:
-        return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
 
     def _item(self, name: str, at: _Place, kind: Kind, dims: tuple[int, ...]) -> Leaf | TagGroup:
         if not isinstance(kind, StructuredKind) or _is_text(kind):

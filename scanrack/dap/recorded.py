@@ -52,7 +52,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             begun[0].prepare_branch(*words, **more)
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
-        stack.callback(monitor.elsewhere.close)
+        stack.callback(monitor.processes.close)
         subject = recorded_subject(monitor, path)
         first, last = subject.extent
         if scan is not None and not first <= scan <= last:

@@ -15,6 +15,7 @@ from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.actions import ALL, names_in
 
 from .history.program_file import digest, save, write
+from .panels.kept_panel import stamp_of
 from .preview import Json, findings_of
 
 
@@ -26,12 +27,13 @@ class EditedPrograms:
         rack: address of the rack file on disk.
 
     Attributes:
+        versions: see the argument.
         seen: digest of the file as this session last loaded or wrote it.
     """
 
     def __init__(self, job: LoadedRack, rack: str, run: JobRun, versions: ProgramVersions) -> None:
         self.file, self.name = job.program, program_name(job)
-        self._rack, self._run, self._versions = rack, run, versions
+        self._rack, self._run, self.versions = rack, run, versions
         self._has_recorded_tags = bool(job.spec.tags)
         self._folders: set[Path] = set()  # folders of loaded copies
         self._known: tuple[int, LoadedRack, list[Json]] | None = None
@@ -40,7 +42,7 @@ class EditedPrograms:
     @property
     def running(self) -> ProgramVersion:
         """The running version."""
-        return self._versions[self._run.program.edits]
+        return self.versions[self._run.program.edits]
 
     @property
     def rungs(self) -> LadderLogic | None:
@@ -75,18 +77,12 @@ class EditedPrograms:
 
     def look(self) -> None:
         """Record the state of the file: `is_rewritten` is false until it is written again."""
-        self._stamp = self._stamped()
+        self._stamp = stamp_of(self.file)
 
     def is_rewritten(self) -> bool:
         """Return whether the file was written since the last `look`; false while it is missing or empty."""
-        return self._stamped() not in (None, self._stamp)
-
-    def _stamped(self) -> tuple[int, int] | None:
-        try:
-            stat = self.file.stat()
-        except OSError:
-            return None
-        return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
+        stamp = stamp_of(self.file)
+        return stamp is not None and stamp[1] > 0 and stamp != self._stamp
 
     def write(self, data: bytes) -> None:
         """Replace the file; raise OSError if it can't be written."""
@@ -122,14 +118,10 @@ class EditedPrograms:
             raise ValueError(f"{job.program}: another program needs a new session")
         return job
 
-    def with_copy(self, version: ProgramVersion) -> ProgramVersion:
-        """Return a version with a copy of its files; raise OSError if the copy can't be written."""
-        return self._versions.with_copy(version)
-
     def with_file(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
         """Load the running version with other contents of the program's file; return version and job."""
         files = {**self.running.files, self.name: data}
-        copy = self.with_copy(replace(self.running, files=files, retained=None))
+        copy = self.versions.with_copy(replace(self.running, files=files, retained=None))
         return copy, self.load(copy)
 
     def load(self, copy: ProgramVersion) -> LoadedRack:

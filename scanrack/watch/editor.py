@@ -25,7 +25,7 @@ from typing import NamedTuple
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.program_versions import ProgramVersion, ProgramVersions, version_of
 from scanrack.jobs.run.running import JobRun
-from scanrack.runtime.live.actions import Draft, Edit, Online, Source, ToEditor, names_in
+from scanrack.runtime.live.actions import Edit, Online, Source, ToEditor, names_in
 from scanrack.runtime.live.session import Reply
 
 from .edited_programs import EditedPrograms
@@ -191,7 +191,7 @@ class Editor:
         programs = self._programs
         try:
             job = programs.usable(programs.from_disk(), restart)
-            edition = programs.with_copy(version_of(job))
+            edition = programs.versions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, programs.file)
             return Exchange(lambda: self._tell({"mistake": mistake}))
@@ -200,7 +200,7 @@ class Editor:
             if programs.running.files == edition.files:
                 programs.seen = digest(edition.files[programs.name])
 
-        return Exchange(lambda: self._order(edition, job, restart), follow)
+        return Exchange(partial(self._order, edition, job, restart), follow)
 
     def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
         """Return the order to continue with a program; None if it already runs."""
@@ -230,7 +230,11 @@ class Editor:
                 answer = self._step(order)
             else:
                 self._typed.check(order)
-                answer, then = self._saved(order) if order.take else (self._typed.preview(order), None)
+                if order.take:
+                    self._programs.write(order.text.encode())
+                    answer, then = lambda: {"saved": True}, self._from_disk(order.restart)
+                else:
+                    answer = self._typed.preview(order)
         except Exception as error:
             if not isinstance(error, ValueError | OSError):
                 traceback.print_exc()
@@ -255,8 +259,13 @@ class Editor:
             raise ValueError("the program is being exchanged: ask again in a moment")
         step, programs = self._online.take(order), self._programs
         state = self._online.state(step.version)
+
+        def undo_if_refused() -> None:
+            if programs.running.files != step.version.files:
+                self._online.undo(step)
+
         if step.job is not None:
-            self._exchange(self._to_version(step.version, step.job, partial(self._online.undo, step)))
+            self._exchange(Exchange(partial(self._order, step.version, step.job, ""), undo_if_refused))
 
         def answer() -> Json:
             if programs.running.files != step.version.files:
@@ -267,20 +276,6 @@ class Editor:
             return state
 
         return answer
-
-    def _to_version(self, wanted: ProgramVersion, job: LoadedRack, undo: Callable[[], None]) -> Exchange:
-        """Return the exchange for an edit; the edit is undone if the exchange is refused."""
-
-        def follow() -> None:
-            if self._programs.running.files != wanted.files:
-                undo()
-
-        return Exchange(lambda: self._order(wanted, job, ""), follow)
-
-    def _saved(self, draft: Draft) -> tuple[Answer, Exchange]:
-        """Save an edited text; return the answer and the exchange that continues with the text."""
-        self._programs.write(draft.text.encode())
-        return lambda: {"saved": True}, self._from_disk(draft.restart)
 
     def _preview_saved(self) -> None:
         """Send pages a preview of a saved file, which waits until a page takes it over."""

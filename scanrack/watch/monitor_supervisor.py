@@ -10,7 +10,7 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from scanrack.jobs.trust.launcher import TimeoutExpired, launch
-from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.ring import REQUESTS, Ring
 from scanrack.runtime.live.tap import PipeInbox
 from scanrack.runtime.loop.pace import wall_ns
 
@@ -120,7 +120,7 @@ class MonitorSupervisor:
             self._process.kill()
             self._process.wait()
         self._listening.close()
-        return not self._died or self._ring.requests > 0
+        return not self._died or self._ring.head[REQUESTS] > 0
 
 
 class NoMonitor:

@@ -191,7 +191,7 @@ class OnlineEdit:
         programs = self._programs
         programs.look()
         job = programs.usable(programs.from_disk())
-        version = programs.with_copy(version_of(job))
+        version = programs.versions.with_copy(version_of(job))
         before = running if self.edit is None or self.stage == ASSEMBLED else self.edit.before
         if version.files == before.files:
             raise ValueError(f"{programs.file.name} has the rungs that run: edit and save it first")

@@ -13,8 +13,9 @@ import secrets
 import socket
 import tempfile
 import webbrowser
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from scanrack.io_images.versions import distribution_version
@@ -43,10 +44,31 @@ from .history.watched_python import PythonNotes
 from .monitor_supervisor import MonitorSupervisor, NoMonitor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
-from .prepared_run import PreparedRun, Start
 from .python_stops import PythonStops
 from .text import TextView
 from .watch_options import WatchOptions
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """The starting point of a session."""
+
+    scan: int = 0  # the first scan that is not repeated; 0 without a parent
+    orders: Sequence[RecordedOrder] | None = None  # orders of the parent and its ancestors before that scan
+    metadata: dict[str, str] = field(default_factory=dict)
+    paused: bool = False  # whether it begins paused
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedRun:
+    """A run of a session that is ready to begin."""
+
+    start: Start
+    run: JobRun
+    pacer: AdjustablePace
+    trace: Path
+    editions: ProgramVersions
+    ports: ExitStack
 
 
 def watch_job(job: LoadedRack, options: WatchOptions) -> int:

@@ -124,7 +124,7 @@ def open_beside(path: Path) -> OpenedBeside:
     """
     with ExitStack() as stack:
         monitor = open_to_read(stack, path, trust=False)
-        stack.callback(monitor.elsewhere.close)
+        stack.callback(monitor.processes.close)
         return OpenedBeside(monitor, stack.pop_all().close)
 
 
@@ -133,19 +133,19 @@ def open_to_read(
     path: Path,
     *,
     trust: bool,
-    told: Callable[[Trace], None] | None = None,
+    report_notes: Callable[[Trace], None] | None = None,
     prepare: Prepare | None = None,
 ) -> TraceMonitor:
     """Return the monitor of a recording, which stays open until the stack is closed.
 
     Args:
         prepare: prepares branches; None = no branches.
-        told: called with the recording when it is closed, even if it is refused.
+        report_notes: called with the recording when it is closed, even if it is refused.
     """
     trace = stack.enter_context(open_trace(path))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-    if told is not None:
-        stack.callback(told, trace)
+    if report_notes is not None:
+        stack.callback(report_notes, trace)
     return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor(prepare)
 
 

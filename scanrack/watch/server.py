@@ -71,7 +71,7 @@ class Server:
                 await self._pump()
                 await self._flush()
             finally:
-                self._monitor.elsewhere.close()
+                self._monitor.processes.close()
 
     async def _pump(self) -> None:
         """Call the monitor's `tick` at regular intervals."""
@@ -80,7 +80,7 @@ class Server:
         while not self._ended():
             due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
             await asyncio.sleep(due - loop.time())
-            self._monitor.elsewhere.tick()
+            self._monitor.processes.tick()
             while (self._monitor.tick() | self._monitor.tick_compared()) and loop.time() < due + BUSY_S:
                 await asyncio.sleep(0)
 
@@ -134,10 +134,10 @@ class Server:
 
     async def _gives_key(self, connection: ServerConnection) -> bool:
         try:
-            said = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
+            message = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
         except (ValueError, TimeoutError, ConnectionClosed):
             return False
-        return isinstance(said, dict) and self._gate.fits(said.get("key"))
+        return isinstance(message, dict) and self._gate.fits(message.get("key"))
 
     async def _serve(self, connection: ServerConnection) -> None:
         page = Page()
@@ -161,11 +161,11 @@ class Server:
             page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
             return
         try:
-            said = parsed(text)
+            message = parsed(text)
         except ValueError as error:
             page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
             return
-        ask(self._monitor, page, said)
+        ask(self._monitor, page, message)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
         """Send messages that are due. A slow page delays only itself, and gets fewer frames."""

@@ -14,7 +14,7 @@ from scanrack.watch.panels.panel_file import Panel, panel_text, parse_panel
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from typer.testing import CliRunner
-from watched_page import steadily, until, watching, why_not
+from watched_page import NAMED, steadily, until, watching, why_not
 
 LINE = Path(__file__).parents[2] / "examples" / "three_stations_panel"
 
@@ -236,7 +236,7 @@ def test_all_kinds_by_keyboard_and_in_a_shared_page(page, line, operated, tmp_pa
     assert page.run("return document.getElementById('program').offsetParent") is None
     scan = next(scan for scan, order in pressed if order.get("name") == "start")
     for shown, level in ((scan - 1, "false"), (scan, "true")):
-        page.run("return import('scanrack/scrub.js').then(scrub => scrub.lookAt(arguments[0]))", shown)
+        page.run(f"{NAMED}return (await named('lookAt'))(arguments[0])", shown)
         page.until_scan(shown, "past")
         until_told(page, "Start", "aria-pressed", level)
     part(page, "Start", "button").click()

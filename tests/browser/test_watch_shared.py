@@ -12,7 +12,7 @@ from scanrack.jobs import open_bench
 from scanrack.watch.share.command import ShareOptions, share
 from scanrack.watch.share.failure import Failure
 from typer.testing import CliRunner
-from watched_page import until, watching, why_not
+from watched_page import NAMED, until, watching, why_not
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder"
 SCANS = 3000
@@ -42,7 +42,7 @@ def shared(tmp_path_factory, feeder_rack):
 
 def look(page, scan):
     """Look at a scan of a page whose modules have no addresses of their own."""
-    page.run("return import('scanrack/scrub.js').then(scrub => scrub.lookAt(arguments[0]))", scan)
+    page.run(f"{NAMED}return (await named('lookAt'))(arguments[0])", scan)
     page.until_scan(scan, "past")
 
 
@@ -99,7 +99,7 @@ def test_a_page_from_a_file_has_all_words_of_modules_of_any_size(page, tmp_path)
     page.browser.get((tmp_path / "run.html").as_uri())
     page.until_scan(99, "past")
     look(page, 40)
-    shown = page.run("return import('scanrack/state.js').then(({ run }) => run.words)")
+    shown = page.run(f"{NAMED}return (await named('run')).words")
     counted = 2 * (40 - 1)
     assert [len(shown[slot]) for slot in ("1", "2", "3")] == [4, 62, 16]
     assert (shown["2"][30], shown["2"][31 + 29], shown["2"][61]) == (counted, 7 * counted, 1)
@@ -109,10 +109,10 @@ def test_a_page_from_a_file_has_all_words_of_modules_of_any_size(page, tmp_path)
     assert page.messages() == []
 
 
-STEPS = """
-const source = await import("scanrack/source.js"), [to, ...tags] = arguments;
-const { unknown, addresses } = await source.ask("watch", { tags });
-return [unknown, addresses, (await source.ask("steps", { from: 0, to, tags })).lanes.tags];
+STEPS = f"""
+{NAMED}const ask = await named("ask"), [to, ...tags] = arguments;
+const {{ unknown, addresses }} = await ask("watch", {{ tags }});
+return [unknown, addresses, (await ask("steps", {{ from: 0, to, tags }})).lanes.tags];
 """
 
 

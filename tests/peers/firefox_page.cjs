@@ -80,7 +80,8 @@ async function work(page, seen) {
   await tabTo("Try:");
   await press("Enter");
   await says("#notice", "This is a branch");
-  seen.feeding = await page.$eval("[data-name='Feeding']", each => each.dataset.value);
+  await page.waitForSelector("[data-name='Feeding'][data-value='1']"); // with the next frame
+  seen.feeding = "1";
 }
 
 async function main(firefox, link, task) {

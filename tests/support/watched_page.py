@@ -274,6 +274,14 @@ class Look:
         return [str(each["message"]) for each in self.browser.get_log("browser")]
 
 
+NAMED = """
+const named = async name => {
+  const page = await import("scanrack/page.js");
+  return page[Object.keys(page).find(each => each.startsWith(`${name}$`))];
+};
+"""
+"""Finds a name of a module in a shared page."""
+
 DRAWN = """
 const parts = ["program", "socket", "state"].map(name => import(`/${name}.js`));
 const [program, socket, state] = await Promise.all(parts);

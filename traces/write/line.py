@@ -78,11 +78,11 @@ class LineRecorder:
         self._sequence = 0
         self._writer.add_metadata(METADATA, dict(metadata))
 
-    def heard(self, now_ns: int, data: bytes) -> None:
+    def received(self, now_ns: int, data: bytes) -> None:
         """Record bytes that the units have received."""
         self._bytes(now_ns, "received", data)
 
-    def said(self, now_ns: int, data: bytes) -> None:
+    def sent(self, now_ns: int, data: bytes) -> None:
         """Record bytes that a unit has sent."""
         self._bytes(now_ns, "sent", data)
 

@@ -35,10 +35,10 @@ class Server(Protocol):
 class LineListener(Protocol):
     """Called with the bytes that pass on a line."""
 
-    def heard(self, now_ns: int, data: bytes) -> None:
+    def received(self, now_ns: int, data: bytes) -> None:
         """Receive bytes on their way to the device."""
 
-    def said(self, now_ns: int, data: bytes) -> None:
+    def sent(self, now_ns: int, data: bytes) -> None:
         """Receive bytes that the device has sent."""
 
 
@@ -56,12 +56,12 @@ class PortServer(Server, Generic[AnyPort]):
     def close(self) -> None:
         self._port.close()
 
-    def _notify(self, now_ns: int, *, heard: bytes = b"", sent: bytes = b"") -> None:
+    def _notify(self, now_ns: int, *, received: bytes = b"", sent: bytes = b"") -> None:
         """Pass bytes to the listener."""
-        if self._listener is not None and heard:
-            self._listener.heard(now_ns, heard)
+        if self._listener is not None and received:
+            self._listener.received(now_ns, received)
         if self._listener is not None and sent:
-            self._listener.said(now_ns, sent)
+            self._listener.sent(now_ns, sent)
 
 
 class LineServer(PortServer[Port]):
@@ -88,7 +88,7 @@ class LineServer(PortServer[Port]):
             sent += self._device.advance(now_ns)
         if sent:
             self._port.send(sent)
-        self._notify(now_ns, heard=data, sent=sent)
+        self._notify(now_ns, received=data, sent=sent)
         self._port.follow(self._device.line_format)
 
 
@@ -123,7 +123,7 @@ class PduServer(PortServer[ModbusTcpPort]):
         self._device.advance(now_ns)
         reply = self._answer_pdu(unit, pdu)
         self._notify(
-            now_ns, heard=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
+            now_ns, received=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
         )
         return reply
 
@@ -154,7 +154,7 @@ class GatewayServer(PortServer[ModbusTcpPort]):
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._notify(now_ns, heard=frame[HEADER.size - 1 :])
+            self._notify(now_ns, received=frame[HEADER.size - 1 :])
             refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
             if refused is not None:
                 replies.append(((connection, frame), refused))

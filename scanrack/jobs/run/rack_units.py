@@ -39,7 +39,7 @@ class UnitsBeside(QuietListener):
         """Advance the line to this scan and record its traffic."""
         sent = self._line.advance(now_ns)
         if sent and self._recorder is not None:
-            self._recorder.said(now_ns, sent)
+            self._recorder.sent(now_ns, sent)
         self._record(now_ns)
 
     def draft(self) -> None:

@@ -37,15 +37,15 @@ class LineTap:
     def __init__(self, clock: Clock, listener: LineListener | None) -> None:
         self._clock, self._listener = clock, listener
 
-    def heard(self, data: bytes) -> None:
+    def received(self, data: bytes) -> None:
         """Pass on received bytes."""
         if self._listener is not None:
-            self._listener.heard(self._clock.now_ns(), data)
+            self._listener.received(self._clock.now_ns(), data)
 
-    def said(self, data: bytes) -> None:
+    def sent(self, data: bytes) -> None:
         """Pass on sent bytes."""
         if self._listener is not None:
-            self._listener.said(self._clock.now_ns(), data)
+            self._listener.sent(self._clock.now_ns(), data)
 
 
 class EnipPort:
@@ -110,7 +110,7 @@ class EnipPort:
             if not data:
                 self._end(connection)
                 continue
-            self._tap.heard(data)
+            self._tap.received(data)
             try:
                 session = self._sessions.get(connection) or self._begin(connection)
                 for frame in session.receive(data):
@@ -119,7 +119,7 @@ class EnipPort:
                     if reply and not self._listener.send(connection, reply):
                         raise BrokenClientError("it does not take its replies")
                     if reply:
-                        self._tap.said(reply)
+                        self._tap.sent(reply)
             except (BrokenClientError, OSError):
                 self._end(connection)
 
@@ -140,7 +140,7 @@ class EnipPort:
             except OSError:
                 return
             if opened is self._io:
-                self._tap.heard(data)
+                self._tap.received(data)
                 advance()
                 self.adapter.receive(data, str(place[0]), wall_ns())
             elif len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
@@ -157,7 +157,7 @@ class EnipPort:
         advance()
         packet = self.adapter.due(wall_ns())
         if packet is not None:
-            self._tap.said(packet[0])
+            self._tap.sent(packet[0])
             with suppress(OSError):
                 self._io.sendto(*packet)
 

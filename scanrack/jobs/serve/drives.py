@@ -124,9 +124,9 @@ class DriveService(LineService):
     def _answer(self, unit: int, pdu: bytes) -> bytes:
         self._advance()
         head = bytes((unit,))
-        self._tap.heard(head + pdu)
+        self._tap.received(head + pdu)
         reply = self.registers.answer(pdu)
-        self._tap.said(head + reply)
+        self._tap.sent(head + reply)
         return reply
 
     def _unit(self, number: int, drive: DriveUnit) -> ServedUnit:

@@ -109,7 +109,7 @@ class Acts:
             if not act.orders:
                 return None
             steps += [*act.orders, parse_duration(BETWEEN)]
-        return [{"wait_ns": each} if isinstance(each, int) else actions.said_of(each) for each in steps]
+        return [{"wait_ns": each} if isinstance(each, int) else actions.message_of(each) for each in steps]
 
     def as_json(self) -> dict[str, object]:
         """Return the result as JSON values."""

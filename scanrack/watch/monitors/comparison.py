@@ -22,7 +22,7 @@ from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.reader import open_trace
 
 from ..history.catalog import NOTHING_SHOWN
-from .asked import Said, strip_in
+from .fields import Question, step_in, strip_in
 from .monitor import Json, Monitor
 from .page import Page
 
@@ -209,7 +209,7 @@ def _words(mine: list[int], others: list[int] | None) -> Json:
 # --- questions
 
 
-def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
+def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
     """List the recordings of this rack with which a page may compare, newest first."""
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
@@ -218,9 +218,9 @@ def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
     return {"recordings": [each for each in found if each is not None]}
 
 
-def compare(monitor: Monitor, page: Page, said: Said) -> Json:
+def compare(monitor: Monitor, page: Page, question: Question) -> Json:
     """Begin to compare with another recording in the same folder, or stop comparing."""
-    name, record = said.get("with"), _record_of(monitor)
+    name, record = question.get("with"), _record_of(monitor)
     if name is None:
         page.compare(None)
         return {"with": None}
@@ -233,18 +233,15 @@ def compare(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"with": name}
 
 
-def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
+def difference(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the next or previous scan in which the set of differing words changes."""
-    scan, way = said.get("from"), said.get("way")
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
-    found, searched = _comparison(page).next_difference(scan, way)
+    found, searched = _comparison(page).next_difference(*step_in(question))
     return {"scan": found, "searched": searched}
 
 
-def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
+def beside(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the strip of past scans of the other recording, as far as available."""
-    return {"strip": strip_in(_comparison(page).other, said)}
+    return {"strip": strip_in(_comparison(page).other, question)}
 
 
 def _comparison(page: Page) -> Comparison:

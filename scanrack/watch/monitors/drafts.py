@@ -14,12 +14,13 @@ from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import scoped
 from scanrack.runtime.live.actions import Online, action_of
 
-from ..history.catalog import COLUMNS, Catalog
+from ..history.catalog import Catalog
 from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch
-from .asked import Said
+from .fields import Question, columns_in
 from .monitor import Json, Monitor
 from .page import Page
+from .question_process import effects
 from .stretched import ReplayPackage
 
 LOOKED_BACK_NS = 10_000_000_000
@@ -29,7 +30,7 @@ MOST_SCANS = 20_000
 """Largest number of scans in this time: a rack may run faster than real time."""
 
 
-def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
+def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
     """Return the elements from which rungs can be built, and a digest of the edited program."""
     program, _catalog = _edited(monitor)
     logic, _ = program.ladder, program.rung_index  # created before the first edit
@@ -47,13 +48,11 @@ def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
     return {"base": program.digest, "instructions": instructions, "types": sorted(types_of(logic))}
 
 
-def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
+def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Check and draw edited rungs."""
     program, catalog = _edited(monitor)
-    columns = said.get("columns")
-    if type(columns) is not int or columns not in COLUMNS:
-        raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
-    draft = _draft(program, said, ("columns",))
+    columns = columns_in(question)
+    draft = _draft(program, question, ("columns",))
     assert program.file is not None
     edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
     tags = [NewTag(*each) for each in draft.tags]
@@ -83,10 +82,10 @@ def _row_of(mistake: Mistake) -> Json:
     return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
 
 
-def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
+def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the draft of an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
-    draft = _parsed(said)
+    draft = _parsed(question)
     edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
     if edited is None or edited.catalog is None:
         raise ValueError("the program that was edited is no longer known")
@@ -97,10 +96,10 @@ def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
     return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": found.conflicts}
 
 
-def would(monitor: Monitor, page: Page, said: Said) -> None:
+def would(monitor: Monitor, page: Page, question: Question) -> None:
     """Start a process that compares what edited rungs would have done in the last 10 s with what happened."""
     program, _catalog = _edited(monitor)
-    draft, row = _draft(program, said), monitor.latest
+    draft, row = _draft(program, question), monitor.latest
     ran = monitor.ran
     if row is None or ran is None:
         raise ValueError("no scan has run yet")
@@ -117,19 +116,19 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
         first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
         ran, draft.rungs, draft.tags,
     )  # fmt: skip
-    monitor.elsewhere.effects(page, said.get("id"), given)
+    monitor.processes.ask(page, question.get("id"), effects(given))
 
 
-def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
+def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> Online:
     """Return the draft in a question; raise ValueError if it is not one, or not of the running program."""
-    draft = _parsed(said, more)
+    draft = _parsed(question, more)
     if draft.base != program.digest:
         raise ValueError("the program was edited meanwhile: edit the one that runs now")
     return draft
 
 
-def _parsed(said: Said, more: Sequence[str] = ()) -> Online:
-    left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
+def _parsed(question: Question, more: Sequence[str] = ()) -> Online:
+    left = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
     assert isinstance(draft, Online)
     return draft

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.drives.models import MODELS
@@ -13,9 +12,7 @@ from scanrack.runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, Faul
 from scanrack.runtime.machine.spec import MachineSpec, input_name
 from scanrack.runtime.modules.record import Trait
 
-from .picture import said_values
-
-Json = dict[str, Any]
+from .picture import Json, described_values
 
 TITLES = {
     "capture": "Capture",
@@ -57,7 +54,7 @@ def slot_of(slot: SlotSpec) -> Json:
         "title": _title(slot),
         "words": {"in": len(words.inputs), "out": len(words.outputs)},
         "bits": bits_of(slot.number, words),
-        "values": said_values(words),
+        "values": described_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}

@@ -17,11 +17,9 @@ from scanrack.io_images.module_words import ModuleWords
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 
-from ..history.recorded_events import RecordedEvents
+from ..history.recorded_events import Json, RecordedEvents
 from ..history.timeline import Timeline
 from .troubles import ErrorBit, ErrorWatch
-
-Json = dict[str, Any]
 
 PIECE = 32_768
 """Number of scans that are searched at once; this takes about 10 ms."""
@@ -49,11 +47,6 @@ class Mark(NamedTuple):
     name: str = ""  # name of the bit or rule
     tag: str = ""  # address of the bit
 
-    @property
-    def fields(self) -> Json:
-        """The fields for a page."""
-        return self._asdict()
-
 
 class Marks:
     """The marks of a recording, as far as it has been searched.
@@ -71,7 +64,7 @@ class Marks:
         self._before: Rows | None = None
         self._next: int | None = None
         self._known: tuple[tuple[int, ...], list[Mark], list[int]] = ((), [], [])
-        self.untold: list[Mark] = []  # error bits that came on without a rule, at the last question
+        self.unexplained: list[Mark] = []  # error bits that came on without a rule, at the last question
 
     def tick(self) -> bool:
         """Search one more piece; return whether more remain."""
@@ -133,14 +126,14 @@ class Marks:
         if self._known[0] != version:
             reported: dict[tuple[int, str], list[int]] = {}
             marks = list(self._of_events(reported))
-            own = [each for each in self._of_rows if not _is_told(each, reported)]
-            self.untold = [each for each in own if each.kind == "error"]
+            own = [each for each in self._of_rows if not _has_rule_mark(each, reported)]
+            self.unexplained = [each for each in own if each.kind == "error"]
             marks += own
             marks.sort(key=attrgetter("scan"))
             self._known = version, marks, [each.scan for each in marks]
         return self._known[1:]
 
-    def _of_events(self, told: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
+    def _of_events(self, rule_scans: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
         """Yield the marks for events, faults and rules; record the scans in which rules set bits."""
         for event in self._recorded.known():
             scan, kind, bits = event["scan"], event["kind"], event.get("bits", ())
@@ -148,7 +141,7 @@ class Marks:
                 yield Mark(scan, event["t"], "fault", event["text"])
             elif kind == "rule":
                 for each in bits:
-                    told.setdefault((event["slot"], each), []).append(scan)
+                    rule_scans.setdefault((event["slot"], each), []).append(scan)
                 yield self._of_rule(event, bits)
 
     def _of_rule(self, event: Json, bits: Sequence[str]) -> Mark:
@@ -185,8 +178,8 @@ class Marks:
         return Mark(int(row["scan"]), int(row["now_ns"]), "error", text, bit.slot, bit.name, bit.address)
 
 
-def _is_told(mark: Mark, told: Mapping[tuple[int, str], Sequence[int]]) -> bool:
+def _has_rule_mark(mark: Mark, rule_scans: Mapping[tuple[int, str], Sequence[int]]) -> bool:
     """Return whether the rule that set an error bit has a mark of its own."""
-    scans = told.get((mark.slot, mark.name), ()) if mark.kind == "error" else ()
+    scans = rule_scans.get((mark.slot, mark.name), ()) if mark.kind == "error" else ()
     place = bisect_right(scans, mark.scan) - 1
     return place >= 0 and mark.scan - scans[place] <= SAME_SCANS

@@ -137,7 +137,7 @@ class Monitor(ABC):
         self.about, self.subject, self.states, self.panel = about, subject, states, panel
         self.pages: list[Page] = []
         self._joined = 0
-        self.elsewhere = QuestionProcesses()
+        self.processes = QuestionProcesses()
         self.opener: Callable[[Path], Any] | None = None  # opens another recording, see `open_beside`
         self.marks: Marks | None = None  # marks of a recording
         self._table: EventTable | None = None
@@ -156,7 +156,7 @@ class Monitor(ABC):
         return []
 
     @abstractmethod
-    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
         """Process an order of a page; raise ValueError if it is not an order, or orders are refused."""
 
     @abstractmethod

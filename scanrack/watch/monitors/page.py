@@ -5,15 +5,13 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 from scanrack.runtime.live.ring import Row
 from scanrack.runtime.loop.pace import wall_ns
 
-from ..history.catalog import NOTHING_SHOWN, PageRoutine
+from ..history.catalog import NOTHING_SHOWN, Json, PageRoutine
 from ..history.stretch import Stretch
-
-Json = dict[str, Any]
 
 ORDERS_PER_SECOND = 100
 """Largest number of messages from a page per second."""

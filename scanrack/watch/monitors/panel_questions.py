@@ -8,7 +8,7 @@ from scanrack.runtime.live.actions import ACTIONS, action_of
 from scanrack.runtime.loop.pace import wall_ns
 
 from ..panels.kept_panel import drafted
-from .asked import Said
+from .fields import Question
 from .monitor import Json, Monitor
 from .page import Page
 
@@ -19,21 +19,21 @@ LETTING_GO = {name: ACTIONS[name] for name in ("press", "write")}
 READ_ONLY = "this session is read-only"
 
 
-def panel(monitor: Monitor, page: Page, said: Said) -> Json:
+def panel(monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the operator panel, or the binding or mistake of each of the `items` that a page edits."""
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
-    if "items" in said:
-        return drafted(said["items"], bindings)
+    if "items" in question:
+        return drafted(question["items"], bindings)
     recorded = monitor.about.kind == "trace"
     lacks = "this is a recording" if recorded else READ_ONLY if monitor.about.read_only else ""
     return monitor.panel.described(bindings, lacks)
 
 
-def save_panel(monitor: Monitor, page: Page, said: Said) -> Json:
+def save_panel(monitor: Monitor, page: Page, question: Question) -> Json:
     """Write the file of the operator panel, and send it to all pages."""
     if monitor.about.read_only:
         raise ValueError(f"{READ_ONLY}: its panel can't be saved")
-    monitor.panel.save(said)
+    monitor.panel.save(question)
     monitor.panel.changed()  # it is sent to pages right here
     show_panel(monitor, besides=page)
     return panel(monitor, page, {})
@@ -46,9 +46,9 @@ def show_panel(monitor: Monitor, besides: Page | None = None) -> None:
             page.send({"panel": panel(monitor, page, {})})
 
 
-def hold(monitor: Monitor, page: Page, said: Said) -> Json:
+def hold(monitor: Monitor, page: Page, question: Question) -> Json:
     """Keep the orders that end a page's presses, to be given when it closes, is lost, or falls silent."""
-    orders = said.get("give")
+    orders = question.get("give")
     if not isinstance(orders, list) or len(orders) > HOLDS_MOST:
         raise ValueError(f"give must be a list of up to {HOLDS_MOST} orders")
     if monitor.about.read_only:
@@ -83,7 +83,7 @@ def _release_of(bound: Json) -> tuple[str, bool, Json]:
     return f"{slot}.input.{name}", not rest, order
 
 
-PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
+PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {
     "panel": panel,
     "save_panel": save_panel,
     "hold": hold,

@@ -32,7 +32,7 @@ def values_of(words: ModuleWords) -> dict[str, Quantity]:
     return {each.name.removeprefix("programmed_"): each for each in words.quantities}
 
 
-def said_values(words: ModuleWords) -> list[Json]:
+def described_values(words: ModuleWords) -> list[Json]:
     """Return the quantities of a module for `hello`.
 
     `words` are places in the words of its slot, inputs before outputs; `format` is null if the module's

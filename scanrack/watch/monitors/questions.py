@@ -4,11 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
+from ..history.catalog import MOST_HITS, tag_hits
 from ..history.event_table import piece_of
 from ..history.lanes import MOST_LANES
-from . import comparison, drafts
-from .asked import Said, addresses_in, names_in, own_name, program_of, scans_in, strip_in, text_in
+from . import comparison, drafts, question_process
+from .fields import (
+    Question,
+    addresses_in,
+    columns_in,
+    names_in,
+    own_name,
+    program_of,
+    scans_in,
+    step_in,
+    strip_in,
+    text_in,
+)
 from .hello import addresses_of
 from .marks import Marks
 from .monitor import Json, Monitor
@@ -24,15 +35,12 @@ EVENTS_MOST, KINDS_MOST = 200, 30
 """Largest number of events in an answer, and of kinds in a question."""
 
 
-def show(monitor: Monitor, page: Page, said: Said) -> Json:
+def show(monitor: Monitor, page: Page, question: Question) -> Json:
     """Draw a routine; later frames include its power and tags."""
     program = program_of(monitor, page)
     if program.catalog is not None:
-        columns = said.get("columns", 88)
-        if type(columns) is not int or columns not in COLUMNS:
-            raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
-        operands = said.get("operands") is True
-        shown, answer = program.catalog.show(text_in(said, "routine"), columns, operands=operands)
+        columns, operands = columns_in(question), question.get("operands") is True
+        shown, answer = program.catalog.show(text_in(question, "routine"), columns, operands=operands)
         if monitor.about.kind == "rack":
             answer["base"] = program.digest
     elif program.source is not None:
@@ -43,26 +51,26 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
     return answer
 
 
-def watch(monitor: Monitor, page: Page, said: Said) -> Json:
+def watch(monitor: Monitor, page: Page, question: Question) -> Json:
     """Include more tags in later frames."""
-    tags = names_in(said, MOST_WATCHED)
+    tags = names_in(question, MOST_WATCHED)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
     addresses = addresses_in(monitor, page, tags)
     return {"unknown": [name for name in unknown if name not in addresses], "addresses": addresses}
 
 
-def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
+def lanes(monitor: Monitor, page: Page, question: Question) -> Json:
     """Include the points of tags for the timing strip in later frames."""
-    names, unknown = _lanes_in(monitor, page, said)
+    names, unknown = _lanes_in(monitor, page, question)
     page.lanes, page.lanes_at = names, None
     return {"unknown": unknown}
 
 
-def steps(monitor: Monitor, page: Page, said: Said) -> Json:
+def steps(monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the points of tags in past scans; `next` is the first scan of the next piece."""
-    first, last = scans_in(said)
-    names, _unknown = _lanes_in(monitor, page, said)
+    first, last = scans_in(question)
+    names, _unknown = _lanes_in(monitor, page, question)
     extent = monitor.subject.timeline.extent
     if extent is None or not names:
         return {"lanes": {}, "next": None}
@@ -71,9 +79,9 @@ def steps(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"lanes": piece, "next": following}
 
 
-def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
+def _lanes_in(monitor: Monitor, page: Page, question: Question) -> tuple[tuple[str, ...], list[str]]:
     """Return the known and the unknown tags in a question."""
-    tags = names_in(said, MOST_LANES)
+    tags = names_in(question, MOST_LANES)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     unknown = [name for name in unknown if program_of(monitor, page).address(name) is None]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
@@ -84,9 +92,9 @@ def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
     return name in monitor.subject.values if catalog is None else catalog.has(name)
 
 
-def look(monitor: Monitor, page: Page, said: Said) -> Json:
+def look(monitor: Monitor, page: Page, question: Question) -> Json:
     """Make this page show a past scan, or the latest again."""
-    scan = said.get("scan")
+    scan = question.get("scan")
     if scan == "live":
         if monitor.about.kind == "trace":
             raise ValueError("this is a trace; nothing is running")
@@ -105,31 +113,31 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"scan": scan}
 
 
-def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
+def stop(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Make the page stop at the scan of each error bit of a module, or only name it."""
-    requested = said.get("at_errors")
+    requested = question.get("at_errors")
     if requested not in ("stop", "off"):
         raise ValueError("at_errors is stop or off")
     page.stops = requested == "stop"
     return {}
 
 
-def window(monitor: Monitor, _page: Page, said: Said) -> Json:
+def window(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the strip of past scans, as far as available."""
-    piece = strip_in(monitor, said)
-    requested = said.get("signals")
+    piece = strip_in(monitor, question)
+    requested = question.get("signals")
     if piece and isinstance(requested, list):
         piece["bits"] = {name: each for name, each in piece["bits"].items() if name in requested}
     return {"strip": piece}
 
 
-def events(monitor: Monitor, _page: Page, said: Said) -> Json:
+def events(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return a piece of the events up to a scan, their total number, and whether all have been read."""
     scan, skip, most, hidden = (
-        said.get("to"),
-        said.get("skip", 0),
-        said.get("most", EVENTS_MOST),
-        said.get("hide", []),
+        question.get("to"),
+        question.get("skip", 0),
+        question.get("most", EVENTS_MOST),
+        question.get("hide", []),
     )
     if type(scan) is not int:
         raise ValueError("to must be a scan number")
@@ -145,21 +153,19 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
     return {"events": found, "total": total, "whole": not monitor.states.missing()}
 
 
-def marks(monitor: Monitor, page: Page, _said: Said) -> Json:
+def marks(monitor: Monitor, page: Page, _question: Question) -> Json:
     """Return the marks on the axis of a recording, and the failure for the page's line about it."""
     found, row = _marks_of(monitor), monitor.row_of(page)
     failure = found.failure(int(row["scan"]) if row is not None else 0) if found.whole else None
     rest = {"total": len(found.all), "whole": found.whole}
-    return {"marks": found.shown(), **rest, "failure": failure and failure.fields}
+    return {"marks": found.shown(), **rest, "failure": failure and failure._asdict()}
 
 
-def mark(monitor: Monitor, _page: Page, said: Said) -> Json:
+def mark(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the next mark after a scan, or the previous one."""
-    scan, way, found = said.get("from"), said.get("way"), _marks_of(monitor)
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
+    found, (scan, way) = _marks_of(monitor), step_in(question)
     following = found.next(scan, way)
-    return {"mark": following and following.fields, "whole": found.whole}
+    return {"mark": following and following._asdict(), "whole": found.whole}
 
 
 def _marks_of(monitor: Monitor) -> Marks:
@@ -168,13 +174,13 @@ def _marks_of(monitor: Monitor) -> Marks:
     return monitor.marks
 
 
-def since(monitor: Monitor, page: Page, said: Said) -> Json:
+def since(monitor: Monitor, page: Page, question: Question) -> Json:
     """Return since when a tag has had its value in the page's scan, and its value before.
 
     One question searches a stretch of scans; `from` is the scan from which the next question continues
     backwards, null if nothing is left.
     """
-    tag, row, end = text_in(said, "tag"), monitor.row_of(page), said.get("from")
+    tag, row, end = text_in(question, "tag"), monitor.row_of(page), question.get("from")
     if end is not None and type(end) is not int:
         raise ValueError("from must be a scan number")
     if row is None:
@@ -188,27 +194,28 @@ def since(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}, "from": left}
 
 
-def share(monitor: Monitor, page: Page, said: Said) -> None:
+def share(monitor: Monitor, page: Page, question: Question) -> None:
     """Create a page of the recording that any browser can open, showing this page's scan first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
         raise ValueError("no trace yet; start with --record")
     trusted = monitor.subject.programs.at(page.past).logic is not None
     rack = "" if monitor.about.kind == "trace" else monitor.about.path
-    monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted, rack=rack)
+    sharing = question_process.share(str(trace), int(row["scan"]), trust=trusted, rack=rack)
+    monitor.processes.ask(page, question.get("id"), sharing)
 
 
-def xref(monitor: Monitor, page: Page, said: Said) -> Json:
+def xref(monitor: Monitor, page: Page, question: Question) -> Json:
     """List the places where a tag is read and written."""
-    tag, catalog = own_name(monitor, page, text_in(said, "tag")), program_of(monitor, page).catalog
+    tag, catalog = own_name(monitor, page, text_in(question, "tag")), program_of(monitor, page).catalog
     if catalog is None:
         raise ValueError(f"{tag}: the program is in Python: it has no rungs")
     return {"hits": catalog.mentions(tag)}
 
 
-def find(monitor: Monitor, page: Page, said: Said) -> Json:
+def find(monitor: Monitor, page: Page, question: Question) -> Json:
     """List the tags, image words and bits, and rungs or lines that contain a text."""
-    text, program = text_in(said, "text"), program_of(monitor, page)
+    text, program = text_in(question, "text"), program_of(monitor, page)
     hits = program.find(text, monitor.subject.values)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
     ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
@@ -219,8 +226,8 @@ def _is_called(hit: Json, text: str) -> bool:
     return hit["tag"] is not None and hit["tag"].casefold() == text.casefold()
 
 
-QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
-    "here": lambda _monitor, _page, _said: {},
+QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {
+    "here": lambda _monitor, _page, _question: {},
     "show": show,
     "watch": watch,
     "lanes": lanes,
@@ -251,24 +258,24 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
 """The questions by name; a question that returns None is answered later."""
 
 
-def ask(monitor: Monitor, page: Page, said: object) -> None:
+def ask(monitor: Monitor, page: Page, message: object) -> None:
     """Process an order or question of a page; the answer goes to the page.
 
     This never raises: the answer describes a mistake in the message.
     """
-    number = said.get("id") if isinstance(said, Mapping) else None
+    number = message.get("id") if isinstance(message, Mapping) else None
     if not isinstance(number, int | str) or isinstance(number, bool):
         number = None
     try:
-        if not isinstance(said, Mapping):
+        if not isinstance(message, Mapping):
             raise ValueError("a message is an object with the keys id and do")
-        name = said.get("do")
+        name = message.get("do")
         if not isinstance(name, str):
             raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
-        question = QUESTIONS.get(name)
-        if question is None:
-            monitor.order(page, number, said)
-        elif (answer := question(monitor, page, said)) is not None:
+        answer_question = QUESTIONS.get(name)
+        if answer_question is None:
+            monitor.order(page, number, message)
+        elif (answer := answer_question(monitor, page, message)) is not None:
             page.send({"answer": {"id": number, "ok": True, **answer}})
     except ValueError as error:
         page.send({"answer": {"id": number, "refused": str(error)}})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,9 @@ from typing import Any
 from scanrack.jobs.load.loading import LoadedRack, load_job
 from scanrack.jobs.record.program_versions import folders_of, forget
 from scanrack.jobs.trust.attachments import load_files
-from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, said_of
-from scanrack.runtime.live.ring import Ring, RingShape, Rows
-from scanrack.runtime.live.session import GIVEN
+from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, message_of
+from scanrack.runtime.live.ring import ORDERS, REQUESTS, Ring, RingShape, Rows
+from scanrack.runtime.live.session import GIVEN, SessionState
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.scan import ScanFlag
 from typing_extensions import override
@@ -97,28 +97,20 @@ class SessionMonitor(Monitor):
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
-        self.session: Json = {
-            "paused": False,
-            "speed": 1.0,
-            "breakpoints": [],
-            "met": [],
-            "ran": [],
-            "fault": "",
-        }
+        self.session: Json = asdict(SessionState())
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
         self._unanswered: dict[int, tuple[Page, object]] = {}  # page, and number of its order
-        self._mistake: Json | None = None
-        self._online: Json | None = None  # state of edited rungs
-        self._preview: Json | None = None  # preview of a saved program that waits to be taken over
+        # of the program: its mistake, the preview of a saved file that waits, the state of edited rungs
+        self._lasting: dict[str, Json | None] = dict.fromkeys(("mistake", "preview", "online"))
         self._indexer: Indexer | None = None
         self._earlier: RecordedEvents | None = None  # events from before a restart, until all are read
         self._indexed = False
         self._left = setup.started > 0  # pages of the previous monitor may have left buttons pressed
         self._let_go: list[Json] = []  # orders that release these buttons
         self._index_to = self._ticks = 0
-        ring.requests += 1  # request initial values and the state
+        ring.head[REQUESTS] += 1  # request initial values and the state
 
     def _add(self, ran: SessionProgram) -> None:
         self.ran = ran
@@ -151,12 +143,9 @@ class SessionMonitor(Monitor):
     def join(self, page: Page) -> None:
         super().join(page)
         self._name_standing(page)
-        if self._mistake is not None:
-            page.send({"mistake": self._mistake})
-        if self._preview is not None:
-            page.send({"preview": self._preview})
-        if self._online is not None:
-            page.send({"online": self._online})
+        for kind, content in self._lasting.items():
+            if content is not None:
+                page.send({kind: content})
         if self._setup.started:
             page.send({"note": "The monitor was started again; the scans went on without it."})
 
@@ -206,15 +195,13 @@ class SessionMonitor(Monitor):
         scan = int(row["scan"])
         rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
         reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
-        said = {
-            "tag": bit.address,
-            "text": rule["text"] if rule else "",
-            "rule": rule["rule"] if rule else "",
-        }
-        self._error = bit, {**reported, **said}
+        reported |= {"tag": bit.address, "text": "", "rule": ""}
+        if rule is not None:
+            reported |= {"text": rule["text"], "rule": rule["rule"]}
+        self._error = bit, reported
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
-            page.send({"error": {**reported, **said, "stopped": page.stops}})
+            page.send({"error": {**reported, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
         """Report the latest error bit to a new page if it is still on."""
@@ -231,10 +218,14 @@ class SessionMonitor(Monitor):
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
-            self._ring.requests += 1  # the lost messages may have included the state
+            self._ring.head[REQUESTS] += 1  # the lost messages may have included the state
         for message in messages:
             for kind, content in json.loads(message).items():
-                _TAKE[kind](self, content)
+                if kind in self._lasting:
+                    self._lasting[kind] = content
+                    self.send_all({kind: content})
+                else:
+                    _TAKE[kind](self, content)
 
     # --- messages of the scan process
 
@@ -253,22 +244,10 @@ class SessionMonitor(Monitor):
             return  # a restarted monitor already began with it
         self._add(SessionProgram(*message["program"]))
         self.subject.values.clear()
-        self._mistake = self._preview = None
+        self._lasting |= {"mistake": None, "preview": None}
         if message["again"]:
             return  # a branch repeats its parent's edits
         self.send_all({"edited": {key: message[key] for key in ("text", "new", "changed", "dropped")}})
-
-    def _take_mistake(self, message: Json | None) -> None:
-        self._mistake = message
-        self.send_all({"mistake": message})
-
-    def _take_preview(self, message: Json | None) -> None:
-        self._preview = message
-        self.send_all({"preview": message})
-
-    def _take_online(self, message: Json) -> None:
-        self._online = message
-        self.send_all({"online": message})
 
     def _take_branch(self, message: Json) -> None:
         """Start over for a branch, in which the rack continues differently from a past scan."""
@@ -291,7 +270,7 @@ class SessionMonitor(Monitor):
         self._indexer, self._earlier, self._indexed = None, None, False
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = message["rows"], message["snapshots"]
-        self._online = None
+        self._lasting["online"] = None
         for page in self.pages:
             self.let_go(page)  # after the repeated scans; the page drops its presses at the greeting
             page.past = None
@@ -362,11 +341,13 @@ class SessionMonitor(Monitor):
         return [(each["scan"], each["order"]) for each in kept if "order" in each and each["scan"] <= scan]
 
     @override
-    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        if said.get("do") not in GIVEN:
+    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        if message.get("do") not in GIVEN:
             known = ", ".join((*GIVEN, *QUESTIONS))
-            raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
-        order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
+            raise ValueError(
+                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {known}"
+            )
+        order = action_of({key: value for key, value in message.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
@@ -376,10 +357,10 @@ class SessionMonitor(Monitor):
 
     def _pass_on(self, order: Action) -> None:
         self._orders += 1
-        passed_on = {"id": self._orders, "order": said_of(order)}
-        message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
-        self._pipe.send_bytes(message.encode())
-        self._ring.orders += 1
+        passed_on = {"id": self._orders, "order": message_of(order)}
+        text = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
+        self._pipe.send_bytes(text.encode())
+        self._ring.head[ORDERS] += 1
 
 
 def _is_of(rule: Json, bit: ErrorBit) -> bool:
@@ -394,9 +375,6 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "values": SessionMonitor._take_values,
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,
-    "mistake": SessionMonitor._take_mistake,
-    "preview": SessionMonitor._take_preview,
-    "online": SessionMonitor._take_online,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
 """Handlers of the scan process's messages, by key."""

@@ -143,17 +143,8 @@ class TraceMonitor(Monitor):
     @override
     def all_events(self) -> Sequence[Json]:
         """Return the events, and events for error bits that no event reports."""
-        own = [
-            {
-                "scan": each.scan,
-                "t": each.t,
-                "slot": each.slot,
-                "kind": each.kind,
-                "name": each.name,
-                "text": each.text,
-            }
-            for each in (self.marks.untold if self.marks.all else ())
-        ]
+        marks = self.marks.unexplained if self.marks.all else ()
+        own = [mark._asdict() for mark in marks]
         return sorted([*super().all_events(), *own], key=itemgetter("scan"))
 
     def run_once(self) -> None:
@@ -206,9 +197,9 @@ class TraceMonitor(Monitor):
         return True
 
     @override
-    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
-        if said.get("do") == NAMES[Branch]:
-            order = action_of({key: value for key, value in said.items() if key != "id"})
+    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        if message.get("do") == NAMES[Branch]:
+            order = action_of({key: value for key, value in message.items() if key != "id"})
             assert isinstance(order, Branch)
             if order.scan > self._last + 1:
                 raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
@@ -216,6 +207,6 @@ class TraceMonitor(Monitor):
             self.over = True
             page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
             return
-        if said.get("do") in ACTIONS:
+        if message.get("do") in ACTIONS:
             raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
-        raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")
+        raise ValueError(f"there is nothing to do called {str(message.get('do'))[:60]!r}")

@@ -8,7 +8,8 @@ from scanrack.ladder.debug.inquiry import Inquiry
 from scanrack.runtime.live.ring import Row
 
 from ..history.timeline import columns_of
-from .asked import Said, own_name, text_in
+from . import question_process
+from .fields import Question, own_name, text_in
 from .monitor import BACK, Json, Monitor
 from .page import Page
 
@@ -16,20 +17,20 @@ LINES_AROUND = 500
 """Number of scans before and after a scan whose lines are included in its answer."""
 
 
-def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
+def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None = None) -> Json | None:
     """Explain a tag's value in a scan, by default the page's scan; with `fault`, explain the CPU's fault.
 
     Args:
         causes: the program's causes, which cache scans that earlier questions ran again; None = new.
     """
-    if said.get("fault") is True:
-        return _why_fault(monitor, page, said, causes)
-    tag = own_name(monitor, page, text_in(said, "tag"))
-    past, row = _row_in(monitor, page, said.get("scan"), tag)
+    if question.get("fault") is True:
+        return _why_fault(monitor, page, question, causes)
+    tag = own_name(monitor, page, text_in(question, "tag"))
+    past, row = _row_in(monitor, page, question.get("scan"), tag)
     program = monitor.subject.programs.at(past)
     scan, replica = int(row["scan"]), program.past
     if replica is None or program.catalog is None:
-        _ask_python(monitor, page, said, tag, scan)
+        _ask_python(monitor, page, question, tag, scan)
         return None
     if not replica.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
@@ -57,7 +58,7 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
     return past, row
 
 
-def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
+def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes | None) -> Json | None:
     """Explain the CPU's fault by the values that its rung or line read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
@@ -67,7 +68,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) 
     if not tags:
         raise ValueError("nothing that the program has read is known of this fault")
     if replica is None:
-        _ask_python(monitor, page, said, tags[0], fault.scan)
+        _ask_python(monitor, page, question, tags[0], fault.scan)
         return None
     if not replica.show(fault.scan):
         raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
@@ -78,7 +79,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) 
     return {"text": str(fault), "scan": fault.scan, "chain": chain}
 
 
-def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
+def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan: int) -> None:
     """Have a process answer, since a Python program must run again from its first scan."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
@@ -86,10 +87,10 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
     if program.number:
         raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
+    monitor.processes.ask(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
 
 
-def ran(monitor: Monitor, page: Page, said: Said) -> None:
+def ran(monitor: Monitor, page: Page, question: Question) -> None:
     """Have a process find the lines of a Python program executed in and around the page's scan."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     program, extent = monitor.subject.programs.at(page.past), monitor.subject.timeline.extent
@@ -104,12 +105,13 @@ def ran(monitor: Monitor, page: Page, said: Said) -> None:
     last = min(scan + LINES_AROUND, extent[1], monitor.subject.programs.end_of(program))
     rows = monitor.subject.timeline.between(max(0, scan - BACK), last)
     orders = monitor.latest_orders(last)
-    monitor.elsewhere.lines(page, said.get("id"), str(trace), (first, last), columns_of(rows), orders)
+    lines = question_process.lines(str(trace), (first, last), columns_of(rows), orders)
+    monitor.processes.ask(page, question.get("id"), lines)
 
 
-def want(monitor: Monitor, page: Page, said: Said) -> None:
+def want(monitor: Monitor, page: Page, question: Question) -> None:
     """Have a process find what an owner could do after the page's scan to give a tag a value."""
-    tag, requested = own_name(monitor, page, text_in(said, "tag")), said.get("value")
+    tag, requested = own_name(monitor, page, text_in(question, "tag")), question.get("value")
     if not isinstance(requested, bool | int | float):
         raise ValueError("value is true, false or a number")
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
@@ -118,6 +120,5 @@ def want(monitor: Monitor, page: Page, said: Said) -> None:
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    monitor.elsewhere.want(
-        page, said.get("id"), str(trace), (tag, requested, scan), monitor.latest_orders(scan)
-    )
+    wanting = question_process.want(str(trace), tag, requested, scan, monitor.latest_orders(scan))
+    monitor.processes.ask(page, question.get("id"), wanting)

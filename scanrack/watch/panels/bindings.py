@@ -9,10 +9,8 @@ from heapq import nlargest
 from itertools import pairwise
 from typing import Any
 
-from ..history.stretch import Stretch
+from ..history.stretch import Json, Stretch
 from .panel_file import ANY, BIT, KINDS, NUMBER
-
-Json = dict[str, Any]
 
 NEAREST = 3
 """Largest number of names suggested for an unknown one."""

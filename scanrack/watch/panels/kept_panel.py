@@ -13,16 +13,14 @@ from scanrack.traces.files.guard import FileKind
 from scanrack.traces.files.newfile import new_file
 
 from .bindings import Bindings
-from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Panel, panel_text, parse_panel, refusals
-
-Json = dict[str, Any]
+from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Json, Panel, panel_text, parse_panel, refusals
 
 BYTES_MOST = 60_000
 """Largest size of a panel file, bytes: a page saves it in one message."""
 
 OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares all of it
 
-TOLD = {
+EDITING = {
     "columns": COLUMNS,
     "allowed": {key: allowed for key, (_, allowed) in FIELDS.items()},
     "kinds": {
@@ -38,6 +36,15 @@ TOLD = {
 """The data that a page needs to build a panel."""
 
 
+def stamp_of(path: Path) -> tuple[int, int] | None:
+    """Return the time and the size of a file, by which a change is seen; None for a missing one."""
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return stat.st_mtime_ns, stat.st_size
+
+
 class KeptPanel:
     """The file of an operator panel.
 
@@ -48,18 +55,11 @@ class KeptPanel:
 
     def __init__(self, rack: str, given: bytes | None = None) -> None:
         self._path, self._given = Path(panel_name(rack)), given
-        self._seen = self._stamp()
-
-    def _stamp(self) -> tuple[int, int] | None:
-        try:
-            stat = self._path.stat()
-        except OSError:
-            return None
-        return stat.st_mtime_ns, stat.st_size
+        self._seen = stamp_of(self._path)
 
     def changed(self) -> bool:
         """Return whether the file has changed since the last call."""
-        before, self._seen = self._seen, self._stamp()
+        before, self._seen = self._seen, stamp_of(self._path)
         return self._given is None and self._seen != before
 
     def content(self) -> bytes:
@@ -89,7 +89,7 @@ class KeptPanel:
         Args:
             lacks: why a page can't save it; "" if it can.
         """
-        empty: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
+        empty: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **EDITING}
         try:
             content = self.content()
             panel = parse_panel(content.decode())

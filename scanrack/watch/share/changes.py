@@ -9,7 +9,7 @@ A browser finds the value in a scan by bisection. In a page, scans are stored as
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -151,10 +151,3 @@ def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
         list(each)
         for each in zip(*(v for key, v in values.items() if key.startswith(f"{name}[")), strict=True)
     ]
-
-
-def take_states(lists: ChangeLists, states: Mapping[str, Callable[[int], Any]], scans: Iterable[int]) -> None:
-    """Collect the states in scans: forces, waiting lines, rules, faults."""
-    for scan in scans:
-        for key, read in states.items():
-            lists.note(key, scan, read(scan))

@@ -13,7 +13,7 @@ from scanrack.ladder.debug.causes import Causes
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.machine.spec import INPUT_NAMES
 
-from ..history.catalog import Catalog, PageRoutine
+from ..history.catalog import Catalog, Json, PageRoutine
 from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
@@ -21,7 +21,7 @@ from ..monitors.picture import mode_of
 from ..monitors.questions import EVENTS_MOST
 from ..monitors.trace_monitor import IMPURE, TraceMonitor
 from ..monitors.why_questions import why
-from .changes import ChangeLists, take_recorded, take_states, take_words
+from .changes import ChangeLists, take_recorded, take_words
 from .ladder_walk import LadderWalk, take_ladder
 
 WIDTHS = (56, 88, 120)
@@ -35,8 +35,6 @@ OTHER_ANSWERS = 2
 
 MOST_EVENTS = 20_000
 """Largest number of events in a page; the latest are kept."""
-
-Json = dict[str, Any]
 
 
 class SharedStretch(NamedTuple):
@@ -87,7 +85,7 @@ def collect(
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
         "lists": lists.packed(lead),
         "events": before + [each for each in events if each["scan"] >= first],
-        "marks": [each.fields for each in monitor.marks.all if first <= each.scan <= last],
+        "marks": [each._asdict() for each in monitor.marks.all if first <= each.scan <= last],
         "whys": _answers(monitor, lists, scan, tags, others),
         "notes": [IMPURE] if any(_is_impure(each) for each in subject.programs.all) else [],
     }
@@ -158,7 +156,9 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    take_states(lists, readers, sorted(each for each in reported if first <= each <= last))
+    for scan in sorted(each for each in reported if first <= each <= last):
+        for key, read in readers.items():
+            lists.note(key, scan, read(scan))
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:

@@ -46,7 +46,9 @@ class ShareOptions(NamedTuple):
     trust: bool = False  # whether Python in the trace may run
     tags: Sequence[str] = ()  # tags that are explained in the page
     failure: Failure | None = None  # failure of the test that made the recording; the page opens on it
-    told: Callable[[Trace], None] | None = None  # reports the notes of the trace, even if it is refused
+    report_notes: Callable[[Trace], None] | None = (
+        None  # reports the notes of the trace, even if it is refused
+    )
     rack: str = ""  # address of the running rack, whose current panel is shown; "" = the recording's
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
@@ -80,7 +82,7 @@ def share(trace: Path, out: Path, wish: ShareOptions) -> Any:
 def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
     """Return the data of a recording's page, and the page, see `share`."""
     with ExitStack() as stack:
-        monitor = open_to_read(stack, trace, trust=wish.trust, told=wish.told)
+        monitor = open_to_read(stack, trace, trust=wish.trust, report_notes=wish.report_notes)
         if wish.rack:
             monitor.panel = KeptPanel(wish.rack)
         extent = monitor.subject.timeline.extent
@@ -159,7 +161,7 @@ def _share_command(
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
         wish = ShareOptions(
-            scan, time_ns, before, after, whole, recording=recording, trust=trust, told=print_notes
+            scan, time_ns, before, after, whole, recording=recording, trust=trust, report_notes=print_notes
         )
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from scanrack.io_images.memory_layout import MemoryLayout
 
+from ..history.catalog import Json
 from ..monitors.trace_monitor import TraceMonitor
 from .changes import ChangeLists
 from .collecting import SharedStretch, gathered
@@ -18,8 +18,6 @@ COMPARED = ("words", "power", "tags", "mode", "forced")
 
 MOST_NAMES = 8
 """Largest number of tags, rungs and images that are named."""
-
-Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)

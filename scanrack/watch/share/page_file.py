@@ -1,11 +1,11 @@
-"""Writes a shared page as one file, which loads nothing else: modules, style, data, perhaps the recording.
+"""Writes a shared page as one file, which loads nothing else: script, style, data, perhaps the recording.
 
-<meta> content policy      hashed scripts, modules and images from `data:`; no connections
+<meta> content policy      hashed scripts, script and images from `data:`; no connections
 <style>                    watch.css
 #data                      JSON, deflated, in base64
 #recording                 the trace in base64, if requested
-<script> import map        the modules as `data:` addresses, each under its name
-<script> start             imports main.js
+<script> import map        the joined modules as a `data:` address, see `joining`
+<script> start             imports them
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from typing import Any
 from scanrack.traces.files.guard import TRACE, FileKind
 from scanrack.traces.files.newfile import new_file
 
+from ..joining import joined
 from ..page_files import SCRIPT, SOURCE_OF_SHARED_PAGES, STYLE_LINK
 
 MOST_BYTES = 10_000_000
@@ -32,8 +33,8 @@ SHARED_PAGE = FileKind("a shared page", lambda content: GENERATOR.encode() in co
 """The kind of files that a new page may replace."""
 
 _RECORDING = re.compile(rb'<script type="application/octet-stream" id="recording">([A-Za-z0-9+/=]+)</script>')
-_PREFIX = "scanrack/"
-_START = f'import "{_PREFIX}main.js";'
+_NAME = "scanrack/page.js"
+_START = f'import "{_NAME}";'
 
 
 def page_of(data: Any, trace: bytes | None = None) -> bytes:
@@ -52,8 +53,8 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
         each.name: each.read_text(encoding="utf-8") for each in web.iterdir() if each.name.endswith(".js")
     }
     modules["socket.js"] = modules.pop(SOURCE_OF_SHARED_PAGES)  # a shared page has no server
-    imports = {f"{_PREFIX}{name}": _module(modules[name]) for name in sorted(modules)}
-    mapped = json.dumps({"imports": imports})
+    script = _base64(joined(modules).script.encode())
+    mapped = json.dumps({"imports": {_NAME: f"data:text/javascript;base64,{script}"}})
     style = (web / "watch.css").read_text(encoding="utf-8")
     packed = zlib.compress(json.dumps(data, separators=(",", ":")).encode(), 9)
     inside = f'<script type="application/octet-stream" id="data">{_base64(packed)}</script>\n'
@@ -79,11 +80,6 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
 
 def _base64(content: bytes) -> str:
     return base64.b64encode(content).decode()
-
-
-def _module(text: str) -> str:
-    named = re.sub(r'((?:from|import)\s*\(?\s*)"\./([a-z]+\.js)"', rf'\1"{_PREFIX}\2"', text)
-    return f"data:text/javascript;base64,{_base64(named.encode())}"
 
 
 def _policy(mapped: str) -> str:

@@ -6,17 +6,18 @@ import base64
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.trust.trust import UntrustedError
-from scanrack.traces.format.records import TraceError
-
 from .command import ShareOptions, shared
 
 
 def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
-    """Return the page of a recording in base64, or a refusal; a scan not yet written becomes the latest."""
+    """Return the page of a recording in base64; a scan not yet written becomes the latest.
+
+    Raises:
+        ValueError: the recording can't be used or read, or the page would be too large.
+    """
     path = Path(trace)
     try:
         data, page = shared(path, ShareOptions(scan, latest=True, trust=trust, rack=rack))
-    except (OSError, ValueError, TraceError, UntrustedError) as error:
-        return {"refused": str(error)}
+    except OSError as error:
+        raise ValueError(str(error)) from error
     return {"name": f"{path.stem}.html", "scan": data["scan"], "page": base64.b64encode(page).decode()}

@@ -56,10 +56,7 @@ at("causes").replaceChildren(el("div", { class: "row" }, choice, before), rest, 
 const box = el("input", {
   type: "checkbox",
   "aria-label": "Stop at errors",
-  change: () => {
-    keep(key(), { on: box.checked });
-    arm();
-  },
+  change: () => { keep("stops", { on: box.checked }); arm(); },
 });
 export const stopBox = el(
   "label",
@@ -77,13 +74,12 @@ let open = false, taking = false, own = false; // own: the causes are those of w
 
 const fails = found => { failed = found; setFailed(found); };
 
-const key = () => `scanrack stops ${run.hello.path}`;
 const arm = () => {
   if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {});
 };
 
 onHello(hello => {
-  box.checked = kept(key(), {}).on === true;
+  box.checked = kept("stops", {}).on === true;
   setFlag(stopBox, "hidden", hello.kind !== "rack");
   if (box.checked) arm();
   fails(known = null);

@@ -1,7 +1,7 @@
 // The chain of causes in an answer: a list whose links lead to their scans and rungs.
 
 import { numberOf, takeCauses } from "./causes.js";
-import { el } from "./dom.js";
+import { el, textButton } from "./dom.js";
 import { clock } from "./format.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
@@ -49,24 +49,14 @@ export function visit({ scan, at }) {
 }
 
 function itemOf({ scan, t, text, at }, word) {
-  const said = text.replace(/ \([\d:.]+(?:, )?/, " (").replace(/ \(\)/, "");
+  const cause = text.replace(/ \([\d:.]+(?:, )?/, " (").replace(/ \(\)/, "");
   return [
-    el(
-      "button",
-      { type: "button", class: "plain", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
-      el("time", { class: "figure" }, clock(t))
-    ),
+    textButton(el("time", { class: "figure" }, clock(t)), () => lookAt(scan), `Look at scan ${scan}`),
     el(
       "span",
       {},
       word ? el("b", {}, `${word} `) : "",
-      at
-        ? el(
-            "button",
-            { type: "button", class: "plain", title: `Show ${at}`, click: () => visit({ scan, at }) },
-            said
-          )
-        : said
+      at ? textButton(cause, () => visit({ scan, at }), `Show ${at}`) : cause
     ),
   ];
 }

@@ -7,7 +7,7 @@ import { lookAt } from "./scrub.js";
 import { lastChange } from "./since.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
-import { bitName } from "./words.js";
+import { bitAt, bitName } from "./words.js";
 
 const PIECE = 4096, MOST = 50; // scans of a question; questions for one change
 
@@ -79,6 +79,6 @@ async function pointsOf(tag, from, to) {
 
 // The lane of a bit of an image.
 function signalOf(tag) {
-  const slot = run.hello.slots.find(each => each.bits.some(bit => bit.address === tag));
-  return slot && bitName(slot, slot.bits.find(bit => bit.address === tag));
+  const bit = bitAt(tag), slot = run.hello.slots.find(each => each.bits.includes(bit));
+  return slot && bitName(slot, bit);
 }

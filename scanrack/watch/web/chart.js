@@ -1,6 +1,6 @@
 // Draws the timing strip: curves of positions, lanes of bits, lanes of tags.
 
-import { clock, count, shown } from "./format.js";
+import { clock, count, shown, stepOf } from "./format.js";
 import { colors } from "./pen.js";
 
 export const TOP = 8, AXIS = 20, CURVE = 52, NUMBER = 44, LANE = 17; // CSS pixels
@@ -13,9 +13,7 @@ export const highOf = points => (points.some(each => each.length === 4) ? NUMBER
 
 // Lines of time behind the lanes, and their times on its own pen, which stays in view.
 export function grid(to, times, x, left, from, end, high) {
-  const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
-  const power = 10 ** Math.floor(Math.log10(wide / most)),
-    step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
+  const step = stepOf(end - from, Math.max((x(end) - x(from)) / 90, 2));
   for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
     const at = x(time), half = clock(time).length * LETTER / 2;
     to.line(at, 0, at, high, colors.grid);
@@ -132,4 +130,4 @@ function box(to, text, from, end, top, left) {
 }
 
 // A value as the list of changes has it.
-export const said = value => (value === 1 ? "on" : value === 0 ? "off" : shown(value));
+export const levelText = value => (value === 1 ? "on" : value === 0 ? "off" : shown(value));

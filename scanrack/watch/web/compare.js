@@ -1,8 +1,9 @@
 // Compare with: another recording in the same scan. The band says what differs, and rungs that differ are marked.
 
 import { at, button, dialogOf, el, setAttribute, setFlag, setText } from "./dom.js";
-import { clock, count, shown } from "./format.js";
+import { clock, count, many, shown } from "./format.js";
 import { tell } from "./notice.js";
+import { order } from "./orders.js";
 import { beginBeside, endBeside } from "./besidelanes.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
@@ -29,13 +30,9 @@ export const compareButton = () =>
   });
 
 async function choose() {
-  try {
-    const { recordings } = await ask("recordings");
-    const none = el("p", {}, "There is no other recording of this rack in the folder.");
-    dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(choiceOf)) : none);
-  } catch (refused) {
-    tell(refused.message);
-  }
+  const { recordings } = await order("recordings") ?? {};
+  const none = el("p", {}, "There is no other recording of this rack in the folder.");
+  if (recordings) dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(choiceOf)) : none);
 }
 
 const RELATIONS = { parent: () => "the parent of this branch", branch: scan => `a branch from scan ${count(scan)}` };
@@ -55,12 +52,7 @@ export async function compareWith(other) {
 async function compare(other, goes = false) {
   dialog.node.close();
   run.other = null;
-  try {
-    name = (await ask("compare", { with: other })).with;
-  } catch (refused) {
-    name = null;
-    tell(refused.message);
-  }
+  name = (await order("compare", { with: other }))?.with ?? null;
   name ? beginBeside() : endBeside();
   first = undefined;
   paint(run.other);
@@ -131,8 +123,6 @@ function build() {
   paint();
 }
 
-const some = (number, thing) => `${number} ${thing}${number === 1 ? "" : "s"}`;
-
 function paint(other) {
   at("compared").hidden = !name;
   const power = name ? other?.power ?? {} : {};
@@ -157,7 +147,7 @@ function paint(other) {
       : other.known === false
         ? "Its values in this scan are being computed."
         : differing.length
-          ? `Here it differs in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}.`
+          ? `Here it differs in ${differing.map(([number, thing]) => many(number, thing)).join(", ")}.`
           : "In this scan it does not differ."
   );
   list.replaceChildren(

@@ -1,6 +1,6 @@
 // Completes what is typed in a field: a list beside it, chosen from by arrows and Tab, or clicked.
 
-import { el, setAttribute, setFlag } from "./dom.js";
+import { el, fill, setAttribute, setFlag } from "./dom.js";
 
 const MOST = 8;
 let count = 0;
@@ -15,13 +15,7 @@ export function completing(field, offer, put = () => {}) {
     hidden: true,
   });
   let from = 0, chosen = -1;
-  for (const [name, value] of Object.entries({
-    role: "combobox",
-    "aria-autocomplete": "list",
-    "aria-controls": list.id,
-    "aria-expanded": "false",
-  }))
-    field.setAttribute(name, value);
+  fill(field, { role: "combobox", "aria-autocomplete": "list", "aria-controls": list.id, "aria-expanded": "false" });
 
   function show() {
     const now = offer(field.value.slice(0, field.selectionStart)) ?? { found: [] };

@@ -1,15 +1,15 @@
 // Two cursors over the timing strip, A and B, with the time and the scans between them.
 
 import { button, el, setAttribute, setFlag, setText } from "./dom.js";
-import { clock, count, timeText } from "./format.js";
+import { clock, count, many, timeText } from "./format.js";
 import { tell } from "./notice.js";
 import { onHello, run } from "./state.js";
 
 const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
 const KEYS = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100 };
 
-const lines = ["A", "B"].map((name, place) => {
-  const line = el(
+const lines = ["A", "B"].map((name, place) =>
+  el(
     "div",
     {
       class: "cursor",
@@ -18,17 +18,12 @@ const lines = ["A", "B"].map((name, place) => {
       "aria-label": `Cursor ${name}`,
       hidden: true,
       keydown: event => keyed(event, place),
+      pointerdown: taken,
       pointermove: event => dragged(event, place),
     },
     el("span", { "aria-hidden": "true" }, name)
-  );
-  line.addEventListener("pointerdown", event => {
-    event.preventDefault();
-    line.focus();
-    line.setPointerCapture(event.pointerId);
-  });
-  return line;
-});
+  )
+);
 export const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
 export const cursorLayer = el("div", { class: "layer" }, ...lines);
 export const cursorButton = button("Cursors A B", both, {
@@ -91,6 +86,12 @@ function set(place, scan) {
   paint();
 }
 
+function taken(event) {
+  event.preventDefault();
+  event.currentTarget.focus();
+  event.currentTarget.setPointerCapture(event.pointerId);
+}
+
 function dragged(event, place) {
   if (!lines[place].hasPointerCapture(event.pointerId)) return;
   const time = axis.time(event.clientX - cursorLayer.getBoundingClientRect().left),
@@ -110,7 +111,9 @@ function paint() {
   lines.forEach((line, place) => paintLine(line, scans[place]));
   setFlag(between, "hidden", scans.length < 2);
   setFlag(copyButton, "hidden", scans.length < 2);
-  if (scans.length === 2) setText(between, said(Math.abs(scans[1] - scans[0])));
+  const apart = Math.abs(scans[1] - scans[0]);
+  // 84 ms, 42 scans
+  if (scans.length === 2) setText(between, `${timeText(apart * run.hello.period_ns)}, ${many(apart, "scan")}`);
 }
 
 function paintLine(line, scan) {
@@ -120,9 +123,4 @@ function paintLine(line, scan) {
   line.style.left = `${x}px`;
   setAttribute(line, "aria-valuenow", scan);
   setAttribute(line, "aria-valuetext", `scan ${count(scan)}, ${clock(timeOf(scan))}`);
-}
-
-// 84 ms, 42 scans
-function said(many) {
-  return `${timeText(many * run.hello.period_ns)}, ${count(many)} scan${many === 1 ? "" : "s"}`;
 }

@@ -1,4 +1,4 @@
-// A function block diagram: drawn once by the server; wires and references of bits are lit, pins show their values.
+// Function block diagrams and sequential function charts: drawn once by the server, lit by the values of their tags.
 
 import { drawing, el } from "./dom.js";
 import { shown } from "./format.js";
@@ -9,18 +9,24 @@ import { place } from "./values.js";
 // A value at a pin; a limit that is the largest REAL has no room for its digits.
 const short = value => (Math.abs(value) >= 1e10 ? value.toExponential(4) : shown(value));
 
-export function buildDiagram({ diagram }) {
-  const picture = drawing(diagram);
-  for (const group of picture.querySelectorAll(".element")) prepare(group);
-  // lit by data-value
-  for (const lit of picture.querySelectorAll("[data-lit]")) place(lit, lit.dataset.lit, () => null);
-  for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, short);
-  return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": "Function block diagram" }, picture);
-}
-
 // A click chooses the tag of a reference, or that of a block with the values at its pins.
-function prepare(group) {
+export const buildDiagram = ({ diagram }) => built(diagram, "Function block diagram", short, group => {
   const names = [...group.querySelectorAll("[data-value-of]")].map(each => each.dataset.valueOf);
-  const single = group.matches(".block") ? null : names[0] ?? group.dataset.lit ?? null;
-  pressable(group, () => select({ tag: single, rung: group.dataset.at, names }));
+  return { tag: group.matches(".block") ? null : names[0] ?? group.dataset.lit ?? null, names };
+});
+
+// Active steps, actions that are on and true transitions are lit.
+export const buildChart = ({ chart, notes = [] }) =>
+  built(chart, "Sequential function chart", value => `${shown(value)} ms`, ({ dataset: { lit } }) =>
+    ({ tag: lit || null, names: lit ? [lit] : [] }), notes);
+
+function built(text, title, say, chosenAt, notes = []) {
+  const picture = drawing(text);
+  for (const group of picture.querySelectorAll(".element"))
+    pressable(group, () => select({ ...chosenAt(group), rung: group.dataset.at }));
+  for (const node of picture.querySelectorAll("[data-lit]:not([data-lit=''])"))
+    place(node, node.dataset.lit, () => null); // the style sheet lights it by data-value
+  for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, say);
+  return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": title },
+    ...notes.map(note => el("p", { class: "comment" }, note)), picture);
 }

@@ -3,12 +3,13 @@
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
+ * Gives an element attributes, listeners and children; a property that is a function listens to its event.
  * @template {Element} T
  * @param {T} node
  * @param {Record<string, any>} properties
  * @param {any[]} children
  */
-function fill(node, properties, children) {
+export function fill(node, properties, children = []) {
   for (const [name, value] of Object.entries(properties)) {
     if (typeof value === "function") node.addEventListener(name, value);
     else if (value === true) node.setAttribute(name, "");
@@ -19,7 +20,7 @@ function fill(node, properties, children) {
 }
 
 /**
- * An HTML element; a property that is a function listens to the event of that name.
+ * An HTML element, see `fill`.
  * An output is a live region by itself: what changes thirty times a second must not be read aloud.
  * @param {string} name
  * @param {Record<string, any>} properties
@@ -62,6 +63,24 @@ export const setFlag = (node, name, on) => setAttribute(node, name, on ? "" : nu
  */
 export function button(name, press, { text = name, title = name, ...more } = {}) {
   return el("button", { type: "button", "aria-label": name, title, click: press, ...more }, text);
+}
+
+// A button that looks like its text.
+export const textButton = (text, press, title = null) =>
+  el("button", { type: "button", class: "plain", title, click: press }, text);
+
+// A field for a line of text that no browser completes or corrects.
+export const textField = (name, properties) =>
+  el("input", { type: "text", "aria-label": name, autocomplete: "off", spellcheck: "false", ...properties });
+
+export const optionsOf = (names, chosen) =>
+  names.map(name => el("option", { value: name, selected: name === chosen }, name));
+
+// A figure under its title: the node, and the output in it.
+export function reading(title, kind, hint = title) {
+  const value = el("output", { class: "figure" }, "–");
+  const node = el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value);
+  return { node, value };
 }
 
 // A dialog with its own heading; open(parts) shows it with them, and with a button that closes it.

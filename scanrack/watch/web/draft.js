@@ -2,6 +2,7 @@
 // here, checked by the server, and accepted, tested and assembled there. Every change can be undone.
 
 import { el, setText } from "./dom.js";
+import { count, many } from "./format.js";
 import { keep, kept as keptOf } from "./kept.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
@@ -57,13 +58,13 @@ export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
 
 // A draft outlives a reload of its tab.
-const tab = () => sessionStorage, storeKey = () => `scanrack draft ${run.hello.path}`;
+const tab = () => sessionStorage;
 const save = () =>
-  run.hello && keep(storeKey(), draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
+  run.hello && keep("draft", draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
 
 // Takes the draft that this tab had before it was loaded again; returns whether there was one.
 function restored() {
-  const { base, rungs, tags, ours: mine } = keptOf(storeKey(), {}, tab);
+  const { base, rungs, tags, ours: mine } = keptOf("draft", {}, tab);
   if (draft.own || !rungs?.length || !orders.allowed()) return false;
   Object.assign(draft, { rungs: mapOf(rungs), tags, base, own: true });
   for (const each of mine) ours.add(each);
@@ -218,23 +219,21 @@ export function declare(name, type, program) {
 function said({ mistakes, missing, right }) {
   Object.assign(draft, { right, mistakes, missing });
   const counted = [...draft.checked.values()].reduce((sum, each) => sum + each.mistakes.length, mistakes.length);
-  const count = draft.rungs.size,
-    edited = `${count} ${count === 1 ? "place" : "places"} edited`,
-    { stage, by } = session;
-  const isShown = isLocked() || !count || isAccepted();
+  const places = draft.rungs.size, edited = `${many(places, "place")} edited`, { stage, by } = session;
+  const isShown = isLocked() || !places || isAccepted();
   const whose =
     !by || accepting || ours.has(session.edit)
       ? ""
-      : draft.own && count
+      : draft.own && places
         ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.`
         : ` It is the edit of ${by}.`;
   if (stage && isShown) return say("good", STAGES[stage][1] + whose);
-  if (!count) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
+  if (!places) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
   if (missing.length && missing.every(each => each.types.length > 1))
     return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
   say(
     right ? "good" : "mistake",
-    `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : `${counted} mistakes`}.${whose}`
+    `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : many(counted, "mistake")}.${whose}`
   );
 }
 
@@ -261,14 +260,14 @@ async function tryOn() {
   if (mine !== queried) return;
   if (answer.refused)
     return would.replaceChildren(el("p", { class: "soft" }, `Not tried on the last scans: ${answer.refused}.`));
-  const { groups, more, scans } = answer, count = scans.toLocaleString("en-US");
+  const { groups, more, scans } = answer;
   would.replaceChildren(
     el(
       "p",
       { class: "soft" },
       groups.length
-        ? `In the last ${count} scans it would have made another:`
-        : `In the last ${count} scans it would have changed no value.`
+        ? `In the last ${count(scans)} scans it would have made another:`
+        : `In the last ${count(scans)} scans it would have changed no value.`
     ),
     el(
       "dl",
@@ -278,7 +277,7 @@ async function tryOn() {
         el(
           "dd",
           {},
-          [members.join(", "), output ? "an output" : "", `from scan ${scan.toLocaleString("en-US")} on`]
+          [members.join(", "), output ? "an output" : "", `from scan ${count(scan)} on`]
             .filter(Boolean)
             .join("; ")
         ),

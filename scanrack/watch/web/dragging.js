@@ -16,6 +16,7 @@ export function dragZoom(canvas, timeAt, zoomed) {
   );
   let begin = null;
   const place = event => event.clientX - over.getBoundingClientRect().left;
+  const span = event => [begin, place(event)].sort((one, other) => one - other);
   const end = () => { begin = null; shade.hidden = true; };
   over.addEventListener("pointerdown", event => {
     event.preventDefault();
@@ -24,13 +25,13 @@ export function dragZoom(canvas, timeAt, zoomed) {
   });
   over.addEventListener("pointermove", event => {
     if (begin === null) return;
-    const [from, to] = [begin, place(event)].sort((one, other) => one - other);
+    const [from, to] = span(event);
     Object.assign(shade.style, { left: `${from}px`, width: `${to - from}px` });
     shade.hidden = to - from < LEAST;
   });
   over.addEventListener("pointerup", event => {
     if (begin === null) return;
-    const [from, to] = [begin, place(event)].sort((one, other) => one - other);
+    const [from, to] = span(event);
     end();
     if (to - from >= LEAST) zoomed(timeAt(from), timeAt(to));
   });

@@ -2,9 +2,9 @@
 // before it is taken over: what differs, its mistakes at their lines, what restarts.
 
 import { completing, matching } from "./completing.js";
-import { button, el, setFlag, setText } from "./dom.js";
+import { button, el, setFlag, setText, textButton } from "./dom.js";
 import * as draft from "./draft.js";
-import { sentence } from "./format.js";
+import { capital, many, sentence } from "./format.js";
 import { hush, tell } from "./notice.js";
 import { isClicked } from "./pointer.js";
 import * as orders from "./orders.js";
@@ -38,11 +38,10 @@ const STEPS = {
     (_, { stage, unsaved }) => unsaved && (stage === "" || stage === "assembled"),
   ],
 };
-const named = name => name[0].toUpperCase() + name.slice(1);
 const stepButtons = new Map(
   Object.entries(STEPS).map(([name, [title]]) => [
     name,
-    button(`${named(name)} edits`, () => draft.step(name), { text: named(name), title }),
+    button(`${capital(name)} edits`, () => draft.step(name), { text: capital(name), title }),
   ])
 );
 const undoButton = button("Undo", draft.undo, { text: "↶", title: "Undo (Ctrl+Z)", class: "sign" });
@@ -334,7 +333,7 @@ function verdict({ mistakes, rows, restart }) {
   const said = restart.length
     ? `It can't continue as it is, but with ${restart.join(", ")} restarted.`
     : count
-      ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.`
+      ? `${count === 1 ? "A mistake" : many(count, "mistake")}: it can't be taken over.`
       : rows.length
         ? "It can be taken over."
         : "It is the program that runs.";
@@ -346,7 +345,7 @@ const TITLES = {
   "keep their value": "Keep their value, whatever the text says",
 };
 
-const titleOf = name => TITLES[name] ?? name[0].toUpperCase() + name.slice(1);
+const titleOf = name => TITLES[name] ?? capital(name);
 
 const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, byTag(names).join(", "))];
 
@@ -376,11 +375,7 @@ function rowOf({ sign, old, new: number, text }) {
 
 function noteOf({ kind, line, old, text, rule }) {
   const where = line
-    ? el(
-        "button",
-        { type: "button", class: "plain", title: `To line ${line}`, click: () => toLine(line) },
-        `Line ${line}`
-      )
+    ? textButton(`Line ${line}`, () => toLine(line), `To line ${line}`)
     : old
       ? el("b", {}, `Line ${old} now`)
       : "";

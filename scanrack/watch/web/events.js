@@ -28,12 +28,11 @@ const bar = el("div", { class: "filters", role: "group", "aria-label": "Events t
 let latest = [], listed = [], total = 0, whole = true; // the latest events of a rack that runs; those listed, in order
 let hidden = FIRST, asking = false, more = false;
 
-const key = () => `scanrack events ${run.hello.path}`;
 const hide = () => hidden.flatMap(name => GROUPS[name]);
 
 onHello(() => {
   latest = [];
-  hidden = kept(key(), FIRST).filter(name => name in GROUPS);
+  hidden = kept("events", FIRST).filter(name => name in GROUPS);
   paintFilters();
   show([]);
   at("events").replaceChildren(heading("Events", stopBox), bar, list, end);
@@ -46,7 +45,7 @@ onPaint(({ events, scan, state }) => {
 
 function toggle(name) {
   hidden = hidden.includes(name) ? hidden.filter(each => each !== name) : [...hidden, name];
-  keep(key(), hidden);
+  keep("events", hidden);
   paintFilters();
   list.replaceChildren();
   if (run.state === "past") lookBack(true); else showLatest();

@@ -1,6 +1,6 @@
 // The band of a failed test: what it says, its scan, and where it first differs from the last run that passed.
 
-import { at, el } from "./dom.js";
+import { at, el, textButton } from "./dom.js";
 import { clock, count } from "./format.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
@@ -11,17 +11,16 @@ const MOST_LINES = 2; // of a message: pytest's own report has all
 
 const why = el("p", {});
 
-const plain = (text, click, title) => el("button", { type: "button", class: "plain", title, click }, text);
 const atScan = scan =>
-  plain(`scan ${count(scan)}, ${clock(scan * run.hello.period_ns)}`, () => lookAt(scan), "Look at this scan");
+  textButton(`scan ${count(scan)}, ${clock(scan * run.hello.period_ns)}`, () => lookAt(scan), "Look at this scan");
 
 // Buttons with commas between them.
 const listed = (names, button) => names.flatMap((name, place) => [place ? ", " : " ", button(name)]);
 
 function against({ scan, before, equal_to, tags = [], rungs = [], others = [] }) {
   if (equal_to !== undefined) return ["Like the last run that passed, as far as that goes: ", atScan(equal_to)];
-  const look = name => plain(name, () => { lookAt(scan); select({ tag: name }); }, "Look at this tag");
-  const open = name => plain(name, () => { lookAt(scan); showRung(name); }, "Show this rung");
+  const look = name => textButton(name, () => { lookAt(scan); select({ tag: name }); }, "Look at this tag");
+  const open = name => textButton(name, () => { lookAt(scan); showRung(name); }, "Show this rung");
   return [
     `Differs from the last run that passed ${before ? "at or before" : "since"} `,
     atScan(scan),

@@ -1,13 +1,13 @@
 // Find: text in rungs, comments and tags; a hit opens its rung or its tag.
 
-import { el } from "./dom.js";
+import { el, textField } from "./dom.js";
 import { order } from "./orders.js";
 import { select } from "./selection.js";
 import { showRung } from "./program.js";
 
 const hits = el("ul", { class: "hits", role: "listbox", "aria-label": "Hits", hidden: true });
-export const field = el("input", {
-  type: "search", "aria-label": "Find", placeholder: "Find  /", autocomplete: "off", spellcheck: "false",
+export const field = textField("Find", {
+  type: "search", placeholder: "Find  /",
   input: () => queried(), focus: () => { hits.hidden = !hits.children.length; },
 });
 const box = el("div", { class: "find", focusout: left, keydown: keyed }, field, hits);

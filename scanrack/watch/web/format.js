@@ -24,8 +24,19 @@ export const clocked = text =>
     (_, before, s) => before + clock(Math.round(Number(s) * 1e9))
   );
 
+export const capital = text => text[0].toUpperCase() + text.slice(1);
+
 // A refusal as a sentence.
-export const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}${/[.!?]$/.test(said) ? "" : "."}`;
+export const sentence = text => `${capital(text)}${/[.!?]$/.test(text) ? "" : "."}`;
+
+// 1 scan, 2,000 scans
+export const many = (number, thing) => `${count(number)} ${thing}${number === 1 ? "" : "s"}`;
+
+// The step between at most so many marks on a scale: 1, 2 or 5 times a power of ten.
+export function stepOf(span, most) {
+  const power = 10 ** Math.floor(Math.log10(span / most));
+  return power * [1, 2, 5, 10].find(each => span / (each * power) <= most);
+}
 
 /** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
@@ -72,7 +83,7 @@ function letters(value, bits) {
 }
 
 const isWhole = value => typeof value === "bigint" || Number.isInteger(value);
-const isNumber = value => typeof value === "bigint" || typeof value === "number";
+export const isNumber = value => typeof value === "bigint" || typeof value === "number";
 
 // A value in a radix; what a radix can't say is said in decimal.
 export function inRadix(value, radix = "decimal", type = "DINT") {
@@ -99,17 +110,17 @@ export function shown(value) {
 
 // What was typed, as a value; undefined if it is none.
 export function parsed(text, type = "") {
-  const said = text.trim().replaceAll("_", "").replace(/^-?\d{1,3}(,\d{3})+$/, whole => whole.replaceAll(",", ""));
-  if (type === "BOOL" || /^(true|false)$/i.test(said)) {
-    return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
+  const typed = text.trim().replaceAll("_", "").replace(/^-?\d{1,3}(,\d{3})+$/, whole => whole.replaceAll(",", ""));
+  if (type === "BOOL" || /^(true|false)$/i.test(typed)) {
+    return { 1: true, 0: false, true: true, false: false }[typed.toLowerCase()];
   }
   if (type === "STRING" || type === "TEXT") return text;
-  const based = /^(-?)(?:16#([0-9a-f]+)|8#([0-7]+)|2#([01]+))$/i.exec(said);
+  const based = /^(-?)(?:16#([0-9a-f]+)|8#([0-7]+)|2#([01]+))$/i.exec(typed);
   if (based) {
     const [, sign, hex, octal, binary] = based;
     const value = integer(hex ? `0x${hex}` : octal ? `0o${octal}` : `0b${binary}`);
     return sign ? -value : value;
   }
-  if (/^-?\d+$/.test(said)) return integer(said);
-  return /^-?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(said) ? Number(said) : undefined;
+  if (/^-?\d+$/.test(typed)) return integer(typed);
+  return /^-?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(typed) ? Number(typed) : undefined;
 }

@@ -1,6 +1,6 @@
 // Incidents: what may go wrong, by button. The rack says which there are and what each needs.
 
-import { button, dialogOf, el } from "./dom.js";
+import { button, dialogOf, el, textField } from "./dom.js";
 import { allowed, incident } from "./orders.js";
 import { run } from "./state.js";
 
@@ -44,13 +44,7 @@ function input(field) {
 // Text, typed or chosen from what is offered.
 function text({ name, title, choices }) {
   const offers = el("datalist", { id: `${name}-offers` }, ...choices.map(choice => el("option", { value: choice })));
-  const control = el("input", {
-    type: "text",
-    list: offers.id,
-    placeholder: choices[0],
-    required: true,
-    autocomplete: "off",
-  });
+  const control = textField(null, { list: offers.id, placeholder: choices[0], required: true });
   return { name, read: () => control.value.trim(), node: el("label", {}, el("span", {}, title), control, offers) };
 }
 

@@ -1,10 +1,9 @@
 // Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
 
-import { breakpointsAt, toggleBreakpoint } from "./breakpoints.js";
+import { breakpointsAt, stopButton } from "./breakpoints.js";
 import { drawing, el, setAttribute, setFlag } from "./dom.js";
 import { shown } from "./format.js";
 import { beginNow, paintNow } from "./now.js";
-import * as orders from "./orders.js";
 import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
 import { namesOf } from "./subject.js";
@@ -32,21 +31,8 @@ export function buildRungs(routine, list, open) {
 
 function rowOf(ident, { number, svg, comment, file, line }) {
   const picture = drawing(svg);
-  const stop = el(
-    "button",
-    {
-      type: "button",
-      class: "stop",
-      tabindex: -1,
-      "aria-label": `Breakpoint on rung ${number}`,
-      "aria-pressed": "false",
-      disabled: !orders.timed(),
-      "data-file": file ? `${file}:${line}` : null,
-      click: () => toggleBreakpoint(ident),
-    },
-    String(number),
-    el("small", { "aria-hidden": "true" })
-  );
+  const source = { "data-file": file ? `${file}:${line}` : null };
+  const stop = stopButton(ident, "rung", number, source, el("small", { "aria-hidden": "true" }));
   const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
@@ -76,7 +62,6 @@ const isCall = group => group.dataset.instruction === "JSR";
 
 function clicked(event, ident) {
   const group = event.target.closest(".instruction");
-  if (event.target.closest(".stop")) return;
   if (!group) return select({ rung: ident });
   if (isCall(group)) return openRoutine(group.dataset.tag);
   select({ tag: group.dataset.tag || null, element: group.dataset.element, rung: ident, names: namesOf(group) });

@@ -1,7 +1,7 @@
 // The lamps of a card: its output points by name.
 
 import { el } from "./dom.js";
-import { place } from "./values.js";
+import { placeLevel } from "./values.js";
 import { bitName } from "./words.js";
 
 export function lampsOf(slot) {
@@ -14,7 +14,7 @@ export function lampsOf(slot) {
       el("span", {}, lamp.title || lamp.name),
       level
     );
-    place(node, bitName(slot, lamp), value => { level.textContent = value ? "1" : "0"; return null; });
+    placeLevel(node, level, bitName(slot, lamp));
     return node;
   });
   return {

@@ -2,7 +2,7 @@
 
 import { at, el, goTo, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
-import { onHello, run } from "./state.js";
+import { onHello } from "./state.js";
 
 const PANELS = {
   events: ["Events"],
@@ -46,8 +46,6 @@ const tabs = Object.entries(PANELS).map(([id, [title, whole = title]]) =>
 );
 let layout = {};
 
-const key = () => `scanrack layout ${run.hello.path}`;
-
 at("tabs").replaceChildren(...tabs);
 for (const [name, { now, keys, at: shareAt }] of Object.entries(GUTTERS)) {
   const gutter = at(`${name}-gutter`), percent = () => 100 * now(at(name));
@@ -68,21 +66,21 @@ for (const [name, { now, keys, at: shareAt }] of Object.entries(GUTTERS)) {
 }
 
 onHello(() => {
-  layout = kept(key(), {});
+  layout = kept("layout", {});
   apply();
 });
 
 // Without a percentage the part has its size of the style sheet.
 function set(name, percent) {
   layout[name] = percent && Math.min(Math.max(Math.round(percent * 10) / 10, LEAST), MOST);
-  keep(key(), layout);
+  keep("layout", layout);
   apply();
 }
 
 // Brings a list to the front: events, watch or words.
 export function showPanel(id) {
   layout.panel = id;
-  keep(key(), layout);
+  keep("layout", layout);
   apply();
 }
 

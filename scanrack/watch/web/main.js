@@ -29,37 +29,23 @@ import { lookAt } from "./scrub.js";
 import { showRung } from "./program.js";
 import { paintMode } from "./statebar.js";
 
+// What the page does with each kind of message.
+const TAKE = {
+  hello: hello => { hush(); greet(hello); follow(); },
+  program: exchange,
+  frame: frame => { if (run.state === "lost") hush("lost"); take(frame); },
+  panel: panel.take,
+  error: erred,
+  online: heard,
+  preview: waits,
+  edited: edit => { taken(); tell(edited(edit), "news"); },
+  mistake: mistake => mistake ? tell(mistaken(mistake), "mistake", ...restarting(mistake)) : hush("mistake"),
+  note: note => tell(note, "news"),
+  lost: text => { run.state = "lost"; handles(); paintMode(); tell(text, "lost"); },
+};
+
 function hear(message) {
-  if (message.hello) {
-    hush();
-    greet(message.hello);
-    follow();
-  } else if (message.program) {
-    exchange(message.program);
-  } else if (message.frame) {
-    if (run.state === "lost") hush("lost");
-    take(message.frame);
-  } else if (message.panel) {
-    panel.take(message.panel);
-  } else if (message.error) {
-    erred(message.error);
-  } else if (message.online) {
-    heard(message.online);
-  } else if ("preview" in message) {
-    waits(message.preview);
-  } else if (message.edited) {
-    taken();
-    tell(edited(message.edited), "news");
-  } else if ("mistake" in message) {
-    message.mistake ? tell(mistaken(message.mistake), "mistake", ...restarting(message.mistake)) : hush("mistake");
-  } else if (message.note) {
-    tell(message.note, "news");
-  } else if (message.lost) {
-    run.state = "lost";
-    handles();
-    paintMode();
-    tell(message.lost, "lost");
-  }
+  for (const [kind, content] of Object.entries(message)) TAKE[kind]?.(content);
 }
 
 // What an edit has done to the tags, one line each.

@@ -66,15 +66,11 @@ export async function toMark(way) {
   if (!orders.recorded()) return tell("Marks are of recordings: this rack runs.");
   if (asking) return;
   asking = true;
-  try {
-    const { mark, whole: all } = await ask("mark", { from: run.scan, way });
-    const where = `${way > 0 ? "after" : "before"} scan ${count(run.scan)}`;
-    if (mark) await show(mark);
-    else if (!all) tell("The recording is still being searched for marks.");
-    else tell(`There is no mark ${where}: ${way > 0 ? "E goes back" : "e goes forward"}.`);
-  } catch (refused) {
-    tell(refused.message);
-  }
+  const answer = await orders.order("mark", { from: run.scan, way });
+  const where = `${way > 0 ? "after" : "before"} scan ${count(run.scan)}`;
+  if (answer?.mark) await show(answer.mark);
+  else if (answer?.whole) tell(`There is no mark ${where}: ${way > 0 ? "E goes back" : "e goes forward"}.`);
+  else if (answer) tell("The recording is still being searched for marks.");
   asking = false;
 }
 

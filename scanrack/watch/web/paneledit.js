@@ -1,11 +1,10 @@
 // Builds an operator panel: items are dragged onto the grid, moved and sized there, by keys, too. Save alone writes
 // the file.
 
-import { at, button, el, setFlag, setText } from "./dom.js";
+import { at, button, el, fill, setFlag, setText, textField } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { lay } from "./panelitems.js";
-import { ask } from "./source.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const ROOM = 4; // free rows below the last item
@@ -88,29 +87,31 @@ function handle(cell, item) {
     [column, row] = item.at,
     [width, height] = item.size;
   cell.firstChild.inert = true;
-  cell.append(corner);
   setFlag(cell, "data-chosen", item === chosen);
-  for (const [name, value] of Object.entries({
-    tabindex: 0,
-    role: "group",
-    "aria-label":
-      `${item.name}, ${reported.kinds[item.kind].title}, ` +
-      `column ${column + 1}, row ${row + 1}, ${width} by ${height}`,
-  }))
-    cell.setAttribute(name, value);
-  cell.addEventListener("pointerdown", event => {
-    event.preventDefault();
-    cell.focus();
-    choose(item, cell);
-    drag(event, cell, item, event.target === corner);
-  });
-  cell.addEventListener("focus", () => choose(item, cell));
-  cell.addEventListener("keydown", event => {
-    const move = MOVES[event.key];
-    if (event.key === "Delete" || event.key === "Backspace") event.preventDefault(), remove(item);
-    else if (event.key === "Enter") event.preventDefault(), form.querySelector("input")?.focus();
-    else if (move && !event.ctrlKey) event.preventDefault(), step(item, move, event.shiftKey);
-  });
+  fill(
+    cell,
+    {
+      tabindex: 0,
+      role: "group",
+      "aria-label":
+        `${item.name}, ${reported.kinds[item.kind].title}, ` +
+        `column ${column + 1}, row ${row + 1}, ${width} by ${height}`,
+      focus: () => choose(item, cell),
+      pointerdown: event => {
+        event.preventDefault();
+        cell.focus();
+        choose(item, cell);
+        drag(event, cell, item, event.target === corner);
+      },
+      keydown: event => {
+        const move = MOVES[event.key];
+        if (event.key === "Delete" || event.key === "Backspace") event.preventDefault(), remove(item);
+        else if (event.key === "Enter") event.preventDefault(), form.querySelector("input")?.focus();
+        else if (move && !event.ctrlKey) event.preventDefault(), step(item, move, event.shiftKey);
+      },
+    },
+    [corner]
+  );
 }
 
 function choose(item, cell) {
@@ -246,11 +247,8 @@ function remove(item) {
 async function touched() {
   changed = true;
   redraw();
-  const queried = checks += 1;
-  try {
-    const said = await ask("panel", { items: draft });
-    if (queried === checks && node) bound = said.bound, redraw();
-  } catch (refused) { tell(refused.message); }
+  const queried = checks += 1, answer = await orders.order("panel", { items: draft });
+  if (answer && queried === checks && node) bound = answer.bound, redraw();
 }
 
 // The fields of the chosen item; they stay while they are typed into.
@@ -287,15 +285,7 @@ function field(item, key) {
         el("option", { value: each, selected: each === value }, each || "none")
       )
     );
-  return el("input", {
-    name: key,
-    value,
-    type: "text",
-    autocomplete: "off",
-    spellcheck: "false",
-    list: key === "tag" ? "tags" : null,
-    change: changes,
-  });
+  return textField(null, { name: key, value, list: key === "tag" ? "tags" : null, change: changes });
 }
 
 function set(item, key, text) {
@@ -309,9 +299,9 @@ function set(item, key, text) {
 }
 
 async function save() {
-  const said = await orders.order("save_panel", { items: draft, base: reported.base });
-  if (!said) return;
+  const saved = await orders.order("save_panel", { items: draft, base: reported.base });
+  if (!saved) return;
   editor(null, shown);
-  shown.take(said);
-  tell(`${said.file} is saved.`, "news");
+  shown.take(saved);
+  tell(`${saved.file} is saved.`, "news");
 }

@@ -1,7 +1,7 @@
 // The items of an operator panel by kind: each a node, and what shows its value.
 
 import { el, goTo, setAttribute, setText, svg } from "./dom.js";
-import { count, shown } from "./format.js";
+import { count, isNumber, shown } from "./format.js";
 
 const ARC = "M 8 46 A 38 38 0 0 1 84 46";
 const LEVELS = { true: "on", false: "off" };
@@ -21,7 +21,6 @@ export function lay(cell, { at: [column, row], size: [width, height] }) {
 }
 
 const caption = item => el("span", { class: "caption" }, item.name);
-const isNumber = value => typeof value === "number" || typeof value === "bigint";
 
 /**
  * @param {any} value

@@ -1,8 +1,8 @@
 // A lane of the strip plotted larger, or two on one chart: each has its scale, on the left and on the right.
 
-import { AXIS, grid, said } from "./chart.js";
-import { button, dialogOf, el, setText } from "./dom.js";
-import { clock, shown } from "./format.js";
+import { AXIS, grid, levelText } from "./chart.js";
+import { button, dialogOf, el, optionsOf, setText } from "./dom.js";
+import { clock, shown, stepOf } from "./format.js";
 import { after, range, stretches, valueOf } from "./lanes.js";
 import { colors, pen } from "./pen.js";
 import { run } from "./state.js";
@@ -31,9 +31,8 @@ export const plotButton = from =>
 function open(from) {
   source = from;
   const names = from.names(), kept = [first.value, second.value];
-  first.replaceChildren(...names.map(name => el("option", { value: name, selected: name === kept[0] }, name)));
-  second.replaceChildren(el("option", { value: "" }, "no second lane"),
-    ...names.map(name => el("option", { value: name, selected: name === kept[1] }, name)));
+  first.replaceChildren(...optionsOf(names, kept[0]));
+  second.replaceChildren(el("option", { value: "" }, "no second lane"), ...optionsOf(names, kept[1]));
   dialog.open(el("div", { class: "line" }, first, second, reading), el("div", { class: "plotted" }, canvas, times));
   draw();
 }
@@ -61,7 +60,7 @@ function draw() {
 function lane(to, name, color, place, align, x, high, wide) {
   const points = source.points(name), { from, end, left, right } = axis;
   const [low, top] = scaleOf(points), y = value => TOP + (top - Number(value)) / (top - low) * (high - 2 * TOP);
-  const step = stepOf(top - low);
+  const step = top - low === 1 ? 1 : stepOf(top - low, LINES); // 1 for a bit
   for (let value = Math.ceil(low / step) * step; value <= top; value += step) {
     to.line(left, y(value), right, y(value), colors.grid);
     to.text(value.toLocaleString("en-US", { maximumFractionDigits: 6 }), place, y(value) + 4, color, align);
@@ -90,12 +89,6 @@ function scaleOf(points) {
   return points.some(each => each.length === 4) ? range(points) : [0, 1];
 }
 
-// The step between the lines of a scale: a round number, and 1 for a bit.
-function stepOf(wide) {
-  const ten = 10 ** Math.floor(Math.log10(wide / LINES));
-  return wide === 1 ? 1 : ten * [1, 2, 5, 10].find(each => each * ten >= wide / LINES);
-}
-
 function read({ offsetX }) {
   const { from, end, left, right } = axis;
   readAt(from + (offsetX - left) / (right - left) * (end - from));
@@ -113,5 +106,5 @@ function readAt(time) {
 // The value at a time, in words.
 function valueAt(points, time) {
   const point = points[after(points, time) - 1], value = point ? valueOf(point) : null;
-  return value === null ? "–" : point.length === 4 ? shown(value) : said(value);
+  return value === null ? "–" : point.length === 4 ? shown(value) : levelText(value);
 }

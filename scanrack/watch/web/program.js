@@ -3,16 +3,15 @@
 import { faultPlaces, markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, button, el, goTo, heading, setAttribute, setFlag, setText } from "./dom.js";
-import { buildDiagram } from "./diagram.js";
+import { buildChart, buildDiagram } from "./diagram.js";
 import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { decorate } from "./rungedit.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
-import { buildSteps } from "./steps.js";
 import { onSelect, select, selected } from "./selection.js";
-import { ask } from "./source.js";
 import { tell } from "./notice.js";
+import { order } from "./orders.js";
 import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
 import { learn, unplace } from "./values.js";
@@ -35,13 +34,12 @@ let routine = null,
 const operands = button(
   "Parameters",
   () => {
-    keep(key(), { on: operands.getAttribute("aria-pressed") !== "true" });
+    keep("parameters", { on: operands.getAttribute("aria-pressed") !== "true" });
     open(routine.name);
   },
   { title: "Show the parameters of blocks that say what they do", hidden: true }
 );
 
-const key = () => `scanrack parameters ${run.hello.path}`;
 const narrow = matchMedia("(max-width: 999px)");
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
@@ -99,7 +97,7 @@ async function open(name) {
   if (!found) return;
   routine = found;
   columns = columnsNow();
-  const all = kept(key(), {}).on === true && !run.hello.shared, wish = `${name} ${columns} ${all}`;
+  const all = kept("parameters", {}).on === true && !run.hello.shared, wish = `${name} ${columns} ${all}`;
   setAttribute(operands, "aria-pressed", String(all));
   for (const tab of tabs.children) {
     setAttribute(tab, "aria-selected", String(tab.dataset.routine === name));
@@ -108,13 +106,8 @@ async function open(name) {
   if (wish === shownAt) return reveal();
   shownAt = wish;
   const mine = ++generation;
-  let answer;
-  try {
-    answer = await ask("show", { routine: name, columns, ...(all ? { operands: true } : {}) });
-  } catch (refused) {
-    shownAt = "";
-    return tell(refused.message);
-  }
+  const answer = await order("show", { routine: name, columns, ...(all ? { operands: true } : {}) });
+  if (!answer) { shownAt = ""; return; }
   if (mine !== generation) return;
   drawnAt = wish;
   learn(answer.addresses);
@@ -125,7 +118,7 @@ async function open(name) {
     answer.diagram
       ? buildDiagram(answer)
       : answer.chart
-        ? buildSteps(answer)
+        ? buildChart(answer)
         : answer.rungs
           ? buildRungs(name, answer.rungs, call)
           : buildText(found, answer)

@@ -2,8 +2,8 @@
 // target.
 // All are drawn in steps of the shaft since power-up: `zero` is where the module's position 0 lies.
 
-import { el, setAttribute, setText, svg } from "./dom.js";
-import { count, plain } from "./format.js";
+import { el, reading, setAttribute, setText, svg } from "./dom.js";
+import { count, plain, stepOf } from "./format.js";
 import { run } from "./state.js";
 
 const HEIGHT = 139, RAIL = 82, STATIONS = 26, SWITCHES = 32, SIDE = 34; // CSS pixels
@@ -80,7 +80,8 @@ class Rail {
   }
 
   ticks() {
-    const step = niceStep(this.high - this.low, (this.wide - 2 * SIDE) / 84), found = [];
+    const most = Math.max((this.wide - 2 * SIDE) / 84, 2), found = [];
+    const step = Math.max(stepOf(this.high - this.low, most), 1);
     for (let value = Math.ceil(this.low / step) * step; value <= this.high; value += step) {
       const x = this.x(value);
       found.push(svg("line", { class: "tick", x1: x, x2: x, y1: RAIL + 4, y2: RAIL + 9 }),
@@ -171,11 +172,6 @@ const moving = () => ({
   ),
 });
 
-function niceStep(span, most) {
-  const power = 10 ** Math.floor(Math.log10(Math.max(1, span / Math.max(most, 2))));
-  return [1, 2, 5, 10].map(factor => factor * power).find(step => span / step <= Math.max(most, 2)) ?? power * 10;
-}
-
 // The figures beneath the rail, each in a place of fixed width.
 function readings(hasEncoder, shaftName) {
   const titles = {
@@ -185,8 +181,10 @@ function readings(hasEncoder, shaftName) {
     speed: "Steps/s",
     ...(hasEncoder ? { encoder: "Encoder" } : {}),
   };
-  const outputs = Object.fromEntries(Object.keys(titles).map(name => [name, el("output", { class: "figure" }, "–")]));
-  outputs.shaft.dataset.name = shaftName;
+  const figures = Object.fromEntries(
+    Object.entries(titles).map(([name, title]) => [name, reading(title, "middle")])
+  );
+  figures.shaft.value.dataset.name = shaftName;
   const needle = svg("path", { d: "M0 0V-8", class: "needle" });
   const dial = svg(
     "svg",
@@ -194,17 +192,11 @@ function readings(hasEncoder, shaftName) {
     svg("circle", { r: 9.5 }),
     needle
   );
-  const node = el(
-    "div",
-    { class: "figures" },
-    ...Object.entries(titles).map(([name, title]) =>
-      el("div", { class: "reading middle", title }, el("span", { class: "title" }, title), outputs[name])
-    ),
-    hasEncoder ? dial : null
-  );
+  const nodes = Object.values(figures).map(each => each.node);
+  const node = el("div", { class: "figures" }, ...nodes, hasEncoder ? dial : null);
   const say = values => {
-    outputs.shaft.dataset.value = plain(values.shaft);
-    for (const [name, output] of Object.entries(outputs)) {
+    figures.shaft.value.dataset.value = plain(values.shaft);
+    for (const [name, { value: output }] of Object.entries(figures)) {
       const value = values[name];
       setText(output, value === null || value === undefined ? "–" : count(value));
     }

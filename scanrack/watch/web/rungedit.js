@@ -2,7 +2,7 @@
 // `draftrows` has the rungs themselves.
 
 import { completing } from "./completing.js";
-import { el, setFlag } from "./dom.js";
+import { el, setFlag, textField } from "./dom.js";
 import { change, draft, isLocked, keyOf, look, onDraft, redo, setColumns, undo } from "./draft.js";
 import { checkedOf, drawDrafts, lastKey, lay, neighborOf, rowAt, runs, textOf, textsAt } from "./draftrows.js";
 import { between, pieceOf, read, spliced, taken, typedOf } from "./rungtext.js";
@@ -18,11 +18,8 @@ let on = false, clipboard = "", requested = false; // whether the caret gets the
 let at = null;
 
 const mark = el("span", { class: "span", hidden: true });
-const input = el("input", {
+const input = textField("Instruction, such as XIC Start", {
   class: "typed",
-  "aria-label": "Instruction, such as XIC Start",
-  spellcheck: "false",
-  autocomplete: "off",
   autocapitalize: "off",
   keydown: keyed,
   input: () => {
@@ -31,11 +28,8 @@ const input = el("input", {
   },
 });
 const caret = el("span", { class: "caret" }, input);
-const text = el("input", {
+const text = textField("Text of the rung", {
   class: "rungtext",
-  "aria-label": "Text of the rung",
-  spellcheck: "false",
-  autocomplete: "off",
   autocapitalize: "off",
   keydown: textKeyed,
   change: () => replaceText(),

@@ -32,13 +32,10 @@ export function connect(key, listening) {
 // an answer takes long: in a pause nothing else comes.
 setInterval(() => {
   const silent = performance.now() - heard;
-  if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !asks)
-    ((asks = true),
-      ask("here")
-        .catch(() => {})
-        .finally(() => {
-          asks = false;
-        }));
+  if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !asks) {
+    asks = true;
+    ask("here").catch(() => {}).finally(() => { asks = false; });
+  }
   if (silent > GONE_MS) socket?.gone?.();
 }, 1000);
 

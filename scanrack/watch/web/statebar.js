@@ -2,9 +2,9 @@
 
 import { causeLine } from "./causeband.js";
 import { compareButton } from "./compare.js";
-import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
+import { at, button, el, reading, setAttribute, setFlag, setText } from "./dom.js";
 import { findBox } from "./find.js";
-import { clock, clocked, count, times } from "./format.js";
+import { clock, clocked, count, many, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
 import { lags, late as tardy } from "./lateness.js";
@@ -26,26 +26,19 @@ const modes = Object.entries(MODES).map(([name, title]) =>
 );
 const key = el("div", { class: "key", role: "group", "aria-label": "Key" }, ...modes);
 
-const figure = (title, kind, hint) => {
-  const value = el("output", { class: "figure" }, "–");
-  return {
-    value,
-    node: el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value),
-  };
-};
-const scan = figure("Scan", "long", "Number of the scan that is shown");
-const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
-const reached = figure("Speed", "middle", "Speed reached over the last second");
-const late = figure(
+const scan = reading("Scan", "long", "Number of the scan that is shown");
+const time = reading("Time", "long", "Machine time since power-up, min:s.ms");
+const reached = reading("Speed", "middle", "Speed reached over the last second");
+const late = reading(
   "Late",
   "short",
   "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see " +
     "them later. Amber from 5 % on, or when the speed is not reached"
 );
-const forces = figure("Forces", "", "Nothing is forced");
-const stubs = figure("Stubs", "", "Nothing stands in for what is not here");
+const forces = reading("Forces", "", "Nothing is forced");
+const stubs = reading("Stubs", "", "Nothing stands in for what is not here");
 const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
-const record = figure("Recording", "name", "The trace that is being written");
+const record = reading("Recording", "name", "The trace that is being written");
 
 const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
 const stateWord = el("span", {});
@@ -118,7 +111,7 @@ function paintForces(names) {
   setText(forces.value, count(names.length));
   setFlag(forces.node, "data-warning", names.length > 0);
   allButton.hidden = !names.length || !orders.allowed();
-  setText(allButton, `Remove ${names.length} force${names.length === 1 ? "" : "s"}`);
+  setText(allButton, `Remove ${many(names.length, "force")}`);
   setAttribute(allButton, "aria-label", allButton.textContent);
   forces.node.title = names.length ? `Forced: ${names.join(", ")}` : "Nothing is forced";
 }

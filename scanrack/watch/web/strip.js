@@ -2,11 +2,11 @@
 
 import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
-import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
+import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, levelText, tagLane } from "./chart.js";
 import { between, copyButton, cursorButton, cursorLayer, moveCursors, onCopy } from "./cursors.js";
 import { dragZoom } from "./dragging.js";
-import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
-import { clock, count, timeText } from "./format.js";
+import { at, button, el, heading, optionsOf, setAttribute, setFlag, setText } from "./dom.js";
+import { clock, count, many, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import { colorOf, marksAxis, marksButtons, marksIn } from "./marks.js";
@@ -87,7 +87,6 @@ let live = new Lanes([]),
   span = 5,
   listed = 0,
   chosen = {},
-  key = "",
   room = ROOM,
   axes = [],
   asking = false,
@@ -105,8 +104,7 @@ onHello(hello => {
     MOST_LANES,
     hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0)
   );
-  key = `scanrack signals ${hello.path}`;
-  chosen = kept(key, {});
+  chosen = kept("signals", {});
   signal.replaceChildren();
   at("strip").replaceChildren(
     heading(
@@ -128,7 +126,7 @@ onHello(hello => {
     axisOver,
     el("div", { class: "line" }, choice, details)
   );
-  beginTags(hello, changed);
+  beginTags(changed);
   zoom(0);
 });
 
@@ -245,13 +243,14 @@ function drawn() {
 // stays.
 function busy(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
-  return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, many]) => on || many));
+  const has = ([, , on, changes]) => on || changes;
+  return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(has));
 }
 
 // Says how many lanes are empty, where they would be; a click unfolds them.
-function paintFold(many, top, left) {
-  setFlag(fold, "hidden", !many);
-  setText(fold, `${unfolded ? "▾" : "▸"} ${many} empty lane${many === 1 ? "" : "s"}`);
+function paintFold(empty, top, left) {
+  setFlag(fold, "hidden", !empty);
+  setText(fold, `${unfolded ? "▾" : "▸"} ${many(empty, "empty lane")}`);
   setAttribute(fold, "aria-expanded", String(unfolded));
   Object.assign(fold.style, { top: `${top}px`, width: `${left - 8}px` });
 }
@@ -261,7 +260,7 @@ function choices() {
   const bits = live.names.map(name =>
     choiceOf(name, drawn().includes(name), on => {
       chosen[name] = on;
-      keep(key, chosen);
+      keep("signals", chosen);
       draw();
     })
   );
@@ -376,7 +375,7 @@ function list() {
   const names = [...tagNames(), ...lanes().names];
   if (names.join("\n") !== [...signal.options].map(option => option.value).join("\n")) {
     const before = signal.value;
-    signal.replaceChildren(...names.map(name => el("option", { value: name, selected: name === before }, name)));
+    signal.replaceChildren(...optionsOf(names, before));
   }
   if (!details.open) return;
   const points = tagNames().includes(signal.value) ? pointsOf(signal.value) : lanes().bits.get(signal.value) ?? [];
@@ -392,8 +391,9 @@ function isEdge(point, place, points) {
 }
 
 function edgeOf(point) {
-  const [time, , many] = point, value = valueOf(point), scan = Math.round(time / run.hello.period_ns);
-  const says = point.length === 4 ? value : point.length === 3 ? `${said(value)} after ${many} edges` : said(value);
+  const [time, , changes] = point, value = valueOf(point), scan = Math.round(time / run.hello.period_ns);
+  const after = point.length === 3 ? ` after ${changes} edges` : "";
+  const says = point.length === 4 ? value : levelText(value) + after;
   return el("li", { "data-scan": scan, "data-value": value }, `${clock(time)}  scan ${count(scan)}  ${says}`);
 }
 

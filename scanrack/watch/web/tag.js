@@ -2,7 +2,7 @@
 
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
-import { at, button, el, setFlag, setText } from "./dom.js";
+import { at, button, el, setFlag, setText, textButton, textField } from "./dom.js";
 import { clock, clocked, count, parsed, plain, sentence, shown } from "./format.js";
 import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
@@ -10,7 +10,7 @@ import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
-import { lastChange } from "./since.js";
+import { lastChange, wait } from "./since.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { hasLane, toggleTag } from "./taglanes.js";
@@ -18,7 +18,7 @@ import { brief, treeOf } from "./tree.js";
 import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 import { answersTo } from "./wanting.js";
-import { named, nameOf } from "./words.js";
+import { bitAt, named, nameOf } from "./words.js";
 
 const SINCE_MS = 500; // between two questions since when
 const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is requested so often, with waits between
@@ -27,15 +27,7 @@ const LATE_MS = 300; // an answer that takes longer is announced
 const name = el("strong", { class: "name" });
 const type = el("span", { class: "soft" });
 const says = el("p", { class: "says" });
-const entry = el("input", {
-  type: "text",
-  "aria-label": "New value",
-  spellcheck: "false",
-  autocomplete: "off",
-  keydown: event => {
-    if (event.key === "Enter") write();
-  },
-});
+const entry = textField("New value", { keydown: event => { if (event.key === "Enter") write(); } });
 const forceButton = button("Force", () => forceSelected(true));
 const unforceButton = button("Remove force", () => orders.unforce(selected.tag));
 const writeButton = button("Write", write);
@@ -147,10 +139,10 @@ function showSince(reported) {
     simple = before === null || typeof before === "object" ? "" : `, before that ${shown(before)}`;
   since.replaceChildren(
     "Since ",
-    el(
-      "button",
-      { type: "button", class: "plain", title: `Look at scan ${reported.scan}`, click: () => lookAt(reported.scan) },
-      reported.t === null ? `scan ${count(reported.scan)}` : clock(reported.t)
+    textButton(
+      reported.t === null ? `scan ${count(reported.scan)}` : clock(reported.t),
+      () => lookAt(reported.scan),
+      `Look at scan ${reported.scan}`
     ),
     simple
   );
@@ -158,7 +150,7 @@ function showSince(reported) {
 
 // What a bit of an image means, with the section of the manual.
 function meaningOf(tag) {
-  const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === addressOf(tag));
+  const bit = bitAt(addressOf(tag));
   return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
@@ -184,11 +176,7 @@ function part(tag) {
   const line = el(
     "div",
     { class: "part" },
-    el(
-      "button",
-      { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) },
-      nameOf(tag)
-    ),
+    textButton(nameOf(tag), () => select({ ...selected, tag, names: [tag] })),
     value
   );
   return el("div", {}, line, treeOf(tag));
@@ -208,13 +196,18 @@ async function write() {
   if (value !== undefined) await orders.write(selected.tag, value);
 }
 
+// The value that is typed, or else the other level of a BOOL.
+function newValue(tag) {
+  const present = valueOf(tag);
+  return entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+}
+
 // Forces the selected tag to what is typed; a BOOL without a typed value to the other level. Key f also removes.
 export async function forceSelected(only = false) {
   const { tag } = selected;
   if (!tag) return tell("Select a tag first: click a contact.");
   if (only !== true && isForced(tag)) return orders.unforce(tag);
-  const present = valueOf(tag);
-  const value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+  const value = newValue(tag);
   if (value !== undefined) await orders.force(tag, value);
 }
 
@@ -242,11 +235,7 @@ async function answerTo(tag, tries = 1) {
   if (!said) return answer.replaceChildren(refusal && el("p", { class: "refused" }, sentence(refusal))), null;
   // else the chain says the rest
   const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text;
-  const when = el(
-    "button",
-    { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) },
-    `In scan ${count(said.scan)}:`
-  );
+  const when = textButton(`In scan ${count(said.scan)}:`, () => lookAt(said.scan), "Look at this scan");
   answer.replaceChildren(
     when,
     el("p", {}, text),
@@ -275,7 +264,7 @@ async function askAgain(fields, requested, tries) {
     try {
       return await ask("why", fields);
     } catch {
-      await new Promise(done => { setTimeout(done, AGAIN_MS); });
+      await wait(AGAIN_MS);
       if (!requested()) return null;
     }
   }
@@ -303,9 +292,7 @@ const toLine = place => {
 };
 
 export async function want() {
-  const { tag } = selected,
-    present = valueOf(tag),
-    value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+  const { tag } = selected, value = newValue(tag);
   if (value === undefined) return;
   answer.replaceChildren(el("p", { class: "soft" }, "Copies of the rack try it …"));
   const found = await answersTo(tag, value);
@@ -323,7 +310,7 @@ const hit = ({ text, rung }) =>
   el(
     "li",
     {},
-    rung ? el("button", { type: "button", class: "plain", click: () => showRung(rung) }, rung) : "",
+    rung ? textButton(rung, () => showRung(rung)) : "",
     el("span", {}, ` ${text}`)
   );
 

@@ -4,6 +4,7 @@
 import { forgetFar, join, missing, put, range, stretches } from "./lanes.js";
 import { keep, kept } from "./kept.js";
 import { tell } from "./notice.js";
+import { order } from "./orders.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 import { isSame } from "./values.js";
@@ -11,7 +12,7 @@ import { nameOf } from "./words.js";
 
 export const MOST = 16;
 
-let names = [], key = "", points = new Map();
+let names = [], points = new Map();
 /** @type {(others: boolean) => void} */
 let reported = () => {};
 let have = { from: 0, to: 0 }, asking = null; // the time that was requested, and where the present question begins
@@ -20,9 +21,8 @@ export const tagNames = () => names;
 export const pointsOf = name => points.get(name) ?? [];
 
 // Begins with a rack; changed() is called when there is more to draw.
-export function beginTags(hello, changed) {
-  key = `scanrack lanes ${hello.path}`;
-  names = kept(key, []).filter(name => typeof name === "string").slice(0, MOST);
+export function beginTags(changed) {
+  names = kept("lanes", []).filter(name => typeof name === "string").slice(0, MOST);
   points = new Map();
   forgetAsked();
   reported = changed;
@@ -35,7 +35,7 @@ export function toggleTag(name) {
   const has = hasLane(name);
   if (!has && names.length >= MOST) return tell(`The strip has room for ${MOST} tags.`);
   names = has ? names.filter(each => !isSame(each, name)) : [...names, nameOf(name)];
-  keep(key, names);
+  keep("lanes", names);
   send();
   reported(true);
 }
@@ -48,14 +48,11 @@ export function forgetAsked() {
 
 async function send() {
   forgetAsked();
-  try {
-    const { unknown } = await ask("lanes", { tags: names });
-    names = names.filter(name => !unknown.includes(name));
-    if (unknown.length) tell(`No tag is called ${unknown.join(", ")}.`);
-    reported(true);
-  } catch (refused) {
-    tell(refused.message);
-  }
+  const answer = await order("lanes", { tags: names });
+  if (!answer) return;
+  names = names.filter(name => !answer.unknown.includes(name));
+  if (answer.unknown.length) tell(`No tag is called ${answer.unknown.join(", ")}.`);
+  reported(true);
 }
 
 // Takes a piece of the tags.

@@ -1,9 +1,8 @@
 // Structured text with values beside its lines; Python with the line that runs and the variables that are recorded.
 
-import { breakpointsAt, toggleBreakpoint } from "./breakpoints.js";
-import { at as partOf, el, setAttribute, setFlag, setText } from "./dom.js";
+import { breakpointsAt, stopButton } from "./breakpoints.js";
+import { at as partOf, el, setAttribute, setFlag, setText, textButton } from "./dom.js";
 import { clock, shown } from "./format.js";
-import * as orders from "./orders.js";
 import { select } from "./selection.js";
 import { askRanLines, ranLines } from "./ranlines.js";
 import { run } from "./state.js";
@@ -58,7 +57,9 @@ function pieces(text, spans) {
 function rowOf({ number, text, names = [], spans = [], uses = [] }) {
   const ident = `${routine}.${number}`, beside = el("span", { class: "beside" }, ...names.map(name => chip(name)));
   const parts = [
-    number ? stopOf(ident, number) : el("span", { class: "number" }),
+    number
+      ? stopButton(ident, "line", number, { class: "stop number", title: `Line ${number}: breakpoint (b)` })
+      : el("span", { class: "number" }),
     el("code", {}, ...pieces(text, spans)),
     beside,
   ];
@@ -79,26 +80,6 @@ function rowOf({ number, text, names = [], spans = [], uses = [] }) {
   lines.get(ident).push(row);
   return row;
 }
-
-// The number of a line is its breakpoint.
-const stopOf = (ident, number) =>
-  el(
-    "button",
-    {
-      type: "button",
-      class: "stop number",
-      tabindex: -1,
-      "aria-label": `Breakpoint on line ${number}`,
-      "aria-pressed": "false",
-      disabled: !orders.timed(),
-      title: `Line ${number}: breakpoint (b)`,
-      click: event => {
-        event.stopPropagation();
-        toggleBreakpoint(ident);
-      },
-    },
-    String(number)
-  );
 
 function chip(name, text = name) {
   const value = el("output", { class: "figure" }, "–");
@@ -152,7 +133,7 @@ function paintRunning() {
   const marked = new Set([...here.filter(([, at]) => isHere(at)).map(([, { line }]) => line), ...metLines()]);
   for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(lineOf(ident)) ? "1" : "0");
   while (waits.children.length < here.length)
-    waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
+    waits.append(el("li", {}, textButton("", jump), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
   follow(lines.get(`${routine}.${metLines()[0] ?? here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);

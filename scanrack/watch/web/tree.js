@@ -1,6 +1,6 @@
 // A structure or an array as a tree that opens: its members by name, each with its value; a click selects a member.
 
-import { el, setFlag, setText } from "./dom.js";
+import { el, setFlag, setText, textButton } from "./dom.js";
 import { shown } from "./format.js";
 import { select } from "./selection.js";
 import { place } from "./values.js";
@@ -17,16 +17,17 @@ export const brief = say => value => (isGroup(value) ? countOf(value) : say(valu
 export function treeOf(tag, say = shown, open = false) {
   const root = branch(tag, "members", say);
   root.node.open = open;
-  let latest = null;
-  root.node.addEventListener("toggle", () => root.fill(latest));
-  place(root.node, tag, value => { latest = value; root.fill(value); return null; });
+  place(root.node, tag, value => { root.fill(value); return null; });
   return root.node;
 }
 
 // A node that opens, filled while it is open.
 function branch(name, title, say, isRow = false) {
-  const node = el("details", { class: "tree", hidden: true }, el("summary", {}, title)), rows = new Map();
-  return { node, fill(value) {
+  const node = el("details", { class: "tree", hidden: true, toggle: () => fill(latest) }, el("summary", {}, title));
+  const rows = new Map();
+  let latest = null;
+  function fill(value) {
+    latest = value;
     setFlag(node, "hidden", !isGroup(value));
     if (!isGroup(value) || !node.open) return;
     for (const [key, item] of Object.entries(value).slice(0, MOST)) {
@@ -36,7 +37,8 @@ function branch(name, title, say, isRow = false) {
         );
       rows.get(key).show(item);
     }
-  } };
+  }
+  return { node, fill };
 }
 
 // Axis.State of Axis, Words[3] of Words; Grid[1,2] of a row of Grid, `Grid[1]`.
@@ -47,20 +49,13 @@ function memberOf(name, key, value, isRow) {
 
 function rowOf(name, key, say, inArray) {
   const value = el("output", { class: "figure" }), inner = branch(name, "members", say, inArray);
-  let latest = null;
-  inner.node.addEventListener("toggle", () => inner.fill(latest));
   const line = el(
     "div",
     { class: "part" },
-    el(
-      "button",
-      { type: "button", class: "plain", title: name, click: () => select({ tag: name }) },
-      inArray ? `[${key}]` : key
-    ),
+    textButton(inArray ? `[${key}]` : key, () => select({ tag: name }), name),
     value
   );
   return { node: el("div", {}, line, inner.node), show(item) {
-    latest = item;
     setText(value, brief(say)(item));
     inner.fill(item);
   } };

@@ -23,6 +23,10 @@ export function place(node, name, say = shown) {
   mark(node, say, name, run.forced);
 }
 
+// Shows the level of a bit in a part of its node: 1 or 0.
+export const placeLevel = (node, part, name) =>
+  place(node, name, value => { part.textContent = value ? "1" : "0"; return null; });
+
 export function unplace(root) {
   for (const [name, list] of places) {
     const left = list.filter(({ node }) => !root.contains(node));

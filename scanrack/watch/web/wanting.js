@@ -3,9 +3,10 @@
 
 import { compareWith } from "./compare.js";
 import { button, el } from "./dom.js";
-import { count, plain, sentence, timeText } from "./format.js";
+import { capital, count, plain, sentence, timeText } from "./format.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
+import { wait } from "./since.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 import { nameOf } from "./words.js";
@@ -31,7 +32,7 @@ function rowOf(answer, scan) {
   const text = answer.acts.join(", then ") || "wait";
   return [
     button(`Try: ${text}`, () => attempt(answer, scan), {
-      text: `${text[0].toUpperCase()}${text.slice(1)}`,
+      text: capital(text),
       title: "Run this as a branch beside the past",
     }),
     ` ${timeText(answer.after_ns)} later`,
@@ -57,7 +58,7 @@ async function attempt({ orders: steps, after_ns: after, text }, scan) {
 async function arrived(scan) {
   for (const end = performance.now() + PATIENCE_MS; performance.now() < end;) {
     if (run.hello?.kind === "rack" && run.state === "paused" && run.scan === scan) return ask("look", { scan: "live" });
-    await new Promise(done => { setTimeout(done, LOOK_MS); });
+    await wait(LOOK_MS);
   }
   tell("The branch has not reached its scan in time.");
   return null;

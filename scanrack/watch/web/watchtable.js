@@ -1,6 +1,6 @@
 // The watch table: tags that the user chooses, each in its own radix, kept per rack in this browser.
 
-import { at, button, el, heading, setFlag } from "./dom.js";
+import { at, button, el, heading, optionsOf, setFlag, textButton, textField } from "./dom.js";
 import { RADIXES, inRadix } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { ask } from "./source.js";
@@ -11,17 +11,8 @@ import { again, isSame, learn, place, unplace } from "./values.js";
 import { nameOf, paintAddressed } from "./words.js";
 
 let rows = []; // { tag, radix }
-let key = "";
 
-const field = el("input", {
-  type: "text",
-  list: "tags",
-  "aria-label": "Tag to watch",
-  placeholder: "Add a tag",
-  autocomplete: "off",
-  spellcheck: "false",
-  keydown: keyed,
-});
+const field = textField("Tag to watch", { list: "tags", placeholder: "Add a tag", keydown: keyed });
 const known = el("datalist", { id: "tags" });
 const body = el("tbody");
 const table = el(
@@ -38,7 +29,6 @@ const table = el(
 const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
 
 onProgram(hello => {
-  key = `scanrack watch ${hello.path}`;
   rows = load();
   known.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));
   at("watch").replaceChildren(heading("Watch"),
@@ -51,7 +41,7 @@ export const alsoWatched = []; // names that other parts show
 export const watchedTags = () => rows.map(row => row.tag);
 export const isWatched = tag => rows.some(row => isSame(row.tag, tag));
 
-const load = () => kept(key, []).filter(row => typeof row?.tag === "string")
+const load = () => kept("watch", []).filter(row => typeof row?.tag === "string")
   .map(({ tag, radix }) => ({ tag, radix: RADIXES.includes(radix) ? radix : "decimal" }));
 
 const typeOf = tag => run.hello.tags?.find(each => each.name === tag)?.type ?? "DINT";
@@ -74,11 +64,11 @@ function rowOf(row) {
       "aria-label": `Radix of ${row.tag}`,
       change: () => {
         row.radix = radix.value;
-        keep(key, rows);
+        keep("watch", rows);
         again(row.tag, value, tree);
       },
     },
-    ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name))
+    ...optionsOf(RADIXES, row.radix)
   );
   return [
     el(
@@ -87,11 +77,7 @@ function rowOf(row) {
       el(
         "th",
         { scope: "row" },
-        el(
-          "button",
-          { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) },
-          nameOf(row.tag)
-        )
+        textButton(nameOf(row.tag), () => select({ tag: row.tag }), "Write, force, why")
       ),
       el("td", { class: "value" }, value),
       el("td", {}, radix),
@@ -102,7 +88,7 @@ function rowOf(row) {
           `Remove ${row.tag}`,
           () => {
             rows = rows.filter(each => each !== row);
-            keep(key, rows);
+            keep("watch", rows);
             show();
           },
           { text: "✕", title: "Out of the table", class: "sign" }
@@ -116,7 +102,7 @@ function rowOf(row) {
 export function addToWatch(tag) {
   if (!tag || isWatched(tag)) return;
   rows.push({ tag, radix: "decimal" });
-  keep(key, rows);
+  keep("watch", rows);
   show();
 }
 

@@ -4,7 +4,7 @@ import { at, el, heading, setFlag, setText } from "./dom.js";
 import { inRadix } from "./format.js";
 import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
-import { eachShown, give, learn, place, valueOf } from "./values.js";
+import { eachShown, give, learn, place, placeLevel, valueOf } from "./values.js";
 
 let slots = new Map(); // number -> { bits, words, values }
 
@@ -16,13 +16,10 @@ export const bitName = (slot, bit) =>
 export const aliasOf = address => run.hello.tags?.find(each => each.address === address)?.name;
 
 // The tag's name of an address: the program's alias, or else its meaning; another name stays.
-export function nameOf(address) {
-  return (
-    aliasOf(address) ??
-    run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address)?.meaning ??
-    address
-  );
-}
+export const nameOf = address => aliasOf(address) ?? bitAt(address)?.meaning ?? address;
+
+// The bit of a module with an address.
+export const bitAt = address => run.hello.slots.flatMap(slot => slot.bits).find(bit => bit.address === address);
 
 // A text with the names of the addresses in it.
 export const named = text => text.replace(/Local:\d+:[IO]\.Data\[\d+\](\.\d+)?|\b[IO]:\d+\.\d+(\/\d+)?/g, nameOf);
@@ -63,7 +60,7 @@ function bitOf(slot, bit) {
     el("span", {}, label(bit)),
     level
   );
-  place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });
+  placeLevel(node, level, name);
   return node;
 }
 

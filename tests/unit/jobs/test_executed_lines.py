@@ -9,7 +9,7 @@ import sys
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.bench.of_trace import lines_of_trace
-from scanrack.runtime.live.actions import Write, said_of
+from scanrack.runtime.live.actions import Write, message_of
 from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
@@ -97,7 +97,7 @@ def test_a_program_that_does_otherwise_when_it_runs_again_says_from_which_scan_o
 
 
 def test_orders_of_a_session_that_are_not_written_yet_are_given_again(lines):
-    write = json.dumps(said_of(Write("small.rounds", 5)))
+    write = json.dumps(message_of(Write("small.rounds", 5)))
     found = lines(FIELDS, 3, 8, latest=[(5, write)])
     assert found.lines == {3: (8,), 4: (8,), 5: (8, 9), 6: (8, 9), 7: (8,), 8: (8,)}
 

@@ -17,8 +17,8 @@ from scanrack.runtime.live.actions import (
     Speed,
     Step,
     action_of,
+    message_of,
     parsed,
-    said_of,
     text_of,
 )
 
@@ -45,7 +45,7 @@ GOOD = [
 @pytest.mark.parametrize(("said", "order"), GOOD, ids=lambda each: str(each)[:40])
 def test_an_order_is_made_of_its_message_and_makes_it_again(said, order):
     assert action_of(said) == order
-    assert action_of(said_of(order)) == order
+    assert action_of(message_of(order)) == order
     assert action_of(parsed(text_of(order))) == order
 
 

@@ -18,6 +18,7 @@ from live_sessions import LiveSession
 from scanrack.jobs import load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime.live.actions import Online, Source
+from scanrack.runtime.live.ring import REQUESTS
 from scanrack.watch import edited_programs, online
 from scanrack.watch.edited_programs import EditedPrograms
 from scanrack.watch.editor import EditManner, Editor
@@ -212,7 +213,7 @@ def test_a_new_monitor_is_told_the_state_of_the_edit(session):
     live = session.live
     live.tap.lasting = session.editor.lasting
     at = live.ring.messages.read(0)[1]
-    live.ring.requests += 1
+    live.ring.head[REQUESTS] += 1
     live.tap.attend()
     told = [json.loads(each) for each in live.ring.messages.read(at)[0]]
     assert [each["online"]["stage"] for each in told if "online" in each] == ["accepted"]

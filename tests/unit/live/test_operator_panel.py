@@ -24,6 +24,7 @@ from scanrack.jobs import load_job
 from scanrack.jobs.trust.attachments import files_beside
 from scanrack.runtime.live.actions import action_of, text_of
 from scanrack.runtime.live.operator_actions import sentence
+from scanrack.runtime.live.ring import REQUESTS
 from scanrack.traces import open_trace
 from scanrack.watch.history import recorded_events
 from scanrack.watch.history.event_log import EventLog
@@ -463,7 +464,7 @@ def test_a_restarted_monitor_lets_go_what_was_left_pressed_once(rack, last, rele
     rack.with_suffix(".panel").write_text(panel_text(Panel([STOP, SWITCH, JOG])), encoding="utf-8")
     order = {"by": "panel, page 3", **last}
     session = LiveSession([(1, order)], rack.with_suffix(".mcap"), rack)
-    session.ring.requests += 1  # the monitor before: for values
+    session.ring.head[REQUESTS] += 1  # the monitor before: for values
     session.play(20)
     by = {"by": "panel, after a restart"}
     for started, expected in ((0, []), (1, [{**each, **by} for each in released])):
@@ -481,7 +482,7 @@ def test_a_restarted_monitor_knows_presses_of_the_whole_recording(rack, monkeypa
     rack.with_suffix(".panel").write_text(panel_text(Panel([STOP])), encoding="utf-8")
     on, write = {**PRESS, "by": "panel, page 3"}, {"do": "write", "tag": "Homing", "value": True, "by": "x"}
     session = LiveSession([(1, on), (2, write)], rack.with_suffix(".mcap"), rack)
-    session.ring.requests += 1
+    session.ring.head[REQUESTS] += 1
     session.play(20)
     for _ in range(8):  # what the monitor before has read is overwritten
         session.ring.messages.write(b'{"note":""}' + b" " * (1 << 17))

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from scanrack.runtime.live.ring import MESSAGE_BYTES, Records, Ring, row_type
+from scanrack.runtime.live.ring import MESSAGE_BYTES, ORDERS, Records, Ring, row_type
 from scanrack.runtime.live.shared_memory import SharedMemory
 
 
@@ -85,10 +85,10 @@ def test_another_opening_of_the_file_sees_the_same(ring):
     place = ring.memory.place
     again = os.dup(place) if isinstance(place, int) else place
     other = Ring.opened(ring.shape, SharedMemory(ring.memory.size, again))
-    other.orders = 3
+    other.head[ORDERS] = 3
     assert other.take(0).rows["scan"].tolist() == [7]
     assert other.messages.read(0)[0] == [b"hello"]
-    assert ring.orders == 3
+    assert ring.head[ORDERS] == 3
     other.close()
 
 

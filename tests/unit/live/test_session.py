@@ -118,8 +118,8 @@ def test_a_removed_breakpoint_sets_no_other_again(monkeypatch):
         for at in ("Main.0", "Main.1 changes", "Homing"):
             session.session.obey(action_of({"do": "unbreak", "at": at}), 0, 0)
     assert calls == [
-        ("remove_breakpoint", "MAIN", 0, "true"),
-        ("remove_breakpoint", "MAIN", 1, "changes"),
+        ("remove_breakpoint", "Main", 0, "true"),
+        ("remove_breakpoint", "Main", 1, "changes"),
         ("remove_breakpoint", "Homing", None, "true"),
     ]
 

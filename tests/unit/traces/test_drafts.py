@@ -167,7 +167,7 @@ def test_who_follows_a_recording_gets_its_chunks(tmp_path: Path) -> None:
 def test_the_line_of_units_has_drafts_too(tmp_path: Path) -> None:
     path = tmp_path / "line.mcap"
     recorder = LineRecorder(path, [UnitColumns(1, ["position"])], {})
-    recorder.heard(5, b"abc")
+    recorder.received(5, b"abc")
     recorder.draft()
     other = tmp_path / "killed.mcap"
     other.write_bytes(path.read_bytes())

@@ -412,7 +412,7 @@ def line_trace(path: Path) -> int:
     """Record a serial line; return how many messages there are."""
     recorder = LineRecorder(path, [UnitColumns(1, ["position"])], {"controller": "pmc006"})
     for number in range(9000):
-        recorder.heard(number, bytes([number % 256]) * 20)
+        recorder.received(number, bytes([number % 256]) * 20)
         recorder.unit(number, 1, {"position": number})
     recorder.close()
     return 18_000

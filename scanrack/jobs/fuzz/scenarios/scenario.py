@@ -25,7 +25,7 @@ from pydantic import (
 )
 from scanrack.io_images.amci3601.firmware import Firmware
 from scanrack.runtime.config.rackspec import InjectedFaultSpec, RackSpec, SlotSpec
-from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, action_of, said_of
+from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, action_of, message_of
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from scanrack.runtime.machine.spec import InputName
@@ -153,7 +153,7 @@ def _order(given: object) -> OperatorAction:
 
 
 def _order_rows(orders: tuple[OperatorAction, ...]) -> list[dict[str, Any]]:
-    return [{"at_ns": order.at_ns, **said_of(order.order)} for order in orders]
+    return [{"at_ns": order.at_ns, **message_of(order.order)} for order in orders]
 
 
 Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]

@@ -1,16 +1,17 @@
-"""Reads the parts of a page's questions; a ValueError describes a mistake in a question."""
+"""Reads the fields of a page's questions; a ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..history.catalog import COLUMNS
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from .monitor import Json, Monitor
 from .page import Page
 
-Said = Mapping[str, Any]
+Question = Mapping[str, Any]
 """A question."""
 
 SCANS_MOST = 50_000
@@ -41,17 +42,17 @@ def addresses_in(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str,
     return faults | {tag: str(place) for tag, place in places.items() if place is not None}
 
 
-def text_in(said: Said, key: str) -> str:
+def text_in(question: Question, key: str) -> str:
     """Return a text in a question."""
-    value = said.get(key)
+    value = question.get(key)
     if not _is_name(value):
         raise ValueError(f"{key} is text of 1 to 400 characters")
     return str(value)
 
 
-def names_in(said: Said, most: int) -> list[str]:
+def names_in(question: Question, most: int) -> list[str]:
     """Return the names of tags in a question."""
-    tags = said.get("tags")
+    tags = question.get("tags")
     if not isinstance(tags, list) or len(tags) > most or not all(map(_is_name, tags)):
         raise ValueError(f"tags must be a list of up to {most} names")
     return tags
@@ -61,18 +62,34 @@ def _is_name(value: object) -> bool:
     return isinstance(value, str) and 0 < len(value) <= 400
 
 
-def scans_in(said: Said) -> tuple[int, int]:
+def scans_in(question: Question) -> tuple[int, int]:
     """Return the first and last scan of a question."""
-    first, last = said.get("from"), said.get("to")
+    first, last = question.get("from"), question.get("to")
     if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + SCANS_MOST:
         raise ValueError(f"from and to must be scan numbers, at most {SCANS_MOST:,} scans apart")
     return first, last
 
 
-def strip_in(monitor: Monitor, said: Said) -> Json:
+def step_in(question: Question) -> tuple[int, int]:
+    """Return the scan from which a question searches, and the direction: 1 forwards, -1 backwards."""
+    scan, way = question.get("from"), question.get("way")
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    return scan, way
+
+
+def columns_in(question: Question) -> int:
+    """Return the width for which rungs are drawn, columns."""
+    columns = question.get("columns", 88)
+    if type(columns) is not int or columns not in COLUMNS:
+        raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
+    return columns
+
+
+def strip_in(monitor: Monitor, question: Question) -> Json:
     """Return the strip of the scans in a question, as far as available."""
     subject = monitor.subject
-    rows = subject.timeline.between(*scans_in(said))
+    rows = subject.timeline.between(*scans_in(question))
     return piece_of(
         rows,
         rows[:0],
