@@ -184,7 +184,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
         yield Invariant(or_(not_(enabled), or_(done, counted)), f"{stem} has counted its time")
 
 
-# --- search for those that hold
+# --- search for the candidates that hold
 
 
 @dataclass

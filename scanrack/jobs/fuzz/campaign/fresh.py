@@ -68,7 +68,7 @@ class Worker:
 
     Args:
         first: modules to load before all others, in this order.
-        environment: environment variables of the process; None = those of this process.
+        environment: environment variables of the process; None = the variables of this process.
     """
 
     def __init__(self, first: Sequence[str] = (), environment: dict[str, str] | None = None) -> None:
