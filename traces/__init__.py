@@ -6,16 +6,15 @@ the loop calls it with scans and events as a listener.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
 from .format import hooks
 
 TYPE_CHECKING = False  # type checkers treat it as true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
-    import pandas
-    import polars
-
     from .format.layout import SlotInfo
     from .format.records import TraceError
     from .format.tagplan import Tag
@@ -25,38 +24,16 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .write.recorder import Attachment, ScanRecorder
 
 
-def _to_pandas(trace: Trace, signals: Sequence[str]) -> pandas.DataFrame:
-    from .export.frames import to_pandas
-
-    return to_pandas(trace, signals)
-
-
-def _to_polars(trace: Trace, signals: Sequence[str]) -> polars.DataFrame:
-    from .export.frames import to_polars
-
-    return to_polars(trace, signals)
+def _imported(module: str, name: str) -> Callable[..., Any]:
+    """Return a function that imports a function when it is called, and calls it."""
+    return lambda *args: getattr(import_module(module, __name__), name)(*args)
 
 
-def _read_columns(trace: Trace) -> Columns:
-    from .read.arrays import read_columns
-
-    return read_columns(trace)
-
-
-def _short_text(trace: Trace) -> str:
-    from .read.notebook import short_text
-
-    return short_text(trace)
-
-
-def _as_html(trace: Trace) -> str:
-    from .read.notebook import as_html
-
-    return as_html(trace)
-
-
-hooks.to_pandas, hooks.to_polars = _to_pandas, _to_polars
-hooks.read_columns, hooks.short_text, hooks.as_html = _read_columns, _short_text, _as_html
+hooks.to_pandas = _imported(".export.frames", "to_pandas")
+hooks.to_polars = _imported(".export.frames", "to_polars")
+hooks.read_columns = _imported(".read.arrays", "read_columns")
+hooks.short_text = _imported(".read.notebook", "short_text")
+hooks.as_html = _imported(".read.notebook", "as_html")
 
 
 def __getattr__(name: str) -> object:

@@ -27,5 +27,5 @@ def need(module: str, extra: str) -> ModuleType:
         library = module.partition(".")[0]
         if error.name is None or error.name.partition(".")[0] != library:
             raise  # the library is installed, but a module that it needs is missing
-        says = f"{library} is not installed: {how_to_install(extra)}"
-        raise MissingExtraError(says, name=library) from error
+        problem = f"{library} is not installed: {how_to_install(extra)}"
+        raise MissingExtraError(problem, name=library) from error

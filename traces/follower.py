@@ -81,15 +81,15 @@ class Follower:
         A replay that ended early, but was not stopped here, counts as the shorter of the two.
         """
         slots, recorded = self._recording.slots, self._recording.scans.chunks()
-        found = compare_parts(
+        comparison = compare_parts(
             (slots, _first_scans(recorded, self.scans) if self.stopped else recorded),
             (slots, self._replayed.packed().chunks()),
             self._tolerance,
             only=frozenset(self._images),
         )
-        if found.first is None:
-            return found
-        involved = {detail.slot for detail in found.first.details}
+        if comparison.first is None:
+            return comparison
+        involved = {detail.slot for detail in comparison.first.details}
         rules = [
             (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
             for event in self._recording.events
@@ -97,9 +97,9 @@ class Follower:
         ]
         rules_a, rules_b = (
             tuple(text for number, slot, text in fired if number == scan and slot in involved)
-            for fired, scan in ((rules, found.first.scan), (self._rules, found.first.scan_b))
+            for fired, scan in ((rules, comparison.first.scan), (self._rules, comparison.first.scan_b))
         )
-        return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))
+        return replace(comparison, first=replace(comparison.first, rules_a=rules_a, rules_b=rules_b))
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:

@@ -1,4 +1,4 @@
-"""The commands; the only place that knows all the rooms.
+"""The commands; the only package that imports all the others.
 
 `application` reads words by typer. Plain words of `run` and `why`, which people wait for, need no typer.
 """
@@ -36,7 +36,7 @@ def build() -> typer.Typer:
 
 
 def main() -> None:
-    """Run the `scanrack` command; print at most one message, whatever ends it.
+    """Run the `scanrack` command; print at most one message at its end.
 
     Raises:
         SystemExit: always, with a status of `terminal.status`.
@@ -62,7 +62,7 @@ def _main() -> None:
 
 
 PLAIN = {"run": ".programs.run_command:plain_run", "why": ".programs.why_command:plain_why"}
-"""Functions of the commands that people wait for: each does what plain words say, without typer."""
+"""Functions that carry out the plain words of a command without typer, for a fast start."""
 
 
 def _run() -> None:

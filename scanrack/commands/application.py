@@ -29,7 +29,7 @@ class Lazy(TyperGroup):
     _command_first = False  # there are no options before the command
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the words before the command, if there are any."""
+        """Parse the words before the command."""
         self._command_first = bool(args) and args[0] in COMMANDS
         return super().parse_args(ctx, args)
 
@@ -87,7 +87,7 @@ def _command(name: str) -> Any:
 
 
 def _plain(command: Any) -> Any:
-    """Return a command whose usage line has no brackets but those of options; so are commands within it.
+    """Return a command whose usage line has brackets for options only, as do the commands within it.
 
     Versions of Typer write `{RACK}` for what is needed, and a second pair of brackets around `[WHAT]`.
     """

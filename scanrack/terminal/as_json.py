@@ -21,11 +21,11 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object 
 def say_json(value: object) -> None:
     """Print a value; types without a JSON form are printed as text."""
     text = json.dumps(_plain(value), indent=2, default=str, allow_nan=False)
-    say(text.replace("\x7f", "\\u007f"), whole=True)  # the one control character that JSON leaves as it is
+    say(text.replace("\x7f", "\\u007f"), whole=True)  # JSON does not escape this control character
 
 
 def _plain(value: Any) -> Any:
-    """Return a value without floats that JSON does not have."""
+    """Return a value with null in place of NaN and infinity."""
     if isinstance(value, Mapping):
         return {str(key): _plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

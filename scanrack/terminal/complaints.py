@@ -20,8 +20,8 @@ def reported_mistakes() -> Iterator[None]:
     try:
         yield
     except TraceLimitError as error:
-        says = f"{error}; 'scanrack {RAISED_BY[error.limit]} N COMMAND ...' raises the limit"
-        raise typer.Exit(complain(says, BAD_INPUT)) from error
+        text = f"{error}; 'scanrack {RAISED_BY[error.limit]} N COMMAND ...' raises the limit"
+        raise typer.Exit(complain(text, BAD_INPUT)) from error
     except (ValueError, ImportError) as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Ends the process although a thread of the user's program still runs: Python would wait for it forever."""
+"""Ends the process while a thread of the user's program still runs; Python would wait for it forever."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SILENT_S = 0.2
 
 
 def end_in_time(status: object) -> None:
-    """Let the process end with `status` within `GRACE_S` seconds, although threads still run."""
+    """Let the process end with `status` within `GRACE_S` seconds, even if threads still run."""
     if _going_on():
         code = status if isinstance(status, int) else int(status is not None)
         threading.Thread(target=_end, args=(code,), daemon=True).start()

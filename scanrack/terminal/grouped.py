@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, Field, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from typing import Any, get_type_hints
 
+from . import as_json, shared_options
 
-def grouped(
-    command: Callable[..., None], declared: Mapping[str, Any] = {}, /, **groups: type[Any]
-) -> Callable[..., None]:
+
+def grouped(command: Callable[..., None], /, **groups: type[Any]) -> Callable[..., None]:
     """Return a command that takes the fields of dataclasses as its arguments and options.
 
     Args:
         command: its function, with a parameter for each group.
-        declared: annotations of fields by name, for a dataclass that has none for typer.
-        groups: dataclasses by the name of that parameter. Fields are annotated as typer wants it.
+        groups: dataclasses by the name of that parameter, with fields annotated for typer.
 
     >>> from dataclasses import dataclass
     >>> @dataclass
@@ -29,29 +29,30 @@ def grouped(
     >>> command(file="a.toml", speed=2.0)
     a.toml 2.0
     """
-    own = signature(command, eval_str=True).parameters.values()
-    flat = [
-        each
-        for one in own
-        for each in (_options(groups[one.name], declared) if one.name in groups else [one])
+    parameters = [
+        parameter
+        for own in signature(command, eval_str=True).parameters.values()
+        for parameter in (_options(groups[own.name]) if own.name in groups else [own])
     ]
 
     @wraps(command)
-    def run(**given: Any) -> None:
-        made = {
-            name: group(**{field.name: given.pop(field.name) for field in fields(group)})
+    def run(**arguments: Any) -> None:
+        options = {
+            name: group(**{field.name: arguments.pop(field.name) for field in fields(group)})
             for name, group in groups.items()
         }
-        command(**given, **made)
+        command(**arguments, **options)
 
-    del run.__wrapped__  # its signature would be found
-    run.__annotations__ = {each.name: each.annotation for each in flat}
-    run.__signature__ = Signature(flat)  # type: ignore[attr-defined]  # `inspect` reads it
+    del run.__wrapped__  # typer would read its signature
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]  # `inspect` reads it
     return run
 
 
-def _options(group: type[Any], declared: Mapping[str, Any]) -> Iterator[Parameter]:
-    hints = {**get_type_hints(group, include_extras=True), **declared}
+def _options(group: type[Any]) -> Iterator[Parameter]:
+    """Yield the fields of a dataclass as parameters; its module need not import typer."""
+    names = {**vars(as_json), **vars(shared_options), **vars(sys.modules[group.__module__])}
+    hints = get_type_hints(group, names, include_extras=True)
     for field in fields(group):
         yield Parameter(
             field.name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(field), annotation=hints[field.name]

@@ -1,4 +1,4 @@
-"""What a command imports before it works, at the least cost."""
+"""Imports the modules of a command quickly."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _own = False
 
 
 def own_process() -> None:
-    """Note that this process is a command's: what it imports stays until its end."""
+    """Note that this process belongs to a command, so that imported modules stay until its end."""
     global _own
     _own = True
 
@@ -20,8 +20,8 @@ def own_process() -> None:
 def imported() -> AbstractContextManager[None]:
     """Return a block that imports the modules of a command.
 
-    In a process of its own nothing is searched for garbage meanwhile, and what was imported never is: Python
-    would search it all at the end.
+    In a command's own process the garbage collector pauses, and skips imported objects from then on. It would
+    otherwise search all of them at the end.
     """
     return _imported() if _own else nullcontext()
 

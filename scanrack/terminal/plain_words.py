@@ -1,6 +1,6 @@
-"""Plain words of a command, read without typer, whose import takes longer than many commands.
+"""Reads plain words of a command without typer, whose import takes longer than many commands.
 
-All other words, and all mistakes, are typer's.
+Typer reads all other words, and reports all mistakes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Value(NamedTuple):
 
 
 class PlainWords(NamedTuple):
-    """The arguments of a command by name, and those of its options that are plain."""
+    """The arguments of a command, and its plain options, by name."""
 
     needed: Sequence[str]
     further: Sequence[str] = ()  # arguments that may be left out
@@ -29,7 +29,7 @@ class PlainWords(NamedTuple):
     values: Mapping[str, Value] = {}
 
     def read(self, words: Sequence[str]) -> dict[str, Any] | None:
-        """Return the arguments by name; None for words that are not plain, which need not be wrong.
+        """Return the arguments by name; None if the words are not plain, right or wrong.
 
         >>> words = PlainWords(["file"], flags={"-q": "quiet"}, values={"--scans": Value("scans", int)})
         >>> words.read(["a.toml", "--scans", "3", "-q"])
@@ -37,14 +37,14 @@ class PlainWords(NamedTuple):
         >>> words.read(["a.toml", "--scans=3"]), words.read(["a.toml", "-q", "-q"])
         (None, None)
         """
-        found: dict[str, Any] = {}
+        arguments: dict[str, Any] = {}
         places, rest = iter((*self.needed, *self.further)), iter(words)
         for word in rest:
             name, value = self._meaning(word, places, rest)
-            if not name or name in found:
+            if not name or name in arguments:
                 return None
-            found[name] = value
-        return found if found.keys() >= {*self.needed} else None
+            arguments[name] = value
+        return arguments if arguments.keys() >= {*self.needed} else None
 
     def _meaning(self, word: str, places: Iterator[str], rest: Iterator[str]) -> tuple[str, Any]:
         """Return name and value of an argument; no name for a word that is not plain."""

@@ -1,4 +1,4 @@
-"""A progress bar that polls the CPU; the scan loop knows nothing of it."""
+"""A progress bar that polls the CPU, so that the scan loop does not depend on it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scanrack.runtime.loop.cpu import Cpu
 
 @contextmanager
 def shown_progress(cpu: Cpu, scans: int | None, *, quiet: bool) -> Iterator[None]:
-    """Show a progress bar on stderr while the CPU runs, if that is a terminal, unless --quiet."""
+    """Show a progress bar while the CPU runs, if standard error is a terminal and not `quiet`."""
     if quiet or not sys.stderr.isatty():
         yield
         return

@@ -10,7 +10,7 @@ from scanrack.runtime.loop.cpu import Cpu
 
 
 class CpuProgress(Progress):
-    """A bar of the CPU's scans, updated whenever it is drawn."""
+    """A bar of the CPU's scans, updated each time that it is drawn."""
 
     def __init__(self, cpu: Cpu, scans: int | None, console: Console) -> None:
         self._cpu: Cpu | None = None
@@ -21,7 +21,7 @@ class CpuProgress(Progress):
         self._cpu = cpu
 
     def get_renderables(self) -> Iterable[RenderableType]:
-        """Draw the bar with the CPU's present scan."""
+        """Draw the bar with the CPU's current scan."""
         if self._cpu is not None:
             self.update(self._task, completed=self._cpu.scan)
         yield from super().get_renderables()

@@ -1,4 +1,4 @@
-"""What all commands that read a trace show and guard: progress, defects of the file, the file itself."""
+"""Progress, defects and protection of the file, for all commands that read a trace."""
 
 from __future__ import annotations
 
@@ -19,31 +19,27 @@ if TYPE_CHECKING:  # a run imports no recordings
 def reading(
     trace: Trace, selection: Selection | None = None, *, quiet: bool
 ) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the processed scans, on a terminal, unless --quiet."""
+    """Show a bar of the processed scans, if standard error is a terminal and not `quiet`."""
     # a run, which has one of these options, does without
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from scanrack.traces.signals import ALL, count
 
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda scans: None
-        return
+    from .bars import shown_bar
+
     columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("scans", total=count(trace, selection or ALL))
-        yield lambda scans: bar.advance(task, scans)
+    with shown_bar(*columns, quiet=quiet, total=lambda: count(trace, selection or ALL)) as update:
+        yield lambda scans: update(advance=scans)
 
 
 class HasNotes(Protocol):
-    """A trace, or what was read of one, with the defects of its file."""
+    """A trace, or a result of reading one, with the defects of its file."""
 
     @property
     def notes(self) -> Sequence[str]:
         """The defects of the file."""
 
 
-def tell_notes(*traces: HasNotes) -> None:
+def print_notes(*traces: HasNotes) -> None:
     """Print the defects of the files on standard error."""
     for trace in traces:
         for note in trace.notes:

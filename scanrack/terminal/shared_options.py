@@ -1,4 +1,4 @@
-"""Options that several commands have, and the ranges of scans and times that --range gives."""
+"""Options of several commands, and the ranges of scans and times of --range."""
 
 from __future__ import annotations
 
@@ -25,6 +25,10 @@ class UaSecurityWord(StrEnum):
     ENCRYPTED = "encrypted"
 
 
+TraceArgument = Annotated[
+    Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)
+]
+TrustOption = Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")]
 RangeOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -123,7 +127,7 @@ def parse_range(text: str) -> ScanRange:
 
 
 def parse_time_range(text: str) -> tuple[int, int | None]:
-    """Read a range of virtual time, ns, both ends included; ValueError if it is not such a range.
+    """Read a range of virtual time, both ends included; return ns; raise ValueError for any other text.
 
     >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))

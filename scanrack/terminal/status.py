@@ -35,8 +35,12 @@ def complain(text: str, status: int = DONE) -> int:
     return status
 
 
+def ignore(_text: str) -> None:
+    """Print nothing, in place of `complain`."""
+
+
 def size_of(path: Path) -> str:
-    """Return the size of a file that was just written; another program may have removed it meanwhile."""
+    """Return the size of a file that was just written; another program may have removed it."""
     try:
         return f"{path.stat().st_size:,} bytes"
     except OSError:
@@ -45,5 +49,5 @@ def size_of(path: Path) -> str:
 
 def reason(error: OSError) -> str:
     """Return the file and its problem, without the number of the error."""
-    says = error.strerror or str(error)
-    return f"{error.filename}: {says}" if error.filename else says
+    problem = error.strerror or str(error)
+    return f"{error.filename}: {problem}" if error.filename else problem

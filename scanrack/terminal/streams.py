@@ -2,11 +2,11 @@
 
 Commands write as if writing always worked. On a failure `LostOutput` ends the command, past
 every handler of errors of other files; after that, writing has no effect, so that no further message
-appears when the interpreter ends. A terminal that is closed takes no more writes either: they are dropped,
+appears when the interpreter ends. Writes to a closed terminal are dropped,
 and its SIGHUP ends the command.
 
 Files and pipes get UTF-8 with line feeds, the same bytes on every system, unless PYTHONIOENCODING chooses an
-encoding. A terminal gets what it can show, and ? for the rest.
+encoding. A terminal gets the characters that it can show, and ? for all others.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class LostOutput(Ending):
 
 
 class _GuardedFile(io.FileIO):
-    """A file descriptor that fails once, and accepts everything from then on."""
+    """A file descriptor that fails once, and accepts all later writes."""
 
     def __init__(self, fd: int, *, reported: bool) -> None:
         super().__init__(fd, "w", closefd=False)
@@ -75,7 +75,7 @@ def closed_streams_plugged() -> None:
 def guarded_output() -> Iterator[None]:
     """End the block with `LostOutput` if standard output can't be written.
 
-    Failed writes to standard error and to a terminal are dropped. Standard input is UTF-8, too. Closed
+    Failed writes to standard error and to a terminal are dropped. Standard input is also UTF-8. Closed
     streams, streams of other owners and the console of Windows, which has a file of its own kind, are left
     unchanged.
     """

@@ -9,7 +9,7 @@ from scanrack.io_images.visible_text import visible
 
 
 def on_a_line(text: str) -> str:
-    r"""Return a text with visible line feeds, too: a file's text can't begin a line of ours.
+    r"""Return a text with visible line feeds, so that a file's text can't begin a line of the output.
 
     >>> on_a_line("line\nnote: all is well")
     'line\\nnote: all is well'
@@ -21,8 +21,8 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """Print a text.
 
     Args:
-        whole: print all of it: it is for programs, or our own. Otherwise long lines and long messages
-            are shortened.
+        whole: print the complete text, which is for programs or written by scanrack. Otherwise long lines and
+            long messages are shortened.
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
     stream = sys.stderr if err else sys.stdout
@@ -44,7 +44,7 @@ def say_file(data: bytes) -> None:
 LINE_MOST = 2 * SHOWN
 
 MESSAGE_LINES = 500
-"""Most lines of a message on standard error."""
+"""Maximum lines of a message on standard error."""
 
 
 def _short_lines(text: str, *, err: bool) -> str:

@@ -86,7 +86,7 @@ def compare(
             yield columns
 
     tags = CommonTags(one, other)
-    found = compare_parts(
+    comparison = compare_parts(
         (one.head.slots, tags.rows(read_parts(), 0)),
         (other.head.slots, tags.rows(column_chunks(other, tags=True), 1)),
         tolerance,
@@ -96,7 +96,7 @@ def compare(
     )
     exact = tolerance.exact and clock == SAME_CLOCK
     heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
-    first = found.first
+    first = comparison.first
     if first is not None:
         slots = {detail.slot for detail in first.details}
         first = replace(
@@ -104,7 +104,7 @@ def compare(
             rules_a=rules_in(one, first.scan, first.time_ns, slots),
             rules_b=rules_in(other, first.scan_b, first.time_b_ns, slots),
         )
-    return replace(found, first=first, heads=heads, sequences=sequences)
+    return replace(comparison, first=first, heads=heads, sequences=sequences)
 
 
 def compare_parts(
@@ -151,18 +151,18 @@ def compare_parts(
         a = Stream(one[0], both, keyed_by_time(one[1], SAME_CLOCK), row)
         b = Stream(other[0], both, keyed_by_time(other[1], clock), row)
         blocks, counts = blocks_by_time(a, b, tolerance.time_ns, block_scans), tolerance.counts
-    found, compared = Findings(common), (0, 0)
+    findings, compared = Findings(common), (0, 0)
     for block in blocks:
-        found.add(block.one, block.other, differing(fields, block, counts))
+        findings.add(block.one, block.other, differing(fields, block, counts))
         compared = compared[0] + block.there.scans, compared[1] + block.back.scans
     return Comparison(
-        first=found.first,
-        extents=found.extents,
+        first=findings.first,
+        extents=findings.extents,
         scans_a=a.scans,
         scans_b=b.scans,
         only_a=a.scans - compared[0],
         only_b=b.scans - compared[1],
-        differing=found.differing,
+        differing=findings.differing,
         slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
         heads=(),

@@ -28,7 +28,7 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
         counts: allowed difference between a count and its window; None = every bit counts.
     """
     one, other = block.one, block.other
-    found = []
+    differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
         parts = list(group)  # all fields of one image
         images = one.images(parts[0]), other.images(parts[0])
@@ -37,8 +37,8 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
         for field in parts if len(ahead.own) or len(behind.own) else ():
             there, back = _missing(field, ahead, counts), _missing(field, behind, counts)
             if len(there.a) or len(back.a):
-                found.append(_merged(there, back))
-    return found
+                differences.append(_merged(there, back))
+    return differences
 
 
 class _Question(NamedTuple):
@@ -52,10 +52,10 @@ class _Question(NamedTuple):
 
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     """Return the scans whose images differ, so that the other trace may lack their values."""
-    mine, held = own[windows.rows], other[windows.held]
-    unequal = mine != held
+    values, held = own[windows.rows], other[windows.held]
+    unequal = values != held
     there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
-    return _Question(windows.at(there), mine[there], held[there], other)
+    return _Question(windows.at(there), values[there], held[there], other)
 
 
 def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
@@ -146,5 +146,5 @@ def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     keys = group * rows + order  # ascending, as both summands are
     known = stop > start
     question = group[np.minimum(start, len(values) - 1)] * rows
-    found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)
-    return known & found
+    is_found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)
+    return known & is_found

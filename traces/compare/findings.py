@@ -148,16 +148,16 @@ class Findings:
         self.first: First | None = None  # the first scan that differs, or None
         self.differing = 0  # number of scans with a difference
 
-    def add(self, one: Side, other: Side, found: Sequence[FieldDifference]) -> None:
+    def add(self, one: Side, other: Side, differences: Sequence[FieldDifference]) -> None:
         """Add the fields that differ in the next block, with rows in ascending order."""
-        if not found:
+        if not differences:
             return
         if self.first is None:
-            self.first = _first(found, one, other, self._slots)
-        for extent in (extent for each in found for extent in each.extents(one, other)):
+            self.first = _first(differences, one, other, self._slots)
+        for extent in (extent for each in differences for extent in each.extents(one, other)):
             before = self._extents.get(extent.name)
             self._extents[extent.name] = extent if before is None else _joined(before, extent)
-        self.differing += len(np.unique(np.concatenate([each.a for each in found])))
+        self.differing += len(np.unique(np.concatenate([each.a for each in differences])))
 
     @property
     def extents(self) -> tuple[Extent, ...]:
@@ -165,9 +165,9 @@ class Findings:
         return tuple(sorted(self._extents.values(), key=lambda extent: extent.first))
 
 
-def _first(found: Sequence[FieldDifference], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
-    row, row_b = min((int(each.a[0]), int(each.b[0])) for each in found)
-    details = [each.detail(a, b, row) for each in found]
+def _first(differences: Sequence[FieldDifference], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
+    row, row_b = min((int(each.a[0]), int(each.b[0])) for each in differences)
+    details = [each.detail(a, b, row) for each in differences]
     return First(
         int(a.columns.scan[row]),
         int(a.columns.time_ns[row]),

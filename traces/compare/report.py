@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from scanrack.io_images.times import seconds_column, time_text
+from scanrack.io_images.times import time_text
 
-from ..read.changes import Row
+from ..read.changes import ROW_TITLES, Row
 from .comparison import Comparison
 from .findings import Detail, Extent, First
 
 Names = tuple[str, str]
 
 
-def report(found: Comparison, names: Names) -> Iterator[str]:
+def report(comparison: Comparison, names: Names) -> Iterator[str]:
     """Yield the lines of a comparison's report."""
-    yield _verdict(found, names)
-    if found.first is not None:
-        yield from first_lines(found.first, names)
+    yield _verdict(comparison, names)
+    if comparison.first is not None:
+        yield from first_lines(comparison.first, names)
         yield from ("", "How they differ")
         yield from _aligned(
-            [("", "scans", "first", "last", "by up to"), *map(_extent, found.extents)], "lrrrr"
+            [("", "scans", "first", "last", "by up to"), *map(_extent, comparison.extents)], "lrrrr"
         )
-    rest = list(_beside(found, names))
+    rest = list(_beside(comparison, names))
     if rest:
         yield from ("", *rest)
 
@@ -48,32 +48,35 @@ def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
     return next((place for place, equal in enumerate(same) if not equal), min(len(a), len(b)))
 
 
-def _verdict(found: Comparison, names: Names) -> str:
-    if found.first is None:
-        whole = not (found.only_a or found.only_b or found.slots_only_a or found.slots_only_b)
-        what = "show the same" if whole else "show the same as far as both go"
-        return f"{names[0]} and {names[1]} {what}{_within(found, 'within')}: {_scans(found)}"
-    first = found.first
+def _verdict(comparison: Comparison, names: Names) -> str:
+    if comparison.first is None:
+        whole = not (
+            comparison.only_a or comparison.only_b or comparison.slots_only_a or comparison.slots_only_b
+        )
+        verdict = "show the same" if whole else "show the same as far as both go"
+        return f"{names[0]} and {names[1]} {verdict}{_within(comparison, 'within')}: {_scans(comparison)}"
+    first = comparison.first
     where = f"scan {first.scan} at {time_text(first.time_ns)}"
     if (first.scan, first.time_ns) != (first.scan_b, first.time_b_ns):
         where += f" (scan {first.scan_b} at {time_text(first.time_b_ns)} of {names[1]})"
-    return (
-        f"{names[0]} and {names[1]} differ{_within(found, 'by more than')}, first in {where}; {_scans(found)}"
-    )
+    differ = f"differ{_within(comparison, 'by more than')}"
+    return f"{names[0]} and {names[1]} {differ}, first in {where}; {_scans(comparison)}"
 
 
-def _within(found: Comparison, word: str) -> str:
-    if found.tolerance.exact:
+def _within(comparison: Comparison, word: str) -> str:
+    if comparison.tolerance.exact:
         return ""
-    counts = found.tolerance.counts
-    return f" {word} {time_text(found.tolerance.time_ns)} and {counts:,} count{'s' * (counts != 1)}"
+    counts = comparison.tolerance.counts
+    return f" {word} {time_text(comparison.tolerance.time_ns)} and {counts:,} count{'s' * (counts != 1)}"
 
 
-def _scans(found: Comparison) -> str:
+def _scans(comparison: Comparison) -> str:
     scans = (
-        f"{found.scans_a:,}" if found.scans_a == found.scans_b else f"{found.scans_a:,} and {found.scans_b:,}"
+        f"{comparison.scans_a:,}"
+        if comparison.scans_a == comparison.scans_b
+        else f"{comparison.scans_a:,} and {comparison.scans_b:,}"
     )
-    return f"{found.differing:,} of {scans} scans differ" if found.differing else f"{scans} scans"
+    return f"{comparison.differing:,} of {scans} scans differ" if comparison.differing else f"{scans} scans"
 
 
 def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
@@ -106,8 +109,8 @@ def _rules(first: First, names: Names) -> Iterator[str]:
     both = [rule for rule in first.rules_a if rule in first.rules_b]
     own = [
         (name, rule)
-        for name, mine in zip(names, (first.rules_a, first.rules_b), strict=True)
-        for rule in mine
+        for name, rules in zip(names, (first.rules_a, first.rules_b), strict=True)
+        for rule in rules
         if rule not in both
     ]
     if both or own:
@@ -117,20 +120,9 @@ def _rules(first: First, names: Names) -> Iterator[str]:
 
 
 def _changes(rows: Sequence[Row]) -> list[str]:
-    cells = [("scan", "time s", "slot", "", "position", "encoder", "what")]
-    cells += [
-        (
-            "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds_column(row.now_ns),
-            _value(row.slot, ""),
-            row.direction,
-            _value(row.position, ""),
-            _value(row.encoder, ""),
-            row.text,
-        )
-        for row in rows
-    ]
-    return _aligned(cells, "rrrlrrl") if len(cells) > 1 else ["nothing changed"]
+    titles = [title.removesuffix(">") for title in ROW_TITLES]
+    sides = "".join("r" if title.endswith(">") else "l" for title in ROW_TITLES)
+    return _aligned([titles, *(row.cells for row in rows)], sides) if rows else ["nothing changed"]
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
@@ -144,18 +136,18 @@ def _extent(extent: Extent) -> tuple[str, ...]:
     return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most)
 
 
-def _beside(found: Comparison, names: Names) -> Iterator[str]:
+def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
     for name, only, slots in (
-        (names[0], found.only_a, found.slots_only_a),
-        (names[1], found.only_b, found.slots_only_b),
+        (names[0], comparison.only_a, comparison.slots_only_a),
+        (names[1], comparison.only_b, comparison.slots_only_b),
     ):
         if only:
             yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
         if slots:
             yield f"only in {name}: slot {', '.join(map(str, slots))}"
-    for name, a, b in found.sequences:
+    for name, a, b in comparison.sequences:
         yield f"sequence {name}: {a} / {b}"
-    for name, a, b in found.heads:
+    for name, a, b in comparison.heads:
         yield f"{name}: {_short(a)} / {_short(b)}"
 
 
@@ -163,8 +155,8 @@ def _short(text: str) -> str:
     return "none" if not text else text if len(text) <= 24 else f"{text[:12]}..."
 
 
-def _value(value: int | None, missing: str = "-") -> str:
-    return missing if value is None else f"{value:,}"
+def _value(value: int | None) -> str:
+    return "-" if value is None else f"{value:,}"
 
 
 def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:

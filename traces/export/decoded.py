@@ -108,8 +108,10 @@ def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Mess
     own = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
-        found = _slot_messages(stem, slot.number, signals)
-        if parts.setdefault(stem, found) != found:  # the same module with different names of bits
+        slot_messages = _slot_messages(stem, slot.number, signals)
+        if (
+            parts.setdefault(stem, slot_messages) != slot_messages
+        ):  # the same module with different names of bits
             stem = f"{stem}Slot{slot.number}"
             parts[stem] = _slot_messages(stem, slot.number, signals)
         own.append(f"{stem} slot{slot.number}")

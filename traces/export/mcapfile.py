@@ -8,7 +8,6 @@ Our own reader reads the copy like the recording, because it ignores fields afte
 
 from __future__ import annotations
 
-import json
 from array import array
 from collections.abc import Callable, Iterator
 from typing import IO, Any
@@ -22,19 +21,8 @@ from ..files.guard import TRACE
 from ..files.newfile import Target, new_file
 from ..format.message_layout import message_layout
 from ..format.records import read_record
-from ..format.schema import (
-    FORMAT_WITH_TAGS,
-    MESSAGE_ENCODING,
-    METADATA,
-    PROFILE,
-    SCAN_HEAD,
-    SCHEMA_ENCODING,
-    ScanSchema,
-    scan_schema,
-)
+from ..format.schema import FORMAT_WITH_TAGS, METADATA, PROFILE, SCAN_HEAD, ScanSchema, scan_schema
 from ..format.topics import ALL_TOPICS, SCAN_TOPIC, SEQUENCES, TEXTS
-from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
-from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from ..read.number_formats import NumberFormats
 from ..read.reader import Trace, TraceEvent
 from ..read.sections import ScanRows
@@ -45,7 +33,6 @@ from .format import ExportFormat
 
 CHUNK_BYTES = 1 << 20
 _PREAMBLE_BYTES = 9
-_SEQUENCE_MASK = 0xFFFF_FFFF
 _NEEDED_LATER = (TEXTS.name, SEQUENCES.name)
 
 
@@ -84,7 +71,8 @@ def write_mcap(
                 if isinstance(entry, TraceEvent):
                     copy.event(entry, selection)
                 else:
-                    copy.scans(_selected(entry, selection), rows)
+                    inside = selection.has(entry["scan"], entry["log_time"])
+                    copy.scans(entry if inside.all() else entry[inside], rows)
         copy.finish()
     return copy.count
 
@@ -147,15 +135,8 @@ class Copy:
         self._copied = [name for name in layout.names or () if name != "rest"]
         library = trace.head.library
         self._writer = ChunkWriter(file, profile=PROFILE, library=library, chunk_bytes=CHUNK_BYTES)
-        names = (SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
-        self._channel = self._writer.channel(*names)
-        self._channels = {
-            topic.name: self._writer.channel(
-                topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
-            )
-            for topic in ALL_TOPICS
-            if topic.name in trace.head.channels
-        }
+        topics = [topic for topic in ALL_TOPICS if topic.name in trace.head.channels]
+        self._channels = self._writer.register(schema, topics)
         for record in _metadata(trace):
             own = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
             more = own if record.name == METADATA else {}
@@ -172,20 +153,17 @@ class Copy:
             for name in self._copied:
                 rows[name] = source[name]
             rows["length"] = self._layout.itemsize - _PREAMBLE_BYTES
-            rows["channel"] = self._channel
+            rows["channel"] = self._channels[SCAN_TOPIC]
             rows["rest"] = part
             times = array("Q", rows["log_time"].tobytes())
-            self._writer.add_block(self._channel, times, bytearray(rows.tobytes()))
+            self._writer.add_block(self._channels[SCAN_TOPIC], times, bytearray(rows.tobytes()))
             start += len(part)
         self.count += len(recorded)
 
     def event(self, event: TraceEvent, selection: Selection) -> None:
         """Write an event of a selected scan; texts and steps are always written, as later scans need them."""
-        if event.topic not in _NEEDED_LATER and not _is_selected(event, selection):
-            return
-        text = json.dumps({"scan": event.scan, **event.fields}, ensure_ascii=False, separators=(",", ":"))
-        channel, number = self._channels[event.topic], event.scan & _SEQUENCE_MASK
-        self._writer.add_message(channel, event.now_ns, text.encode(), event.now_ns, number)
+        if event.topic in _NEEDED_LATER or selection.has(event.scan, event.now_ns):
+            self._writer.add_event(self._channels[event.topic], event.scan, event.now_ns, event.fields)
 
     def finish(self) -> None:
         """Write the summary and the footer."""
@@ -196,21 +174,6 @@ def _metadata(trace: Trace) -> Iterator[Metadata]:
     for span in trace.spans:
         if span.opcode == Opcode.METADATA:
             yield read_record(trace.file, span, Metadata.read)
-
-
-def _selected(rows: ScanRows, selection: Selection) -> ScanRows:
-    inside = (rows["scan"] >= selection.first) & (rows["log_time"] >= selection.start_ns)
-    if selection.last is not None:
-        inside &= rows["scan"] <= selection.last
-    if selection.end_ns is not None:
-        inside &= rows["log_time"] <= selection.end_ns
-    return rows if inside.all() else rows[inside]
-
-
-def _is_selected(event: TraceEvent, selection: Selection) -> bool:
-    late = selection.last is not None and event.scan > selection.last
-    late = late or (selection.end_ns is not None and event.now_ns > selection.end_ns)
-    return not late and event.scan >= selection.first and event.now_ns >= selection.start_ns
 
 
 FORMAT = ExportFormat(

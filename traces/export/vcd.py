@@ -157,17 +157,17 @@ def _dumped(values: Array, signal: Signal) -> list[Any]:
         numbers, missing = whole_numbers(values)
         pairs = zip(numbers.tolist(), missing.tolist(), strict=True)
         return ["x" if none else number for number, none in pairs]
-    found: list[Any] = values.tolist()
-    return [ExactReal(value) for value in found] if values.dtype.kind == "f" else found
+    plain: list[Any] = values.tolist()
+    return [ExactReal(value) for value in plain] if values.dtype.kind == "f" else plain
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
     """Yield time, variable and new value of each change, in order of time."""
-    found = [variable.changes(block) for variable in variables]
+    changes = [variable.changes(block) for variable in variables]
     changed = [
-        (each.dumped, value) for each, (_, values) in zip(variables, found, strict=True) for value in values
+        (each.dumped, value) for each, (_, values) in zip(variables, changes, strict=True) for value in values
     ]
-    rows = np.concatenate([rows for rows, _ in found])
+    rows = np.concatenate([rows for rows, _ in changes])
     order = np.argsort(rows, kind="stable")
     times = block.time_ns[rows[order]].tolist()
     for place, time_ns in zip(order.tolist(), times, strict=True):

@@ -80,11 +80,11 @@ def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path
         OSError: the file can't be inspected.
     """
     target = Path(realpath(path))
-    found = _status(target)
+    status = _status(target)
     for other, role in used.items():
-        if _is_same(target, found, other):
+        if _is_same(target, status, other):
             raise OwnedError(f"{path} is {role}: choose another file to write to")
-    if found is not None and stat.S_ISREG(found.st_mode):
+    if status is not None and stat.S_ISREG(status.st_mode):
         _check_kind(path, target, kind)
     return target
 

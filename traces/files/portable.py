@@ -18,14 +18,14 @@ def no_device(name: str) -> str:
     >>> no_device("aux"), no_device("COM3.mcap"), no_device("comb")
     ('aux_', 'COM3_.mcap', 'comb')
     """
-    found = _DEVICE.match(name)
-    return name if found is None else f"{name[: found.end()]}_{name[found.end() :]}"
+    match = _DEVICE.match(name)
+    return name if match is None else f"{name[: match.end()]}_{name[match.end() :]}"
 
 
 def relative(path: PurePath | str, folder: PurePath | str) -> str:
     """Return the path from a folder to a file, with / between parts; an absolute path on another drive."""
     try:
-        found = relpath(path, folder)
+        relative_path = relpath(path, folder)
     except ValueError:
-        found = str(path)
-    return Path(found).as_posix()
+        relative_path = str(path)
+    return Path(relative_path).as_posix()

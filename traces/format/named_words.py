@@ -63,16 +63,23 @@ def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
     return facts
 
 
+def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
+    """Return the fields of a schema, and the lines of its messages by name."""
+    head, *messages = text.split(f"{SEPARATOR}\n")
+    parted = (each.splitlines() or [""] for each in messages)
+    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
+
+
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
     """Return the words of the slots of a trace; slots without words in the schema are left out.
 
     Raises:
         ValueError: names of bits are illegal.
     """
-    head, *messages = schema.split(f"{SEPARATOR}\n")
-    fields = dict(_message(each) for each in messages)
-    found: dict[int, ModuleWords] = {}
-    for line in head.splitlines()[2:]:
+    head, messages = split_schema(schema)
+    fields = {name: tuple(line.partition(" ")[2] for line in lines) for name, lines in messages.items()}
+    words: dict[int, ModuleWords] = {}
+    for line in head[2:]:
         stem, _, slot = line.partition(" slot")
         outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
         if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
@@ -80,13 +87,13 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
         sizes = {"O": len(outputs), "I": len(inputs)}
         groups = _groups(metadata.get(names_key(int(slot)), "{}"), sizes)
         if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
-            found[int(slot)] = WORDS_3601
+            words[int(slot)] = WORDS_3601
         elif family_key(int(slot)) in metadata and STATUS in groups:
-            found[int(slot)] = recorded_profile(stem, groups, json_value(metadata[family_key(int(slot))]))
+            words[int(slot)] = recorded_profile(stem, groups, json_value(metadata[family_key(int(slot))]))
         else:
             numbers = _numbers(metadata.get(numbers_key(int(slot)), "{}"))
-            found[int(slot)] = ModuleWords(stem, outputs, inputs, groups, **numbers)
-    return found
+            words[int(slot)] = ModuleWords(stem, outputs, inputs, groups, **numbers)
+    return words
 
 
 def _numbers_text(words: ModuleWords) -> str:
@@ -98,28 +105,23 @@ def _numbers_text(words: ModuleWords) -> str:
 def _numbers(text: str) -> dict[str, Any]:
     """Return the errors, modes and quantities of a module that are recorded."""
     try:
-        given = json_value(text)
-        modes = given.get("modes")
+        data = json_value(text)
+        modes = data.get("modes")
         return {
-            "errors": tuple(map(str, given.get("errors", ()))),
+            "errors": tuple(map(str, data.get("errors", ()))),
             "modes": None if modes is None else Modes(int(modes["live"]), int(modes["input"])),
-            "quantities": tuple(map(_quantity, given.get("quantities", ()))),
+            "quantities": tuple(map(_quantity, data.get("quantities", ()))),
         }
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise ValueError(f"numbers of a module: {error!r}") from None
 
 
-def _quantity(given: Mapping[str, Any]) -> Quantity:
-    format = given["format"]
-    places = str(given["image"]), int(given["word"]), int(given["words"]), str(given["unit"])
+def _quantity(table: Mapping[str, Any]) -> Quantity:
+    format = table["format"]
+    places = str(table["image"]), int(table["word"]), int(table["words"]), str(table["unit"])
     return Quantity(
-        str(given["name"]), *places, format and NumberFormat(format), counts=bool(given["counts"])
+        str(table["name"]), *places, format and NumberFormat(format), counts=bool(table["counts"])
     )
-
-
-def _message(text: str) -> tuple[str, tuple[str, ...]]:
-    first, *lines = text.splitlines() or [""]
-    return first.removeprefix("MSG: scanrack/"), tuple(line.partition(" ")[2] for line in lines)
 
 
 def _are_words(names: Sequence[str]) -> bool:
@@ -128,10 +130,10 @@ def _are_words(names: Sequence[str]) -> bool:
 
 def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
     try:
-        given = json_value(text)
+        data = json_value(text)
         return {
             group: {name: _place(name, at, sizes) for name, at in names.items()}
-            for group, names in given.items()
+            for group, names in data.items()
         }
     except (AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"names of bits: {error}") from None

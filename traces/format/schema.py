@@ -39,7 +39,7 @@ from scanrack.io_images.dataclass import dataclass
 
 from .cdr import leaves
 from .layout import SlotInfo, block_layout
-from .named_words import SEPARATOR
+from .named_words import SEPARATOR, split_schema
 from .tagplan import FIELD, TagPlan
 
 FORMAT = 1
@@ -159,13 +159,6 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
         if count >= LEAVES_MAX or end - before.end > REST_BYTES_MAX:
             raise ValueError(f"they are more than {LEAVES_MAX:,} values or {REST_BYTES_MAX:,} bytes")
     return end - before.end
-
-
-def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
-    """Return the fields of a schema, and the lines of its messages by name."""
-    head, *messages = text.split(f"{SEPARATOR}\n")
-    parted = (each.splitlines() or [""] for each in messages)
-    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
 
 
 def _message(name: str, fields: Sequence[str]) -> list[str]:

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.tag_names import element_of, without_ranges
 
-from .named_words import SEPARATOR
+from .named_words import split_schema
 
 if TYPE_CHECKING:
     import numpy as np
@@ -274,11 +274,10 @@ def read_plan(schema: str) -> TagPlan | None:
     Raises:
         ValueError: the schema has invalid tags.
     """
-    head, *messages = schema.split(f"{SEPARATOR}\n")
-    row = next((line.split(" ")[0] for line in head.splitlines() if line.endswith(f" {FIELD}")), None)
+    head, bodies = split_schema(schema)
+    row = next((line.split(" ")[0] for line in head if line.endswith(f" {FIELD}")), None)
     if row is None:
         return None
-    bodies = {name.removeprefix("MSG: scanrack/"): lines for name, *lines in map(str.splitlines, messages)}
     if row not in bodies:
         raise ValueError(f"no message {row}")
     return TagPlan(tuple(_read_field(line, bodies) for line in bodies[row]))

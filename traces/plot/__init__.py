@@ -1,10 +1,11 @@
 """Draws a trace as a timing chart: position, speed, ramp, changing bits, recorded tags. See docs/plot.md."""
 
-from .chart import Chart, NothingToPlotError, Panel, read_chart
+from .chart import Chart, NothingToPlotError, read_chart
 from .envelope import Curve, Envelope
 from .figure import save_figure
 from .marks import Mark
 from .page import save_page
+from .panel import Panel
 
 __all__ = [
     "Chart",

@@ -1,102 +1,70 @@
-"""Finds the scans in which words with bits, or the values of a tag, changed: few, even in a long trace."""
+"""Finds the scans in which an image or the value of a signal changed: few, even in a long trace."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scanrack.io_images.module_words import INPUT, BitPlace, ModuleWords
 
-from ..signals import Block, Signal
+from ..signals import Block
+
+Array = NDArray[Any]
 
 
 @dataclass(frozen=True, slots=True)
-class BitChanges:
-    """Images of a slot in the first scan, and in each scan that changes a word with named bits."""
+class Changes:
+    """Values in the first scan, and in each scan in which they changed."""
 
     row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
-    words: NDArray[np.int16]
+    values: Array  # of a signal, in its own type; of an image, the words, a row per scan
 
 
-@dataclass(frozen=True, slots=True)
-class Steps:
-    """The value of a signal in the first scan, and in each scan in which it changed."""
+class ChangeFinder:
+    """Finds the changes of a signal or an image, block by block.
 
-    row: NDArray[np.int64]  # the scan's place among the scans read, from 0
-    time_ns: NDArray[np.int64]
-    value: NDArray[Any]  # the values, of the signal's own type
+    Args:
+        read: returns the values in a block: one per scan, or a row of words per scan.
+        watched: number of words that are compared, from the first one; None = all values.
+    """
 
-
-class StepFinder:
-    """Finds the changes of one signal, block by block."""
-
-    def __init__(self, signal: Signal) -> None:
-        self._signal = signal
+    def __init__(self, read: Callable[[Block], Array], watched: int | None = None) -> None:
+        self._read, self._watched = read, watched
         self._rows = 0
-        self._found: list[Steps] = []
+        self._last: Array | None = None
+        self._parts: list[Changes] = []
 
     def add(self, block: Block) -> None:
         """Add a block."""
-        values = self._signal.read(block)
+        values = self._read(block)
+        watched = values if self._watched is None else np.ascontiguousarray(values[:, : self._watched])
+        differs = watched[1:] != watched[:-1]
         new = np.ones(len(values), bool)
-        new[1:] = values[1:] != values[:-1]
-        if self._found:
-            new[0] = values[0] != self._found[-1].value[-1]
+        new[0] = self._last is None or not np.array_equal(watched[0], self._last)
+        new[1:] = differs if differs.ndim == 1 else differs.any(axis=1)
         rows = np.flatnonzero(new)
         if len(rows):
-            self._found.append(Steps(rows + self._rows, block.time_ns[rows], values[rows]))
+            self._parts.append(Changes(rows + self._rows, block.time_ns[rows], values[rows]))
         self._rows += len(values)
+        self._last = watched[-1].copy()
 
-    def steps(self) -> Steps:
+    def changes(self) -> Changes:
         """Return the changes; at least one block must have been added."""
-        return Steps(
-            np.concatenate([found.row for found in self._found]),
-            np.concatenate([found.time_ns for found in self._found]),
-            np.concatenate([found.value for found in self._found]),
-        )
+        columns = zip(*((part.row, part.time_ns, part.values) for part in self._parts), strict=True)
+        return Changes(*map(np.concatenate, columns))
+
+
+def bit_changes(slot: int, direction: str, words: ModuleWords) -> ChangeFinder:
+    """Return the finder of changes in an image, of words up to the last one with named bits."""
+    named = [at for names in words.groups.values() for at in names.values() if _is_in(at, direction)]
+    watched = 1 + max((at.word for at in named), default=0)
+    return ChangeFinder(partial(Block.image, slot=slot, direction=direction), watched)
 
 
 def _is_in(at: BitPlace, direction: str) -> bool:
     return (at.image in INPUT) == (direction in INPUT)
-
-
-class ChangeFinder:
-    """Finds the changes in one image of a slot, block by block.
-
-    Args:
-        words: names of the slot's words and bits; only words with named bits are watched.
-    """
-
-    def __init__(self, slot: int, direction: str, words: ModuleWords) -> None:
-        self._slot, self._direction = slot, direction
-        self._watched = 1 + max(
-            (at.word for names in words.groups.values() for at in names.values() if _is_in(at, direction)),
-            default=0,
-        )
-        self._rows = 0
-        self._last: NDArray[np.int16] | None = None
-        self._found: list[BitChanges] = []
-
-    def add(self, block: Block) -> None:
-        """Add a block."""
-        words = block.image(self._slot, self._direction)
-        watched = np.ascontiguousarray(words[:, : self._watched])
-        differs = np.empty(len(watched), bool)
-        differs[0] = self._last is None or not np.array_equal(watched[0], self._last)
-        differs[1:] = (watched[1:] != watched[:-1]).any(axis=1)
-        rows = np.flatnonzero(differs)
-        if len(rows):
-            self._found.append(BitChanges(rows + self._rows, block.time_ns[rows], words[rows]))
-        self._rows += len(watched)
-        self._last = watched[-1].copy()
-
-    def changes(self) -> BitChanges:
-        """Return the changes; at least one block must have been added."""
-        return BitChanges(
-            np.concatenate([found.row for found in self._found]),
-            np.concatenate([found.time_ns for found in self._found]),
-            np.concatenate([found.words for found in self._found]),
-        )

@@ -12,35 +12,14 @@ import numpy as np
 from ..format.layout import SlotInfo, listed
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
-from ..signals.sequences import FIELD as SEQUENCES
-from .changes import ChangeFinder
+from .changes import bit_changes
 from .curves import CurveMaker
-from .lanes import GROUPS, Band, Lane, bit_lanes, card_lanes, ramp_lane
+from .lanes import GROUPS, bit_lanes, card_lanes, ramp_lane
 from .marks import Mark, marks
+from .panel import Panel
 from .tagged import FROM_OUTSIDE, Choice, TagTracks, choose
 
 C = TypeVar("C")
-
-
-@dataclass(frozen=True, slots=True)
-class Panel(Generic[C]):
-    """One module on the chart, or the tags of the program."""
-
-    slot: SlotInfo | None  # the module; None for the program
-    curves: Sequence[tuple[str, C]]  # names and curves from top to bottom
-    ramp: Lane | None  # the ramp state of a 3601; None for a card
-    lanes: Sequence[Lane]  # the bits that change, from top to bottom
-    steady: Sequence[Lane]  # the bits that do not change
-    marks: Sequence[Mark]  # events of the slot; the first panel also has events of the rack
-    about: str = ""
-    bands: Sequence[Band] = ()  # steps and texts of the program that change
-    unchanged: Sequence[tuple[str, str]] = ()  # tags that do not change, and their values
-    fractional: Sequence[str] = ()  # names of the curves whose values have fractions
-
-    @property
-    def name(self) -> str:
-        """Its heading."""
-        return "program" if self.slot is None else f"slot {self.slot.number}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +57,8 @@ class Tracks(Generic[C]):
         self.slot = slot
         self._sources = [(title, catalog[name]) for title, name in _curve_signals(slot)]
         self._curves = [maker() for _ in self._sources]
-        self._inputs = ChangeFinder(slot.number, "in", slot.words)
-        self._outputs = ChangeFinder(slot.number, "out", slot.words)
+        self._inputs = bit_changes(slot.number, "in", slot.words)
+        self._outputs = bit_changes(slot.number, "out", slot.words)
 
     def add(self, block: Block) -> None:
         """Add a block."""
@@ -145,7 +124,7 @@ def read_chart(
     catalog = Catalog.of(trace)
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
     tracks = [Tracks(slot, catalog, maker) for slot in wanted_slots(trace, slots)]
-    program = TagTracks(choice.signals, catalog[FROM_OUTSIDE], exact or maker)
+    program = TagTracks(choice, catalog[FROM_OUTSIDE], exact or maker)
     extent = ScanExtent()
     for block in blocks(trace, selection, progress=progress):
         extent.add(block)
@@ -158,7 +137,7 @@ def read_chart(
     rest = [mark for mark in happened if mark not in apart]
     panels = [track.panel(marks_of(rest, track.slot, tracks[0].slot)) for track in tracks]
     if choice.signals:
-        panels.append(program_panel(program, choice, apart))
+        panels.append(program.panel(apart))
     return Chart(
         title=title if title is not None else chart_title(trace),
         start_ns=extent.start_ns,
@@ -169,35 +148,6 @@ def read_chart(
         panels=panels,
         left_out=choice.left_out,
     )
-
-
-def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark]) -> Panel[C]:
-    """Return the panel of the program's tags."""
-    parts = program.parts()
-    return Panel(
-        None,
-        parts.curves,
-        None,
-        parts.lanes,
-        parts.steady,
-        happened,
-        _about(choice),
-        parts.bands,
-        parts.unchanged,
-        parts.fractional,
-    )
-
-
-def _about(choice: Choice) -> str:
-    """Return the text about the program on its panel."""
-    sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in choice.signals)
-    tags = len(choice.signals) - sequences
-    parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
-    if choice.left_out:
-        parts.append(f"{tags} of {tags + choice.left_out:,} tags")
-    elif tags:
-        parts.append(f"{tags} tag{'s' if tags > 1 else ''}")
-    return ", ".join(parts)
 
 
 class ScanExtent:
@@ -249,8 +199,8 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     for number in numbers:
         if number not in have:
             slots = ", ".join(map(str, have))
-            says = f"no amci3601 and no card with names in slot {number}; there is one in {slots}"
-            raise NothingToPlotError(says)
+            problem = f"no amci3601 and no card with names in slot {number}; there is one in {slots}"
+            raise NothingToPlotError(problem)
     return [have[number] for number in dict.fromkeys(numbers or have)]
 
 

@@ -20,11 +20,12 @@ from ..extras import need
 from ..files.guard import PNG, SVG
 from ..files.newfile import new_file
 from . import colors, time_axis
-from .chart import Chart, Panel, groups_of
+from .chart import Chart, groups_of
 from .envelope import Curve
 from .figure_lanes import draw_lanes, rows_of
 from .labels import Label, placed, shortened
 from .lanes import RAMP_STATES
+from .panel import Panel
 from .sizes import (
     AXIS,
     DPI,
@@ -206,8 +207,8 @@ def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> Non
     axes.margins(y=0.1)
     style = {"size": NAME_SIZE - 0.5, "color": colors.LANES["tag"], "family": "monospace", "va": "center"}
     left_of_values = -0.06
-    says = shortened(name, NAME_LETTERS - 8)
-    axes.text(left_of_values, 0.5, says, transform=axes.transAxes, ha="right", **style)
+    label = shortened(name, NAME_LETTERS - 8)
+    axes.text(left_of_values, 0.5, label, transform=axes.transAxes, ha="right", **style)
 
 
 def _short(value: float) -> str:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import colors
-from .chart import Chart, Panel
+from .chart import Chart
 from .envelope import Curve
 from .labels import listed, shortened
 from .lanes import GROUPS, RAMP_STATES, REST, Band, Lane, at_pixels
+from .panel import Panel
 from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
 
 CROWDED = PIXELS // 3

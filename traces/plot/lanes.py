@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scanrack.io_images.module_words import INPUT, ModuleWords
 
 from ..signals import decode
-from .changes import BitChanges
+from .changes import Changes
 
 GROUPS = ("command", "status", "error", "input", "output", "tag")
 """Kinds of lanes, from top to bottom."""
@@ -62,13 +62,13 @@ class Band(Lane):
         return self.names.get(value, str(value)) or '""'
 
 
-def bit_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
+def bit_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lane]:
     """Return a lane for every named bit of a module with two modes, including those that never change."""
     lanes = []
     for names in words.groups.values():
         for name, (image, word, bit) in names.items():
             changes = inputs if image in INPUT else outputs
-            values = decode.module_bit(changes.words, words, image, word, 1 << bit)
+            values = decode.module_bit(changes.values, words, image, word, 1 << bit)
             lanes.append(_lane(name, _group(words, name, image), changes, values))
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
 
@@ -81,22 +81,22 @@ def _group(words: ModuleWords, name: str, image: str) -> str:
     return "input" if name.startswith(_INPUTS) else "status"
 
 
-def card_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
+def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lane]:
     """Return a lane for every bit that a card names, inputs above outputs."""
     lanes = []
     for image, changes, group in (("I", inputs, "input"), ("O", outputs, "output")):
         for names in words.groups.values():
             for name, at in names.items():
                 if at.image == image:
-                    lanes.append(_lane(name, group, changes, changes.words[:, at.word] >> at.bit & 1))
+                    lanes.append(_lane(name, group, changes, changes.values[:, at.word] >> at.bit & 1))
     return lanes
 
 
-def ramp_lane(words: ModuleWords, inputs: BitChanges) -> Lane:
+def ramp_lane(words: ModuleWords, inputs: Changes) -> Lane:
     """Return the lane of the ramp state."""
 
     def on(name: str) -> NDArray[np.bool_]:
-        return decode.input_bit(inputs.words, words, name)
+        return decode.input_bit(inputs.values, words, name)
 
     states = np.select(
         [
@@ -111,7 +111,7 @@ def ramp_lane(words: ModuleWords, inputs: BitChanges) -> Lane:
     return _lane("ramp", "ramp", inputs, states)
 
 
-def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> Lane:
+def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane:
     new = np.ones(len(values), bool)
     new[1:] = values[1:] != values[:-1]
     return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))

@@ -22,10 +22,11 @@ from ..files.newfile import new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Selection
 from . import colors, time_axis
-from .chart import Chart, Panel, groups_of, read_chart
+from .chart import Chart, groups_of, read_chart
 from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
 from .pack import Packer, whole
+from .panel import Panel
 
 SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
 """The parts of the page's script, in order."""

@@ -18,9 +18,12 @@ from ..format.flags import FLAGS
 from ..read.reader import Trace
 from ..signals import Block, Catalog, Selection, Signal, SignalKind, blocks
 from ..signals.names import RECORDED
-from .changes import StepFinder, Steps
+from ..signals.sequences import FIELD as SEQUENCES
+from .changes import ChangeFinder, Changes
 from .curves import CurveMaker
 from .lanes import Band, Lane
+from .marks import Mark
+from .panel import Panel
 
 CURVES_MAX, ROWS_MAX = 8, 24
 """Maximum curves, and maximum bands and lanes, unless tags are chosen."""
@@ -42,17 +45,16 @@ class Choice:
     signals: Sequence[Signal]
     left_out: int  # number of recorded values that are not drawn
 
-
-@dataclass(frozen=True, slots=True)
-class TagParts(Generic[C]):
-    """The contents of the tags' panel."""
-
-    curves: Sequence[tuple[str, C]]  # full names and curves of the numbers that change
-    fractional: Sequence[str]  # names of the curves whose values have fractions
-    bands: Sequence[Band]  # steps and texts that change
-    lanes: Sequence[Lane]
-    steady: Sequence[Lane]  # BOOLs that do not change
-    unchanged: Sequence[tuple[str, str]]  # names and values of all tags that do not change
+    def __str__(self) -> str:
+        """Return the numbers of sequences and tags, for the heading of their panel."""
+        sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
+        tags = len(self.signals) - sequences
+        parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
+        if self.left_out:
+            parts.append(f"{tags} of {tags + self.left_out:,} tags")
+        elif tags:
+            parts.append(f"{tags} tag{'s' if tags > 1 else ''}")
+        return ", ".join(parts)
 
 
 def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:
@@ -77,15 +79,15 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 
 
 def _matching(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
-    found: dict[str, Signal] = {}
+    chosen: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
             raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
-        found |= {signal.name: signal for signal in matches}
-    if len(found) > CHOSEN_MAX:
-        raise ValueError(f"{', '.join(patterns)}: {len(found):,} tags; a chart shows {CHOSEN_MAX} at most")
-    return Choice(list(found.values()), sum(signal.name not in found for signal in known))
+        chosen |= {signal.name: signal for signal in matches}
+    if len(chosen) > CHOSEN_MAX:
+        raise ValueError(f"{', '.join(patterns)}: {len(chosen):,} tags; a chart shows {CHOSEN_MAX} at most")
+    return Choice(list(chosen.values()), sum(signal.name not in chosen for signal in known))
 
 
 def _some(known: Sequence[Signal]) -> str:
@@ -142,15 +144,13 @@ class TagTracks(Generic[C]):
         maker: returns a new maker of curves for values of the tags' own types.
     """
 
-    def __init__(
-        self, signals: Sequence[Signal], outside: Signal, maker: Callable[[], CurveMaker[C]]
-    ) -> None:
-        self._outside = StepFinder(outside)
-        numbers = [signal for signal in signals if signal.kind is SignalKind.NUMBER]
+    def __init__(self, choice: Choice, outside: Signal, maker: Callable[[], CurveMaker[C]]) -> None:
+        self._choice = choice
+        self._outside = ChangeFinder(outside.read)
+        numbers = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
+        others = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
         self._curves = [(SteadyCheck(signal), maker()) for signal in numbers]
-        self._steps = [
-            (signal, StepFinder(signal)) for signal in signals if signal.kind is not SignalKind.NUMBER
-        ]
+        self._steps = [(signal, ChangeFinder(signal.read)) for signal in others]
 
     def add(self, block: Block) -> None:
         """Add a block."""
@@ -162,20 +162,24 @@ class TagTracks(Generic[C]):
         for finder in (self._outside, *(finder for _, finder in self._steps)):
             finder.add(block)
 
-    def parts(self) -> TagParts[C]:
-        """Return the contents."""
+    def panel(self, happened: Sequence[Mark]) -> Panel[C]:
+        """Return the panel."""
         moving = [(steady.signal, curve) for steady, curve in self._curves if not steady.same]
-        rows = [_lane(signal, finder.steps()) for signal, finder in self._steps]
+        rows = [_lane(signal, finder.changes()) for signal, finder in self._steps]
         bands, steady_bands = _parted(row for row in rows if isinstance(row, Band))
         lanes, steady_lanes = _parted(row for row in rows if not isinstance(row, Band))
-        outside = _bit("from outside", self._outside.steps())
-        return TagParts(
-            curves=[(_title(signal), curve.curve()) for signal, curve in moving],
-            fractional=[_title(signal) for signal, _ in moving if not signal.bits],
-            bands=bands,
-            lanes=[outside, *lanes] if outside.value.any() else lanes,
-            steady=steady_lanes,
-            unchanged=self._unchanged(steady_bands, steady_lanes),
+        outside = _bit("from outside", self._outside.changes())
+        return Panel(
+            None,
+            [(_title(signal), curve.curve()) for signal, curve in moving],
+            None,
+            [outside, *lanes] if outside.value.any() else lanes,
+            steady_lanes,
+            happened,
+            str(self._choice),
+            bands,
+            self._unchanged(steady_bands, steady_lanes),
+            [_title(signal) for signal, _ in moving if not signal.bits],
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
@@ -201,15 +205,15 @@ def _number(steady: SteadyCheck) -> str:
     return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
 
 
-def _lane(signal: Signal, steps: Steps) -> Lane:
+def _lane(signal: Signal, changes: Changes) -> Lane:
     if signal.kind is SignalKind.CODE:
-        codes = steps.value.astype(np.int32)
-        return Band(_title(signal), "band", steps.row, steps.time_ns, codes, signal.names)
-    return _bit(_title(signal), steps)
+        codes = changes.values.astype(np.int32)
+        return Band(_title(signal), "band", changes.row, changes.time_ns, codes, signal.names)
+    return _bit(_title(signal), changes)
 
 
-def _bit(name: str, steps: Steps) -> Lane:
-    return Lane(name, "tag", steps.row, steps.time_ns, steps.value.astype(np.int8))
+def _bit(name: str, changes: Changes) -> Lane:
+    return Lane(name, "tag", changes.row, changes.time_ns, changes.values.astype(np.int8))
 
 
 def _title(signal: Signal) -> str:

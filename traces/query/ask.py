@@ -52,9 +52,9 @@ def query(
     except OverflowError as error:
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     rows = reading.rows
-    found = asked.pattern(reading.stretches, rows)
-    chosen = found.some(_PICKS[asked.aggregate](found, rows))
-    return Answer(asked.aggregate, len(found), tuple(_occurrences(chosen, reading)))
+    occurrences = asked.pattern(reading.stretches, rows)
+    chosen = occurrences.some(_PICKS[asked.aggregate](occurrences, rows))
+    return Answer(asked.aggregate, len(occurrences), tuple(_occurrences(chosen, reading)))
 
 
 class _Reading:
@@ -72,8 +72,8 @@ class _Reading:
         values = {name: signal.read(block) for name, signal in chosen.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
         before, begins = self.stretches[0].rows, []
-        for found, holds in zip(self.stretches, self._question.conditions, strict=True):
-            begins.append(found.add(holds(scans)))
+        for stretches, holds in zip(self.stretches, self._question.conditions, strict=True):
+            begins.append(stretches.add(holds(scans)))
         self.rows.add(scans.scan, scans.time_ns)
         if self._shown and len(begins[0]):
             self._begins.append(begins[0] + before)
@@ -91,10 +91,10 @@ class _Reading:
         yield from (dict(zip(names, each, strict=True)) for each in zip(*columns, strict=True))
 
 
-def _at(pick: Callable[[Array], Any], found: Occurrences, rows: RowIndex) -> slice:
-    if not len(found):
+def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
+    if not len(occurrences):
         return slice(0)
-    place = int(pick(lengths(found, rows)))
+    place = int(pick(lengths(occurrences, rows)))
     return slice(place, place + 1)
 
 
@@ -108,16 +108,16 @@ _PICKS: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {
 }
 
 
-def _occurrences(found: Occurrences, reading: _Reading) -> Iterable[Occurrence]:
+def _occurrences(occurrences: Occurrences, reading: _Reading) -> Iterable[Occurrence]:
     rows = reading.rows
     columns = (
-        rows.scan(found.first),
-        rows.scan(found.last),
-        rows.time_ns(found.first),
-        rows.time_ns(found.end),
-        found.open,
+        rows.scan(occurrences.first),
+        rows.scan(occurrences.last),
+        rows.time_ns(occurrences.first),
+        rows.time_ns(occurrences.end),
+        occurrences.open,
     )
-    each = zip(*(column.tolist() for column in columns), reading.shown(found.first), strict=True)
+    each = zip(*(column.tolist() for column in columns), reading.shown(occurrences.first), strict=True)
     yield from (Occurrence(*fields) for fields in each)
 
 

@@ -38,8 +38,8 @@ class Expression:
 class MeaningError(Exception):
     """A query is grammatical, but has no meaning."""
 
-    def __init__(self, column: int, says: str) -> None:
-        super().__init__(says)
+    def __init__(self, column: int, text: str) -> None:
+        super().__init__(text)
         self.column = column
 
 
@@ -80,13 +80,19 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
     )
 
 
-def want(part: Expression, expected: Type, what: str = "") -> None:
+def want(part: Expression, expected: Type, kind: str = "") -> None:
     """Raise a MeaningError if an expression has another type than `expected`."""
     if part.type is expected:
         return
-    subject = f"{what} takes" if what else "this place takes"
+    subject = f"{kind} takes" if kind else "this place takes"
     hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""
     raise MeaningError(part.column, f"{subject} {expected.value}, and {part.text} is {part.type.value}{hint}")
+
+
+def refuse_condition(part: Expression, kind: str) -> None:
+    """Raise a MeaningError if an expression is a condition where `kind` takes a number or a time."""
+    if part.type is Type.CONDITION:
+        want(part, Type.NUMBER, kind)
 
 
 def same(left: Expression, right: Expression, sign: Token) -> None:
@@ -94,8 +100,8 @@ def same(left: Expression, right: Expression, sign: Token) -> None:
     if left.type is right.type:
         return
     hint = "; a time has a unit, as in 20 ms" if Type.DURATION in (left.type, right.type) else ""
-    says = f"{sign} has {left.type.value} on its left and {right.type.value} on its right{hint}"
-    raise MeaningError(column_of(sign), says)
+    problem = f"{sign} has {left.type.value} on its left and {right.type.value} on its right{hint}"
+    raise MeaningError(column_of(sign), problem)
 
 
 def duration_ns(token: Token) -> int:

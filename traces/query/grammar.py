@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from scanrack.io_images.times import TIME
 
 GRAMMAR = r"""
-start: pattern                                          -> everything
-     | AGGREGATE "(" pattern ")"                        -> aggregate
+?start: pattern
+      | AGGREGATE "(" pattern ")"                       -> aggregate
 
 ?pattern: condition                                     -> runs
         | condition _THEN condition                    -> then

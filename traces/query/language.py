@@ -37,6 +37,7 @@ from .expression import (
     joined,
     leaf,
     number_of,
+    refuse_condition,
     same,
     want,
 )
@@ -103,7 +104,7 @@ def _allowed(error: UnexpectedInput) -> str:
         names = set(error.allowed)
     elif isinstance(error, UnexpectedToken):
         names = set(error.accepts or error.expected)
-    return ", ".join(said for name, said in TERMS.items() if name in names)
+    return ", ".join(text for name, text in TERMS.items() if name in names)
 
 
 _COMPARE: Mapping[str, Callable[[Any, Any], Any]] = {
@@ -158,11 +159,8 @@ class _Builder(Transformer[Token, Any]):
 
     # -- the whole ----------------------------------------------------------------------------------
 
-    def everything(self, found: Query) -> Query:
-        return found
-
-    def aggregate(self, name: Token, found: Query) -> Query:
-        return replace(found, aggregate=str(name))
+    def aggregate(self, name: Token, query: Query) -> Query:
+        return replace(query, aggregate=str(name))
 
     def runs(self, condition: Expression) -> Query:
         return _query(runs, condition)
@@ -209,8 +207,7 @@ class _Builder(Transformer[Token, Any]):
 
     def arithmetic(self, left: Expression, sign: Token, right: Expression) -> Expression:
         for part in (left, right):
-            if part.type is Type.CONDITION:
-                want(part, Type.NUMBER, str(sign))
+            refuse_condition(part, str(sign))
         if sign == "*":
             want(right, Type.NUMBER, "*")
             want(left, Type.NUMBER, "*")
@@ -218,15 +215,13 @@ class _Builder(Transformer[Token, Any]):
         return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:
-        if part.type is Type.CONDITION:
-            want(part, Type.NUMBER, str(sign))
+        refuse_condition(part, str(sign))
         if sign == "+":
             return part
         return derived(part.type, part, lambda scans: numbers.negated(part.evaluate(scans)))
 
     def absolute(self, part: Expression) -> Expression:
-        if part.type is Type.CONDITION:
-            want(part, Type.NUMBER, "abs()")
+        refuse_condition(part, "abs()")
         return derived(part.type, part, lambda scans: numbers.absolute(part.evaluate(scans)))
 
     def duration(self, token: Token) -> Expression:

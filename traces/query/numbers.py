@@ -84,8 +84,8 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
     none = left.none | right.none
     if not (left.are_whole and right.are_whole):
         with np.errstate(all="ignore"):
-            found = operator(_floats(left), _floats(right))
-        return Numbers(found, none | np.isnan(found))
+            result = operator(_floats(left), _floats(right))
+        return Numbers(result, none | np.isnan(result))
     if _fits(operator, left.values, right.values):
         return Numbers(operator(left.values, right.values), none)
     return Numbers(_narrow(operator(left.values.astype(object), right.values.astype(object))), none)
@@ -107,22 +107,22 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
     return result & ~(left.none | right.none)
 
 
-def negated(found: Numbers) -> Numbers:
+def negated(numbers: Numbers) -> Numbers:
     """Return the negated numbers."""
-    return calculated(sub, constant(0, len(found)), found)
+    return calculated(sub, constant(0, len(numbers)), numbers)
 
 
-def absolute(found: Numbers) -> Numbers:
+def absolute(numbers: Numbers) -> Numbers:
     """Return the absolute values.
 
     >>> list(absolute(numbers(np.array([-(2**63), 3]))))
     [9223372036854775808, 3]
     """
-    values = np.where(found.values < 0, negated(found).values, found.values)
-    return Numbers(values if values.dtype.kind == "f" else _narrow(values), found.none)
+    values = np.where(numbers.values < 0, negated(numbers).values, numbers.values)
+    return Numbers(values if values.dtype.kind == "f" else _narrow(values), numbers.none)
 
 
-def changed(found: Numbers) -> Condition:
+def changed(numbers: Numbers) -> Condition:
     """Return where a number differs from the previous scan; never in the first scan.
 
     A number that appears or disappears counts as changed; no number after no number does not.
@@ -130,8 +130,8 @@ def changed(found: Numbers) -> Condition:
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
     """
-    result = np.zeros(len(found), bool)
-    now, before = found[1:], found[:-1]
+    result = np.zeros(len(numbers), bool)
+    now, before = numbers[1:], numbers[:-1]
     result[1:] = compared(ne, now, before) | (now.none != before.none)
     return result
 
@@ -161,7 +161,7 @@ def _exact_as_float(values: Array) -> bool:
     return bool(values.min() >= -EXACT_MAX and values.max() <= EXACT_MAX)
 
 
-def _floats(found: Numbers) -> Array:
-    if found.values.dtype.kind == "O":
-        return np.array([float(value) for value in found.values])
-    return found.values.astype(np.float64)
+def _floats(numbers: Numbers) -> Array:
+    if numbers.values.dtype.kind == "O":
+        return np.array([float(value) for value in numbers.values])
+    return numbers.values.astype(np.float64)

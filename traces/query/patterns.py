@@ -101,11 +101,11 @@ def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
     """Find each beginning of a cause that an effect follows in a later scan, within the time."""
-    found = _answers(*conditions)
-    answered = ~found.open
+    answers = _answers(*conditions)
+    answered = ~answers.open
     if within_ns is not None:
-        answered &= lengths(found, rows) <= within_ns
-    return found.some(np.flatnonzero(answered))
+        answered &= lengths(answers, rows) <= within_ns
+    return answers.some(np.flatnonzero(answered))
 
 
 def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
@@ -113,8 +113,8 @@ def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> 
 
     A cause near the end of the trace is left out if the trace ends before the time is over.
     """
-    found = _answers(*conditions)
-    return found.some(np.flatnonzero(lengths(found, rows) > within_ns))
+    answers = _answers(*conditions)
+    return answers.some(np.flatnonzero(lengths(answers, rows) > within_ns))
 
 
 def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
@@ -128,7 +128,7 @@ def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
     return Occurrences(first, last, last, open_)
 
 
-def lengths(found: Occurrences, rows: RowIndex) -> Rows:
+def lengths(occurrences: Occurrences, rows: RowIndex) -> Rows:
     """Return the durations of occurrences, ns."""
-    result: Rows = rows.time_ns(found.end) - rows.time_ns(found.first)
+    result: Rows = rows.time_ns(occurrences.end) - rows.time_ns(occurrences.first)
     return result

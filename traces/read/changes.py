@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.times import seconds_column
 
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
@@ -49,6 +50,18 @@ class Row:
     position: int | None  # reported position, steps; None where the image has none
     encoder: int | None  # reported count; None where the image has none
     text: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Its texts under `ROW_TITLES`; empty where it has no value."""
+        numbers = ["" if each is None else str(each) for each in (self.scan, self.slot)]
+        reports = ["" if each is None else f"{each:,}" for each in (self.position, self.encoder)]
+        time = "" if self.now_ns is None else seconds_column(self.now_ns)
+        return (numbers[0], time, numbers[1], self.direction, *reports, self.text)
+
+
+ROW_TITLES = ("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+"""Titles of the columns of a table of rows; one that ends in ">" is above numbers."""
 
 
 class ChangeRows:
@@ -172,8 +185,8 @@ class ChangeRows:
         """Yield a row with the number of scans folded since the last row, if any, and reset it."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
-            what = " and ".join(name for name, changed in self._folded_what.items() if changed)
-            text = f"... {self._folded:,} {scans} in which only the {what} changed"
+            names = " and ".join(name for name, changed in self._folded_what.items() if changed)
+            text = f"... {self._folded:,} {scans} in which only the {names} changed"
             yield Row(None, None, None, "", None, None, text)
             self._folded = 0
             self._folded_what = dict.fromkeys(_REPORTS.values(), False)

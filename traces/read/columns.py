@@ -37,10 +37,6 @@ class Columns(NamedTuple):
         """Return the columns, each changed by the same function."""
         return Columns._make(None if column is None else change(column) for column in self)
 
-    def followed_by(self, other: Columns) -> Columns:
-        """Return these rows, followed by the rows of another."""
-        return join((self, other))
-
 
 def join(parts: Sequence[Columns]) -> Columns:
     """Join the rows of several columns; there must be at least one."""
@@ -135,10 +131,10 @@ def _beyond(column: NDArray[np.int64], value: int | None) -> int:
     return len(column) if value is None else int(np.searchsorted(column, value, "right"))
 
 
-def _range(what: str, low: int, high: int | None, unit: float, suffix: str) -> str:
+def _range(kind: str, low: int, high: int | None, unit: float, suffix: str) -> str:
     if not low and high is None:
         return ""
     since, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
     if high is None:
-        return f"{what} from {since}"
-    return f"{what} {since} to {until}" if low else f"{what} up to {until}"
+        return f"{kind} from {since}"
+    return f"{kind} {since} to {until}" if low else f"{kind} up to {until}"

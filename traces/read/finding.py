@@ -63,14 +63,14 @@ def find_records(
         if trouble == UNDER_WAY:
             return spans, [*notes, trouble]
         last_start, last_end = _last(spans)
-        what, found = "next chunk", _next_chunk(file, size, last_start + 1)
-        if found is None:
-            what, found = "end of its data", _end_of_data(file, size, last_start + 1)
-        if found is None:
+        what, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
+        if next_place is None:
+            what, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
+        if next_place is None:
             return spans, [*notes, trouble]
-        if found > last_end:
-            notes.append(Damage(f"damaged at byte {last_end:,}; the {what} is at byte {found:,}"))
-        offset = found
+        if next_place > last_end:
+            notes.append(Damage(f"damaged at byte {last_end:,}; the {what} is at byte {next_place:,}"))
+        offset = next_place
     return spans, notes
 
 

@@ -149,11 +149,11 @@ def _rest_bytes(
     """
     text = "" if schema is None else schema.data.decode("utf-8", "replace")
     known = scan_schema(slots, tags)
-    found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
+    encoding = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     required = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
-    if found == required:
+    if encoding == required:
         return 0
-    if found == (*required[:2], NAME_STEM + layout_of(text)):
+    if encoding == (*required[:2], NAME_STEM + layout_of(text)):
         try:
             rest = rest_bytes(text, known)
         except ValueError as error:
@@ -162,5 +162,5 @@ def _rest_bytes(
             return rest
     raise TraceError(
         f"its scans are laid out in a way this version does not know: "
-        f"{' '.join(found) or 'no schema'}, expected {' '.join(required)}"
+        f"{' '.join(encoding) or 'no schema'}, expected {' '.join(required)}"
     )

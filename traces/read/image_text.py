@@ -40,10 +40,10 @@ def output_wording(before: Words, after: Words) -> str:
         return ", ".join(parts)
     if before[0] & _MODE_CONFIG:
         before = (0,) * len(after)  # a configuration can't be compared with parameters
-    given = bool(after[0] & ~before[0])
+    is_given = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
-        if values != [before[word] for word in words] or (given and any(values)):
+        if values != [before[word] for word in words] or (is_given and any(values)):
             parts.append(f"{name} {_value(values)}")
     return ", ".join(parts)
 

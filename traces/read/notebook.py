@@ -58,14 +58,14 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
     each = max(1, POINTS // max(len(parts), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
     assert position is not None
-    found: list[int] = []
+    positions: list[int] = []
     for section in parts:
         for block in trace.scan_rows(section):
             for scan in trace.as_scans(block[:: max(1, len(block) // each)]):
                 words = list(scan.inputs(slot.number))
                 if not slot.words.configures("in", words):
-                    found.append(formats.value(slot.number, scan.scan, position, words))
-    return found[:: -(-len(found) // POINTS) or 1]
+                    positions.append(formats.value(slot.number, scan.scan, position, words))
+    return positions[:: -(-len(positions) // POINTS) or 1]
 
 
 def _events(trace: Trace) -> str:

@@ -92,11 +92,11 @@ class NumberFormats:
         Args:
             words: the words of its image, a row per scan.
         """
-        found = np.empty(len(words))
+        values = np.empty(len(words))
         first, second = words[:, quantity.word], words[:, quantity.word + 1]
         for part, format in self._parts(slot, quantity, scans):
-            found[part] = format.reported_all(first[part], second[part])
-        return found
+            values[part] = format.reported_all(first[part], second[part])
+        return values
 
     def _parts(
         self, slot: int, quantity: Quantity, scans: NDArray[np.int64]

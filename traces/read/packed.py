@@ -49,7 +49,7 @@ class PackedScans:
 
     def add(self, columns: Columns) -> None:
         """Add scans at the end."""
-        rows = self._waiting.followed_by(columns)
+        rows = join((self._waiting, columns))
         start = 0
         while len(rows.scan) - start >= CHUNK_SCANS:
             self._packed.append(self._pack(rows.rows(start, start + CHUNK_SCANS)))

@@ -15,7 +15,6 @@ from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple, Self, TypeVar
 
 from mcap.opcode import Opcode
@@ -130,9 +129,7 @@ class Records:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -332,7 +329,7 @@ class Trace(Records):
         """
         for section in self.sections:
             late = end_ns is not None and section.start_ns > end_ns
-            if not (late or section.end_ns < start_ns) and self.may_tell(section, topics):
+            if not (late or section.end_ns < start_ns) and self.may_contain(section, topics):
                 yield from self.events_in(section, topics)
 
     def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
@@ -349,7 +346,7 @@ class Trace(Records):
         parts = self._messages(section)
         return _rows_of(parts), list(self._events_in(parts, section))
 
-    def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
+    def may_contain(self, section: Section, topics: Collection[str] | None = None) -> bool:
         """Return whether a section may have events of some topics, or any if None, without reading it.
 
         The answer is based on its indexes, unless the file is damaged, or ends with them.
@@ -368,12 +365,12 @@ class Trace(Records):
         """Return the meanings of the codes of recorded texts."""
         if TEXTS.name not in self.head.channels:
             return {}
-        found = {}
+        texts = {}
         for event in self.events(topics={TEXTS.name}):
             code = event.fields.get("code")
             if isinstance(code, int):
-                found[code] = str(event.fields.get("text", ""))
-        return found
+                texts[code] = str(event.fields.get("text", ""))
+        return texts
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
         """Return the scans of a section as arrays; a damaged section is noted and has none."""
@@ -399,8 +396,8 @@ class Trace(Records):
     def first_scan(self, place: int) -> int:
         """Return the number of the first scan in a section or after it; 2**32 if there is none."""
         if place not in self._firsts:
-            found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
-            rows = next(found, None)
+            scans = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
+            rows = next(scans, None)
             self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
         return self._firsts[place]
 
@@ -429,19 +426,19 @@ class Trace(Records):
         first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
         per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
         at_ns = first_ns + (scan - first_scan) * per_scan
-        found = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
-        return min(max(found - 1, 0), last)
+        place = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        return min(max(place - 1, 0), last)
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
-        found = []
+        attachments = []
         for span in self.spans:
             if span.opcode == Opcode.ATTACHMENT:
                 try:
-                    found.append(read_attachment(self.file, span))
+                    attachments.append(read_attachment(self.file, span))
                 except TraceError as error:
                     self.note(note_of(error, "the attachment is left out"))
-        return found
+        return attachments
 
     def attachment_names(self) -> list[tuple[Span, str]]:
         """Return the places and names of the attachments without reading their data."""

@@ -62,12 +62,12 @@ def step_of(event: TraceEvent) -> Step:
 
 def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:
     """Return the steps of each sequence in order; sequences are in the order of their first steps."""
-    found: dict[str, list[Step]] = {}
+    steps: dict[str, list[Step]] = {}
     for event in events:
         if event.topic == SEQUENCES.name:
             step = step_of(event)
-            found.setdefault(step.sequence, []).append(step)
-    return found
+            steps.setdefault(step.sequence, []).append(step)
+    return steps
 
 
 def sequence_steps(trace: Trace) -> dict[str, list[Step]]:

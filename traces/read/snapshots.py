@@ -29,10 +29,10 @@ def snapshots_of(trace: Trace) -> Mapping[int, str]:
 
 
 def _lines(data: bytes) -> dict[int, str]:
-    found: dict[int, str] = {}
+    lines: dict[int, str] = {}
     for line in unpacked(data, _MOST_BYTES).decode("ascii").splitlines():
         number, _, values = line.partition(" ")
         if not number.isdigit() or len(number) > _DIGITS:
             raise ValueError("a snapshot without the number of its scan")
-        found[int(number)] = values
-    return found
+        lines[int(number)] = values
+    return lines

@@ -80,12 +80,12 @@ class Catalog(Mapping[str, Signal]):
             UnknownSignalError: the name is unknown (the message has similar names) or ambiguous.
         """
         try:
-            found = self._found(name) or self._meant(name)
+            signal = self._found(name) or self._meant(name)
         except AmbiguousNameError as error:
             raise UnknownSignalError(str(error)) from None
-        if found is None:
+        if signal is None:
             raise UnknownSignalError(self._unknown(name))
-        return found
+        return signal
 
     def __contains__(self, name: object) -> bool:
         try:

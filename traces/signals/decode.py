@@ -36,10 +36,10 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
         image: "I" or "in", "O" or "out".
         mask: mask of the bit in the word.
     """
-    found = bit(np.ascontiguousarray(words[:, word]), mask)
+    is_set = bit(np.ascontiguousarray(words[:, word]), mask)
     if module.modes is None or mask & module.live(image, word):
-        return found
-    return found & in_command_mode(words, module.modes.word(image))
+        return is_set
+    return is_set & in_command_mode(words, module.modes.word(image))
 
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:

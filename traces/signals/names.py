@@ -59,16 +59,16 @@ class SignalNames:
     @cached_property
     def _parts(self) -> Mapping[str, list[str]]:
         """Names of signals by the last part of a tag's name, and by the name of a terminal."""
-        found: dict[str, list[str]] = {}
+        parts: dict[str, list[str]] = {}
         for signal in self._tags:
             last = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
-            found.setdefault(last, []).append(signal.name)
+            parts.setdefault(last, []).append(signal.name)
         for slot in self._slots:
             for names in slot.words.groups.values() if slot.words.modes is None else ():
                 for name, at in names.items():
                     signal_name = f"slot{slot.number}.{DIRECTIONS[at.image]}.{name}"
-                    found.setdefault(name.lower(), []).append(signal_name)
-        return found
+                    parts.setdefault(name.lower(), []).append(signal_name)
+        return parts
 
     def _by_part(self, key: str) -> str | None:
         meant = self._parts.get(key, [])

@@ -41,5 +41,5 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
 
 def _values(scans: Array, values: Array, block: Block) -> Array:
     """Return the value in force in each scan of a block; before the first step, the first value."""
-    found: Array = values[np.searchsorted(scans, block.scan, side="right")]
-    return found
+    in_force: Array = values[np.searchsorted(scans, block.scan, side="right")]
+    return in_force

@@ -17,7 +17,7 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import ImagePlaces
 
 from ..read.arrays import column_chunks, extent, scan_count
-from ..read.columns import ALL, Columns, Selection
+from ..read.columns import ALL, Columns, Selection, join
 from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
@@ -91,16 +91,16 @@ def blocks(
     """
     margin = half_window(trace) if measured else 0
     places = trace.head.layout.places
-    found = False
+    any_found = False
     columns = column_chunks(trace, selection, margin=margin, tags=True)
     for wide, start, stop in _with_margins(columns, margin) if margin else _without(columns):
         progress(stop - start)
         low, high = selection.rows(wide)
         low, high = max(low, start), min(high, stop)
         if low < high:
-            found = True
+            any_found = True
             yield Block(wide, low, high, margin, places)
-    if not found:
+    if not any_found:
         raise EmptySelectionError(_nothing(selection, extent(trace)))
 
 
@@ -136,7 +136,7 @@ def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Colu
         if held is None:
             held = columns
             continue
-        whole = held.followed_by(columns)
+        whole = join((held, columns))
         ready = len(whole.scan) - margin
         if ready <= before:
             held = whole

@@ -63,5 +63,5 @@ def _values(name: str, element: int | None, block: Block) -> Array:
 
 
 def _is_code(signal: Signal, code: int, block: Block) -> Array:
-    found: Array = signal.read(block) == code
-    return found
+    is_code: Array = signal.read(block) == code
+    return is_code

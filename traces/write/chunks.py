@@ -10,8 +10,10 @@ times as long. All other records are written with the library's own classes.
 
 from __future__ import annotations
 
+import json
 import zlib
 from array import array
+from collections.abc import Iterable, Mapping
 from struct import Struct
 from typing import Protocol
 
@@ -20,13 +22,18 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
 
 from ..format.records import MAGIC
+from ..format.schema import MESSAGE_ENCODING, SCHEMA_ENCODING, ScanSchema
 from ..format.summary import Entries, Summary, encoded
+from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
+from ..format.topics import SCAN_TOPIC, Topic
+from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from .output import TraceFile
 
 _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
+_SEQUENCE_MASK = 0xFFFF_FFFF
 _NEVER_NS = 1 << 64
 """A time after all others, ns."""
 
@@ -84,6 +91,16 @@ class ChunkWriter:
         self._summary.channel(registered)
         return number
 
+    def register(self, schema: ScanSchema, topics: Iterable[Topic]) -> dict[str, int]:
+        """Register /scan and the topics of events; return the channels' ids by topic."""
+        scan = self.channel(SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
+        events = {each.name: self.json_channel(each.name, each.schema, each.schema_text) for each in topics}
+        return {SCAN_TOPIC: scan, **events}
+
+    def json_channel(self, topic: str, schema_name: str, schema: str) -> int:
+        """Register a channel of JSON messages; return the channel's id."""
+        return self.channel(topic, JSON_ENCODING, schema_name, JSON_SCHEMA_ENCODING, schema)
+
     def add_metadata(self, name: str, data: dict[str, str]) -> None:
         """Write a metadata record."""
         record = Metadata(name=name, metadata=data)
@@ -109,6 +126,12 @@ class ChunkWriter:
         self._note_times(log_time, log_time)
         if len(records) >= self._chunk_bytes:
             self._write_chunk()
+
+    def add_event(self, channel_id: int, scan: int, now_ns: int, fields: Mapping[str, object]) -> None:
+        """Add the JSON message of an event; raise ValueError for a number that is not finite."""
+        content = {"scan": scan, **fields}
+        text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self.add_message(channel_id, now_ns, text.encode(), now_ns, scan & _SEQUENCE_MASK)
 
     def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
         """Add message records of the same size, already laid out; times are in ns, 64-bit, ascending.

@@ -114,7 +114,7 @@ class LineRecorder:
 
     def _channel(self, topic: str, schema: Mapping[str, object]) -> int:
         text = json.dumps(schema, separators=(",", ":"))
-        return self._writer.channel(topic, "json", str(schema["title"]), "jsonschema", text)
+        return self._writer.json_channel(topic, str(schema["title"]), text)
 
 
 def _schema(unit: UnitColumns) -> Mapping[str, object]:

@@ -14,7 +14,6 @@ scans, with a signal handler that sets a flag.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Never
@@ -26,32 +25,18 @@ from ..files.keeping import RecordingKeeper
 from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
 from ..format.layout import SlotInfo, block_layout, check_slots
 from ..format.named_words import facts_of
-from ..format.schema import (
-    FORMAT,
-    FORMAT_WITH_TAGS,
-    LIBRARY,
-    MESSAGE_ENCODING,
-    METADATA,
-    PROFILE,
-    SCHEMA_ENCODING,
-    scan_schema,
-)
+from ..format.schema import FORMAT, FORMAT_WITH_TAGS, LIBRARY, METADATA, PROFILE, scan_schema
 from ..format.snapshots import SNAPSHOTS
 from ..format.tagplan import TagSource
-from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
 from ..format.topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS, Topic
-from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from ..format.wordmap import word_map
 from .chunks import ChunkWriter
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
 from .snapshots import SnapshotLog
-from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
 """Maximum scans in a chunk; a killed process loses the scans since the last draft, or all."""
-
-_SEQUENCE_MASK = 0xFFFF_FFFF
 
 Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 
@@ -140,18 +125,11 @@ class ScanRecorder:
     def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
         """Write everything before the first chunk."""
         try:
-            self._writer: TraceWriter = ChunkWriter(
+            self._writer = ChunkWriter(
                 self._file, profile=PROFILE, library=LIBRARY + head["scanrack"], chunk_bytes=chunk_bytes
             )
-            self._channel = self._writer.channel(
-                SCAN_TOPIC, MESSAGE_ENCODING, self._schema.name, SCHEMA_ENCODING, self._schema.text
-            )
-            self._channels = {
-                topic.name: self._writer.channel(
-                    topic.name, JSON_ENCODING, topic.schema, JSON_SCHEMA_ENCODING, topic.schema_text
-                )
-                for topic in self._topics()
-            }
+            self._channels = self._writer.register(self._schema, self._topics())
+            self._channel = self._channels.pop(SCAN_TOPIC)
             self._writer.add_metadata(METADATA, head)
             for file in files:
                 self._writer.add_attachment(file.name, file.media_type, file.data)
@@ -260,11 +238,7 @@ class ScanRecorder:
         self._tags.pending.clear()
 
     def _write(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
-        text = json.dumps(
-            {"scan": scan, **fields}, ensure_ascii=False, allow_nan=False, separators=(",", ":")
-        )
-        number = scan & _SEQUENCE_MASK
-        self._writer.add_message(self._channels[topic], now_ns, text.encode(), now_ns, number)
+        self._writer.add_event(self._channels[topic], scan, now_ns, fields)
         self._after_writing(scan)
 
     def _hand_over(self, scan: int) -> None:

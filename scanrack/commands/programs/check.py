@@ -54,8 +54,8 @@ def _check_command(
 ) -> None:
     """Check a rack or program without running it: conditions, readers and writers, commands to axes.
 
-    An L5X, SLC, .rung or .st file is also checked without a rack. Of stored programs of the PCL601, which
-    may be several files, it prints what each takes of the memory.
+    An L5X, SLC, .rung or .st file is also checked without a rack. For stored programs of the PCL601,
+    one or several files, it prints the memory that each takes.
 
     Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
     Example: scanrack check machine.L5X --format sarif > machine.sarif
@@ -102,7 +102,7 @@ def _is_stored(file: str) -> bool:
 
 
 def _stored(files: list[str]) -> list[str]:
-    """Return a line per stored program of the PCL601; ValueError for one that can't be stored."""
+    """Return a line per stored program of the PCL601; raise ValueError if one can't be stored."""
     from scanrack.runtime.controllers.pcl601.program import read_program
 
     from ..wire.pclt import summary

@@ -1,4 +1,4 @@
-"""`scanrack doctor`: what this installation has, what it lacks, and how to fix it."""
+"""`scanrack doctor`: the parts of this installation, the missing ones, and their remedies."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from scanrack.terminal.terminal import say
 def _doctor_command(as_json: JsonOption = False) -> None:
     """Check this installation: Python, extras, ports, real-time rights, browser, programs.
 
-    Each line that is not "ok" says how to fix it, or what it would give. Nothing is changed, and nothing
-    is asked over a network.
+    Each line that is not "ok" has the remedy, or the benefit of the missing part. The command changes
+    nothing, and sends nothing over a network.
 
-    Exit status: 0 scanrack runs here, whatever else is absent; 1 something is broken.
+    Exit status: 0 scanrack runs here, with or without optional parts; 1 something is broken.
     """
     from dataclasses import asdict
 
     from scanrack.jobs.start.doctor import Health, examined
 
-    found = examined()
+    diagnoses = examined()
     if as_json:
-        say_json([asdict(each) for each in found])
+        say_json([asdict(each) for each in diagnoses])
     else:
-        width = max(len(each.name) for each in found)
-        for each in found:
+        width = max(len(each.name) for each in diagnoses)
+        for each in diagnoses:
             say(f"{each.state.value:6}  {each.name:{width}}  {each.says}")
             if each.mend:
                 say(f"{'':{width + 10}}{each.mend}")
-    if any(each.state is Health.BROKEN for each in found):
+    if any(each.state is Health.BROKEN for each in diagnoses):
         raise typer.Exit(NO)
 
 

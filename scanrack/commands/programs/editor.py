@@ -1,4 +1,4 @@
-"""`scanrack editor`: what an editor is connected by."""
+"""`scanrack editor`: connections to editors."""
 
 from __future__ import annotations
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import typer
 from scanrack.io_images.doors import json_value
@@ -22,14 +19,15 @@ from scanrack.jobs.fuzz.learning import LearnedScenario, learn
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
 from scanrack.jobs.fuzz.written_tests import check_new
 from scanrack.jobs.load.loading import LoadedRack, load_job, scans_to_run
-from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 
 from .fuzz_budget import Budget
+from .fuzz_options import FuzzOptions
 from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
 
@@ -38,7 +36,7 @@ DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "comma
 
 
 def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
-    """Return the kinds of the options; without any, those of the rack file."""
+    """Return the kinds of the options; without options, the kinds of the rack file."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
     chosen, excluded = (frozenset(map(_kind, names)) for names in (only, without))
@@ -54,7 +52,7 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
 
 
 def _kind(name: str) -> Kind:
-    """Return the kind of a name; ValueError for an unknown one."""
+    """Return the kind of a name; raise ValueError for an unknown name."""
     try:
         return Kind(name)
     except ValueError:
@@ -63,94 +61,11 @@ def _kind(name: str) -> Kind:
         ) from None
 
 
-def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
-    for name in given:
+def _checks(names: list[str], files: list[Path]) -> tuple[str, ...]:
+    for name in names:
         if name not in STANDARD:
             raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
-    return tuple(given) if given or files else DEFAULT_CHECKS
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FuzzOptions:
-    """The argument and the options of `scanrack fuzz`."""
-
-    rack: Annotated[
-        str,
-        typer.Argument(
-            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
-        ),
-    ]
-    invariants: Annotated[
-        list[Path] | None,
-        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with invariants."),
-    ] = None
-    check: Annotated[
-        list[str] | None,
-        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
-    ] = None
-    duration: Annotated[
-        str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
-    ] = None
-    runs: Annotated[
-        int,
-        typer.Option(
-            "--runs",
-            metavar="N",
-            min=1,
-            help="How many scenarios to try, excluding shrinking and the corpus.",
-        ),
-    ] = 500
-    time: Annotated[
-        str | None, typer.Option("--budget", metavar="TIME", help="Search for so long instead: '2 h'.")
-    ] = None
-    scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", min=1, help="Search for so many scans instead.")
-    ] = None
-    processor: Annotated[
-        str | None,
-        typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
-    ] = None
-    only: Annotated[
-        list[str] | None,
-        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
-    ] = None
-    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
-        None
-    )
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
-    ] = None
-    dask: Annotated[
-        str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
-    ] = None
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
-        ),
-    ] = None
-    begin_with: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
-        ),
-    ] = None
-    scenario: Annotated[
-        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
-    ] = None
-    tests: Annotated[
-        Path | None,
-        typer.Option(
-            "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
-        ),
-    ] = None
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
-    ] = False
-    as_json: JsonOption = False
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
+    return tuple(names) if names or files else DEFAULT_CHECKS
 
 
 def _fuzz_command(
@@ -158,17 +73,17 @@ def _fuzz_command(
 ) -> None:
     """Search for inputs and faults that break a program.
 
-    Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
-    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
-    rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
-    A campaign continues where it left off: its state is in the same folder.
-    Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
+    The search presses buttons, makes sensors stick, moves switches, cuts links and power, stops the CPU and
+    tears updates, all at random. It shrinks a scenario that breaks an invariant, and writes it as a rack
+    file, a trace with its chart, and a script for the bench, with the sentence of the rule.
+    A campaign continues from the state in its folder.
+    For a trace, the search runs the rack file and program in it, and varies the recorded inputs.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
     can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
-    Ctrl-C; what is known by then is kept.
+    Ctrl-C; the results so far are kept.
     """
     with reported_mistakes(), ExitStack() as held:
         if options.tests is not None:
@@ -178,7 +93,7 @@ def _fuzz_command(
         if options.rack.endswith(".mcap"):
             held.enter_context(locked(folder))
             learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
-            tell_notes(learned)
+            print_notes(learned)
         searched = options.rack if learned is None else str(learned.rack)
         job = load_job(searched)
         setup = _setup(searched, job, options, _scans(job, options.duration, learned))
@@ -193,14 +108,8 @@ def _fuzz_command(
             setup=setup,
             folder=folder,
             budget=Budget(options.runs, _ns(options.time), options.scans, _ns(options.processor)),
-            jobs=_jobs(options),
-            dask=options.dask,
+            options=options,
             base=None if learned is None else learned.scenario,
-            begin_with=tuple(options.begin_with or ()),
-            quiet=options.quiet,
-            as_json=options.as_json,
-            strict=options.strict,
-            tests=options.tests,
         )
         status = session.run()
     raise typer.Exit(status)
@@ -223,13 +132,6 @@ def _ns(duration: str | None) -> int | None:
     return None if duration is None else parse_duration(duration)
 
 
-def _jobs(options: FuzzOptions) -> int | None:
-    """Return the number of processes; None if a cluster chooses it."""
-    if options.dask is not None:
-        return options.jobs or None
-    return options.jobs or os.cpu_count() or 1
-
-
 def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:
     """Return the length of a run: from the command line, the recording, or the rack file."""
     if learned is not None and duration is None:
@@ -240,12 +142,12 @@ def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | Non
 
 
 def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
-    found = replay(bench_of(setup), read_scenario(file, setup))
+    failures = replay(bench_of(setup), read_scenario(file, setup))
     if as_json:
-        say_json({"broken": [failure_row(each) for each in found]})
+        say_json({"broken": [failure_row(each) for each in failures]})
     else:
-        say("\n".join(map(failure, found)) or "everything held")
-    return NO if found else DONE
+        say("\n".join(map(failure, failures)) or "everything held")
+    return NO if failures else DONE
 
 
 def read_scenario(file: Path, setup: Setup) -> Scenario:
@@ -257,9 +159,9 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
     if not file.is_file():
         raise ValueError(f"{file}: no such scenario")
     try:
-        given = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
-        recipe = isinstance(given, dict) and "scenario" in given
-        scenario = Scenario.from_json(given["scenario"] if recipe else given)
+        data = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
+        recipe = isinstance(data, dict) and "scenario" in data
+        scenario = Scenario.from_json(data["scenario"] if recipe else data)
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
         raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None

@@ -1,4 +1,4 @@
-"""How long a session of `scanrack fuzz` searches, and how much of its time goes into explaining."""
+"""The budget of a session of `scanrack fuzz`, and its share for explaining."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.runtime.loop.pace import wall_ns
 
 EXPLAINING = 2
-"""Part of a budget of time for explaining: one in so many. A search has the others."""
+"""Divisor of a budget of time: 1/2 is for explaining, the rest for the search."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How long a session searches: the limit that is reached first; the runs count without any other."""
+    """The limits of a session, which ends at the first one; `runs` applies only without the others."""
 
     runs: int  # number of scenarios
     wall_ns: int | None = None
@@ -43,9 +43,10 @@ NO_TIME = Times(0, 0)
 
 @dataclass(slots=True)
 class Spending:
-    """What a session has used of its budget.
+    """The used part of a session's budget.
 
-    Explaining is part of the time; when its share is used up, or the budget, what is left is not explained.
+    Explaining takes part of the time. Once that part or the budget is used up, further failures are not
+    explained.
     """
 
     budget: Budget
@@ -80,7 +81,7 @@ class Spending:
         return Times(wall_ns() - self.begin_ns, processor_ns)
 
     def allowance(self, jobs: int) -> Allowance:
-        """Return the time for a task that is one of so many at a time."""
+        """Return the time for a task, one of several at the same time."""
         used, limits = self.used, self.budget
         return Allowance(
             None if limits.wall_ns is None else limits.wall_ns - used.wall_ns,
@@ -89,7 +90,7 @@ class Spending:
 
     @property
     def share(self) -> float | None:
-        """The part of the time that is used; None without a limit of time."""
+        """The used part of the time, 0 to 1; None without a limit of time."""
         limits = self.budget.wall_ns, self.budget.processor_ns
         shares = [each / limit for each, limit in zip(self.used, limits, strict=True) if limit is not None]
         return min(1.0, max(shares)) if shares else None

@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from signal import default_int_handler
 from threading import current_thread, main_thread
@@ -45,6 +45,7 @@ from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.files.portable import relative
 
 from .fuzz_budget import Budget, Spending
+from .fuzz_options import FuzzOptions
 from .fuzz_summary import (
     closing,
     failure,
@@ -76,7 +77,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 
 @contextmanager
 def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Raise KeyboardInterrupt on Ctrl-C, and note it even if the exception is swallowed; yield the note.
+    """Raise KeyboardInterrupt on Ctrl-C; yield a function that returns whether that has happened.
 
     An ignored signal, as in the background of a shell, and a foreign handler stay as they are.
     """
@@ -97,22 +98,29 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, default_int_handler)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Session:
-    """The options of one call of the command."""
+    """One call of the command."""
 
     job: LoadedRack
     setup: Setup
     folder: Path
     budget: Budget
-    jobs: int | None  # tasks at a time; None = as many as the cluster has threads
-    dask: str | None  # address of a Dask scheduler, or None
+    options: FuzzOptions
     base: Scenario | None  # the scenario of a recording, or None
-    begin_with: tuple[Path, ...]  # folders of other campaigns and recordings, whose runs are tried first
-    quiet: bool  # print only failures
-    as_json: bool = False
-    strict: bool = False  # whether it counts if a goal was never seen
-    tests: Path | None = None  # a new folder for tests of what was reached, or None
+    _bench: TrialBench = field(init=False)
+    _state: State = field(init=False)
+    _spending: Spending = field(init=False)
+    _memory: Memory = field(init=False)
+    _solver: SolverStep = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._bench = bench_of(self.setup)
+        self._state = read_state(self.state_file, relative(self.setup.rack, self.folder))
+        self._spending = Spending(self.budget, self._state, self._state.scans)
+        origin = Origin.of(self.job, self.setup.scans)
+        self._memory = Memory(self.folder, origin, self._bench.spec, complain)
+        self._solver = SolverStep(self.job, self._bench)
 
     @property
     def state_file(self) -> Path:
@@ -141,176 +149,163 @@ class Session:
             ValueError: an unusable file or option.
             OSError: a file can't be written.
         """
-        bench = bench_of(self.setup)
-        state = read_state(self.state_file, relative(self.setup.rack, self.folder))
+        bench, state, options, tests = self._bench, self._state, self.options, self.options.tests
         for old in state.drop_impossible(bench.spec):
-            self._tell(
+            self._report(
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
         before = replace(state)
-        spending = Spending(self.budget, state, state.scans)
-        memory = Memory(self.folder, Origin.of(self.job, self.setup.scans), bench.spec, complain)
-        again = memory.known(self.begin_with)
+        again = self._memory.known(tuple(options.begin_with or ()))
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
-        self._look_again(bench, state)
-        again += tuple(self._shrink_what_is_left(bench, state, memory, spending))
-        self._keep(bench, state, memory, state.note(self._undisturbed(bench, state)), spending)
-        status = DONE
-        solver = SolverStep(self.job, bench)
-        if self._can_be_searched(state):
-            status = self._search(bench, state, memory, again, solver, spending)
+        self._look_again()
+        again += tuple(self._shrink_what_is_left())
+        self._keep(state.note(self._undisturbed()))
+        status = self._search(again) if self._can_be_searched() else DONE
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         others = bench.names - {each.broken.invariant for each in broken}
-        if status == DONE and self.tests is not None:
-            count = write_tests(self.tests, self.setup, self.job, self._kept_runs(state))
-            complain(f"{count} tests are written: pytest {shlex.quote(str(self.tests))}")
-        took_s, covered = (wall_ns() - spending.begin_ns) / 1e9, ""
+        if status == DONE and tests is not None:
+            count = write_tests(tests, self.setup, self.job, self._kept_runs())
+            complain(f"{count} tests are written: pytest {shlex.quote(str(tests))}")
+        took_s, covered = (wall_ns() - self._spending.begin_ns) / 1e9, ""
         never: list[UnfiredRule] = []
-        is_reported = self.as_json or not self.quiet
-        if status == DONE and is_reported:  # not of one that was stopped: it takes some runs
-            with spending.on_explaining():
-                never, covered = self._cover(bench, state, solver, spending)
-        if self.as_json:
-            rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
+        if status == DONE and options.reports:  # a stopped session has no time for the runs that this takes
+            with self._spending.on_explaining():
+                never, covered = self._cover()
+        if options.as_json:
+            rows = [failure_row(each, self._folder_of(each.broken)) for each in broken]
             say_json({"broken": rows, **summary_row(state, before, others, bench.goals, never)})
-            return self._status(status, bench, state)
-        if not self.quiet:
+            return self._status(status)
+        if not options.quiet:
             lines = [
                 summary(state, before, took_s, rules_in(bench.spec.slot)),
-                left_over(state, spending),
+                left_over(state, self._spending),
             ]
             lines += [never_fired(never), held(others, state)]
             lines += [*goals(bench.goals, state), covered]
-            say("\n".join([*filter(None, lines), closing(self.job, state, solver, self.setup.scans)]))
-        self._print_failures(state, broken)
-        return self._status(status, bench, state)
+            say("\n".join([*filter(None, lines), closing(self.job, state, self._solver, self.setup.scans)]))
+        self._print_failures(broken)
+        return self._status(status)
 
-    def _print_failures(self, state: State, broken: Sequence[Counterexample]) -> None:
+    def _print_failures(self, broken: Sequence[Counterexample]) -> None:
         for each in broken:
-            say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
+            say(f"{failure(each)}\n  see {self._folder_of(each.broken)}")
 
-    def _kept_runs(self, state: State) -> list[Scenario]:
+    def _kept_runs(self) -> list[Scenario]:
         """Return the undisturbed run, and the first ones that showed something new."""
-        return [self.base or Scenario(), *(each.scenario for each in state.kept.entries)][:MOST_COVERED]
+        return [self.base or Scenario(), *(each.scenario for each in self._state.kept.entries)][:MOST_COVERED]
 
-    def _cover(
-        self, bench: TrialBench, state: State, solver: SolverStep, spending: Spending
-    ) -> tuple[list[UnfiredRule], str]:
+    def _cover(self) -> tuple[list[UnfiredRule], str]:
         """Write the page of coverage; return the rules that never fired, and its line of the summary."""
-        kept, count = self._kept_runs(state), 0
+        kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
 
         def runs() -> Iterator[Scenario]:
             nonlocal count
             for each in kept:
-                if count and not spending.explains:
+                if count and not self._spending.explains:
                     return
                 count += 1
                 yield each
 
         proved = [
             (site.routine, site.rung, site.instruction, point.state.value)
-            for point, site in solver.dead_points.items()
+            for point, site in self._solver.dead_points.items()
         ]
-        went = coverage_of(bench, runs(), self.job, proved)
+        went = coverage_of(self._bench, runs(), self.job, proved)
         oldest = {
-            slot.number: Firmware.parse(slot.needs_firmware)
-            for slot in bench.spec.slot
-            if slot.number in went.given
+            slot.number: Firmware.parse(slot.needs_firmware) for slot in slots if slot.number in went.given
         }
-        profile = profile_in(bench.spec.slot, None)
-        never = unfired({rule for rule, count in state.rules.items() if count}, went.given, oldest, profile)
+        profile = profile_in(slots, None)
+        never = unfired(
+            {rule for rule, count in self._state.rules.items() if count}, went.given, oldest, profile
+        )
         page = self.folder / COVERAGE
         partly = f" in {count} of {len(kept)} runs, for the time is over" if count < len(kept) else ""
         title, rules = f"Coverage of {self.job.program.name}", len(error_rules(profile))
         save_coverage(page, title, went.lines, count, never, rules)
         return never, f"coverage      {coverage_line(went.lines)}{partly}, see {page}"
 
-    def _status(self, status: int, bench: TrialBench, state: State) -> int:
-        """Return the exit status: what went wrong before what is broken, before what was never seen."""
-        broken = any(each.broken.invariant in bench.names for each in state.found.values())
-        unseen = self.strict and any(each.name not in state.applied for each in bench.goals)
+    def _status(self, status: int) -> int:
+        """Return the exit status; an error precedes a broken invariant, which precedes an unseen goal."""
+        broken = any(each.broken.invariant in self._bench.names for each in self._state.found.values())
+        applied, goals_set = self._state.applied, self._bench.goals
+        unseen = self.options.strict and any(each.name not in applied for each in goals_set)
         return status or (NO if broken else NOT_SEEN if unseen else DONE)
 
-    def _undisturbed(self, bench: TrialBench, state: State) -> list[Counterexample]:
+    def _undisturbed(self) -> list[Counterexample]:
         """Run the program without disturbances; report its use of values that may differ between runs."""
         uses = NondeterminismSources()
-        found = undisturbed(
-            uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
+        failures = undisturbed(
+            uses.watching(self._bench),
+            self.base or Scenario(),
+            self._state.found,
+            confirm=Confirmation(self.setup),
         )
         if uses.seen:
             complain(f"the program uses {uses}: results may differ between identical runs")
-        return found
+        return failures
 
-    def _tell(self, text: str) -> None:
-        say(text, err=self.as_json)
+    def _report(self, text: str) -> None:
+        say(text, err=self.options.as_json)
 
-    def _look_again(self, bench: TrialBench, state: State) -> None:
-        """Repeat known failures, and report those that are gone."""
-        for broken in state.recheck(bench):
-            self._tell(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
-            note_fixed(self._folder_of(state, broken) / "report.txt")
+    def _look_again(self) -> None:
+        """Repeat known failures, and report the fixed ones."""
+        for broken in self._state.recheck(self._bench):
+            self._report(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            note_fixed(self._folder_of(broken) / "report.txt")
 
-    def _can_be_searched(self, state: State) -> bool:
+    def _can_be_searched(self) -> bool:
         """Return whether the program can be searched; if not, report why."""
-        faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
+        faults = [each for each in self._state.found.values() if each.broken.invariant == NO_FAULT]
         if any(not each.scenario.size for each in faults):
             complain("the program faults with nothing random around it: fix that, then search")
             return False
         return True
 
-    def _shrink_what_is_left(
-        self, bench: TrialBench, state: State, memory: Memory, spending: Spending
-    ) -> Iterator[Scenario]:
-        """Shrink what an earlier session has found before it was killed; yield what holds now."""
-        for file, recipe in memory.left():
-            if recipe.broken and recipe.broken not in bench.names:
+    def _shrink_what_is_left(self) -> Iterator[Scenario]:
+        """Shrink the failures that a killed session left; yield the scenarios that no longer fail."""
+        for file, recipe in self._memory.left():
+            if recipe.broken and recipe.broken not in self._bench.names:
                 continue  # of an invariant that this session does not have
-            found = undisturbed(
-                bench,
+            failures = undisturbed(
+                self._bench,
                 recipe.scenario,
-                state.found,
+                self._state.found,
                 confirm=Confirmation(self.setup),
-                has_time=lambda: spending.searches,
+                has_time=lambda: self._spending.searches,
             )
-            if not found and recipe.origin.scans > self.setup.scans:
-                continue  # its run is longer than those of this session
-            self._keep(bench, state, memory, state.note(found), spending)
+            if not failures and recipe.origin.scans > self.setup.scans:
+                continue  # its run is longer than the runs of this session
+            self._keep(self._state.note(failures))
             file.unlink(missing_ok=True)
-            if not found:
+            if not failures:
                 yield recipe.scenario
 
-    def _search(
-        self,
-        bench: TrialBench,
-        state: State,
-        memory: Memory,
-        again: tuple[Scenario, ...],
-        solver: SolverStep,
-        spending: Spending,
-    ) -> int:
+    def _search(self, again: tuple[Scenario, ...]) -> int:
+        state, memory, spending = self._state, self._memory, self._spending
         first = state.tasks + -(-len(again) // self.examples)
         work = Work(self.setup.with_absolute_paths(), memory.finds.with_absolute_paths())
-        with self._progress(state, spending) as show, noting_ctrl_c() as pressed:
+        jobs, dask = self.options.tasks_at_a_time, self.options.dask
+        with self._progress() as show, noting_ctrl_c() as pressed:
 
-            def news(found: list[Counterexample]) -> None:
+            def news(failures: list[Counterexample]) -> None:
                 if state.tasks >= first:
                     memory.all_were_run()
-                show(found)
-                self._keep(bench, state, memory, found, spending)
+                show(failures)
+                self._keep(failures)
 
             try:
                 campaign(
-                    work if self.dask is None else OwnProcess(work),
+                    work if dask is None else OwnProcess(work),
                     state,
-                    executor_of(self.jobs or 1, self.dask, complain),
+                    executor_of(jobs or 1, dask, complain),
                     examples=self.examples,
                     tasks=self.tasks,
-                    jobs=self.jobs,
+                    jobs=jobs,
                     again=again,
-                    suggest=solver,
+                    suggest=self._solver,
                     has_time=lambda: not pressed() and spending.searches,
-                    allowance=lambda: spending.allowance(self.jobs or 1),
+                    allowance=lambda: spending.allowance(jobs or 1),
                     news=news,
                 )
             except KeyboardInterrupt:
@@ -322,62 +317,56 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(
-        self,
-        bench: TrialBench,
-        state: State,
-        memory: Memory,
-        found: list[Counterexample],
-        spending: Spending,
-    ) -> None:
+    def _keep(self, failures: list[Counterexample]) -> None:
         """Save the state, and write the files of new failures.
 
         Raises:
-            CampaignError: the disk is full; the message has what was found.
+            CampaignError: the disk is full; the message has the new failures.
             OSError: a file can't be written.
         """
         try:
-            for each in found:
-                folder = self._folder_of(state, each.broken)
-                with spending.on_explaining():
+            for each in failures:
+                folder = self._folder_of(each.broken)
+                with self._spending.on_explaining():
                     explained = write_failure(
-                        self.job, self.setup, bench, each, folder, lambda: spending.explains
+                        self.job, self.setup, self._bench, each, folder, lambda: self._spending.explains
                     )
-                spending.not_explained += not explained
-            write_state(state, self.state_file)
-            memory.keep([each.scenario for each in state.kept.entries], state.unshrunk_found)
-            state.unshrunk_found.clear()
+                self._spending.not_explained += not explained
+            write_state(self._state, self.state_file)
+            self._memory.keep(
+                [each.scenario for each in self._state.kept.entries], self._state.unshrunk_found
+            )
+            self._state.unshrunk_found.clear()
         except OSError as error:
             if error.errno not in FULL:
                 raise
-            raise CampaignError(not_kept(error, found, memory.finds.origin)) from error
+            raise CampaignError(not_kept(error, failures, self._memory.finds.origin)) from error
 
-    def _folder_of(self, state: State, broken: BrokenInvariant) -> Path:
-        return self.folder / state.folders[broken.key]
+    def _folder_of(self, broken: BrokenInvariant) -> Path:
+        return self.folder / self._state.folders[broken.key]
 
     @contextmanager
-    def _progress(self, state: State, spending: Spending) -> Iterator[Callable[[list[Counterexample]], None]]:
+    def _progress(self) -> Iterator[Callable[[list[Counterexample]], None]]:
         """Show the progress of the search on a terminal; yield the function to call after every task."""
-        console = Console(file=sys.stderr)  # the real one: a running program may replace it
-        if self.quiet or not console.is_terminal:
+        console = Console(file=sys.stderr)  # a running program may replace `sys.stderr`
+        if self.options.quiet or not console.is_terminal:
             yield lambda found: None
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
         with Progress(*columns, console=console) as bar:
-            total = self.tasks if spending.share is None else 1.0
-            yield self._bar(bar, bar.add_task("searching", total=total), state, spending)
+            total = self.tasks if self._spending.share is None else 1.0
+            yield self._bar(bar, bar.add_task("searching", total=total))
 
-    def _bar(
-        self, bar: Progress, task: TaskID, state: State, spending: Spending
-    ) -> Callable[[list[Counterexample]], None]:
+    def _bar(self, bar: Progress, task: TaskID) -> Callable[[list[Counterexample]], None]:
+        state = self._state
         tasks_before = state.tasks
 
-        def show(found: list[Counterexample]) -> None:
-            for each in found:
+        def show(failures: list[Counterexample]) -> None:
+            for each in failures:
                 bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
-            share = spending.share
+            share = self._spending.share
             text = f"{state.runs:,} runs, {len(state.found)} broken"
-            text += f", explaining {found[0].broken.invariant}" if found else ""
+            text += f", explaining {failures[0].broken.invariant}" if failures else ""
             bar.update(
                 task, completed=state.tasks - tasks_before if share is None else share, description=text
             )

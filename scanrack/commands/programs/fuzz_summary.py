@@ -27,31 +27,31 @@ from .fuzz_budget import Spending
 WIDTH = 100
 
 
-def failure(found: Counterexample) -> str:
+def failure(example: Counterexample) -> str:
     """Return a failure in a few lines: the broken invariant, the scenario, and its evidence.
 
     The first line names the invariant and the time; the others are indented.
     """
-    broken = found.broken
-    lines = [*described(found.scenario), *broken.shows, *broken.rules]
+    broken = example.broken
+    lines = [*described(example.scenario), *broken.shows, *broken.rules]
     return "\n  ".join([str(broken), *lines])
 
 
-def not_kept(error: OSError, found: Collection[Counterexample], origin: Origin) -> str:
-    """Return the message that the disk is full, with what was found as recipes."""
-    recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in found]
+def not_kept(error: OSError, failures: Collection[Counterexample], origin: Origin) -> str:
+    """Return the message that the disk is full, with the new failures as recipes."""
+    recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in failures]
     heading = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
     return "\n".join([f"{reason(error)}; {heading or 'nothing that was found is lost'}", *recipes])
 
 
-def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, object]:
+def failure_row(example: Counterexample, folder: Path | None = None) -> dict[str, object]:
     """Return a failure for --json.
 
     Args:
         folder: of its files; None if the failure was only repeated.
     """
-    row = {**asdict(found.broken), "scenario": described(found.scenario)}
-    return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
+    row = {**asdict(example.broken), "scenario": described(example.scenario)}
+    return row if folder is None else {**row, "after_runs": example.after, "folder": str(folder)}
 
 
 def summary_row(
@@ -84,7 +84,7 @@ def summary_row(
 
 
 def summary(state: State, before: State, seconds: float, rules: ErrorRules) -> str:
-    """Return the summary of a campaign, for people."""
+    """Return the summary of a campaign as text."""
     return "\n".join([*_figures(state, before, seconds), *_rules(state, rules)])
 
 
@@ -100,12 +100,12 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
         yield f"printed       {state.printed:,} lines by the program, not shown"
     total = state.spent.total()
     if total:
-        shares = ", ".join(f"{what} {state.spent[what] / total:.0%}" for what in SPENT)
+        shares = ", ".join(f"{activity} {state.spent[activity] / total:.0%}" for activity in SPENT)
         yield f"time          {shares}"
 
 
 def left_over(state: State, spending: Spending) -> str:
-    """Return a line with what the time did not suffice for; empty if it did."""
+    """Return a line about the work for which the time did not suffice; "" if it did."""
     left = [
         f"{count:,} of what was found {what}"
         for count, what in (
@@ -124,7 +124,7 @@ def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
 
 
 def never_fired(never: Collection[UnfiredRule]) -> str:
-    """Return the error rules that never fired, by reason; the coverage page has each one's own."""
+    """Return the error rules that never fired, by reason; the coverage page has the reason of each."""
     lines = []
     for why, words in WORDS.items():
         rules = [each.rule.id for each in never if each.why is why]
@@ -135,14 +135,14 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
 
 
 def held(names: Collection[str], state: State) -> str:
-    """Return a line with the invariants that held, and those that were never tested."""
+    """Return a line with the invariants that held, and the untested ones."""
     untried = _untried(names, state)
     told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(told_of) or 'nothing'}"
 
 
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
-    """Return a line for each goal: that it was seen or never, or its greatest value."""
+    """Return a line for each goal: whether it was seen, or its greatest value."""
     return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(searched)]
 
 
@@ -158,20 +158,21 @@ MOST_GAPS = 3
 
 
 def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
-    """Return three lines: what the campaign has looked at, what it has not reached, what to do next.
+    """Return three lines: the searched parts, the parts not reached, and the next step.
 
     Args:
         scans: of a run.
     """
-    found = reached(job, state.kept.seen)
-    gaps = solver.gaps(found)
-    count, seconds = found.total - len(found.gaps), scans * job.spec.scan_ns / 1e9
-    dead = len(found.gaps) - len(gaps)
+    coverage = reached(job, state.kept.seen)
+    gaps = solver.gaps(coverage)
+    count, seconds = coverage.total - len(coverage.gaps), scans * job.spec.scan_ns / 1e9
+    dead = len(coverage.gaps) - len(gaps)
     shown = "; ".join(each.text for each in gaps[:MOST_GAPS])
     more = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
     proved = f" ({dead:,} proved never to be)" if dead else ""
+    covered = f"{count:,} of {coverage.total:,} {coverage.what}"
     return (
-        f"looked at     {state.runs:,} runs of {seconds:g} s; {count:,} of {found.total:,} {found.what}\n"
+        f"looked at     {state.runs:,} runs of {seconds:g} s; {covered}\n"
         f"not reached   {shown or 'nothing'}{more}{proved}\n"
         f"next          {_next(job, state, solver, is_open=bool(gaps))}"
     )

@@ -1,4 +1,4 @@
-"""`scanrack l5x`: the contents of an exported controller, what runs, and what does not.
+"""`scanrack l5x`: the contents of an exported controller, and the parts that run.
 
 An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
 """
@@ -21,15 +21,15 @@ def _l5x_command(
     ],
     options: L5xOptions,
 ) -> None:
-    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
+    """Report what an L5X or SLC export supports: the imported, refused and running parts, with reasons.
 
-    Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
-    in which both agreed after every scan.
+    Imported rungs run for a trial in the interpreter and compiled; "ran" counts the rungs of programs whose
+    two runs agree after every scan.
 
-    With --run it also runs on a rack in a temporary folder, with memory for what is not simulated. The report
-    then says for which conditions the program waits, which inputs never changed, and which modules it wants.
+    With --run it also runs on a rack in a temporary folder, with memory for parts that are not simulated. The
+    report then lists the conditions for which the program waits, the unchanged inputs, and its modules.
 
-    Of a folder it prints sums: rungs, whole controllers, and the reasons of refusals without names of tags.
+    For a folder it prints sums: rungs, whole controllers, and reasons of refusals without names of tags.
 
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x exports --json

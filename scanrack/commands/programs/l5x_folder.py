@@ -1,4 +1,4 @@
-"""A folder of exports: how many run, and why the others are refused, without names of tags."""
+"""Sums over a folder of exports: runs, and reasons of refusals, without names of tags."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _REASONS = (
     (re.compile(r"^(\w+)\("), "an operand of {}"),
     (re.compile(r"expected "), "text that is no logic"),
 )
-"""Reasons of refusals, the first that fits; a name in braces is that of an instruction."""
+"""Reasons of refusals: the first matching pattern counts; a name in braces is an instruction's."""
 
 
 def kind_of(reason: str) -> str:
-    """Return the kind of a refusal; names of the user's are left out.
+    """Return the kind of a refusal, without the user's names.
 
     >>> kind_of("MOV(Level,N): no tag Level (did you mean Lever?)")
     'names that the file does not have: tags, members, routines, add-ons'
@@ -44,9 +44,9 @@ def kind_of(reason: str) -> str:
     'an operand of ADD'
     """
     for pattern, kind in _REASONS:
-        found = pattern.search(reason)
-        if found is not None:
-            name = found[1] if pattern.groups else ""
+        match = pattern.search(reason)
+        if match is not None:
+            name = match[1] if pattern.groups else ""
             return kind.format(name) if not name or name.upper() in MNEMONICS or "blocks" in kind else LACKS
     return "other"
 
@@ -61,7 +61,7 @@ class FolderReport:
     rungs: int = 0
     imported: int = 0
     ran: int = 0
-    unusable: int = 0  # files that are no exports, or beyond a limit
+    unusable: int = 0  # files that are not exports, or exceed a limit
     refusals: dict[str, int] = field(default_factory=dict)  # by kind
     refused_files: dict[str, int] = field(default_factory=dict)  # by kind: files with such a refusal
     any_refused: bool = False
@@ -92,12 +92,12 @@ class FolderReport:
         ]
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the sums for `--json`."""
         counts = ("files", "controllers", "complete", "rungs", "imported", "ran", "unusable")
         return {name: getattr(self, name) for name in counts} | {"reasons": self.reasons()}
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the lines of the report."""
         share = f"{self.ran / self.rungs:.2%}" if self.rungs else "none"
         yield f"{self.files} exports, {self.unusable} of them can't be used"
         yield f"{self.rungs:,} rungs: {self.imported:,} imported, {self.ran:,} ran ({share})"
@@ -116,14 +116,14 @@ def exports_in(folder: Path) -> list[Path]:
 
 def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
     """Import exports, run their trials, and sum them up."""
-    found = FolderReport()
+    report = FolderReport()
     for each in paths:
-        found.files += 1
+        report.files += 1
         try:
-            found.add(tried(each, trial).report)
+            report.add(tried(each, trial).report)
         except LadderError:
-            found.unusable += 1
-    return found
+            report.unusable += 1
+    return report
 
 
 def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
@@ -131,10 +131,10 @@ def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
     paths = exports_in(folder)
     if not paths:
         return complain(f"{folder}: no .L5X or .SLC file in it", BAD_INPUT)
-    found = report_of(paths, trial)
+    report = report_of(paths, trial)
     if as_json:
-        say_json(found.as_json())
+        say_json(report.as_json())
     else:
-        for line in found.lines():
+        for line in report.lines():
             say(line)
-    return NO if found.any_refused or found.unusable else DONE
+    return NO if report.any_refused or report.unusable else DONE

@@ -1,4 +1,4 @@
-"""An export of a controller: its report, its trial, its rack file, its differences, and the way back."""
+"""An export of a controller: report, trial, rack file, differences, and writing it again."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from scanrack.rockwell.l5x.xml.document import copied, read_bytes
 from scanrack.rockwell.slc import import_slc
 from scanrack.rockwell.slc.document import read_document as read_slc
 from scanrack.terminal.as_json import say_json
+from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason, size_of
 from scanrack.terminal.terminal import say, say_file
-from scanrack.traces.files.guard import EXPORT, PAGE, OwnedError
+from scanrack.traces.files.guard import EXPORT, PAGE
 from scanrack.traces.files.newfile import new_file
 
 from .l5x_options import L5xOptions
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 
 
 def l5x(file: Path, options: L5xOptions) -> None:
-    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
+    """Report the imported, refused and running parts of an L5X or SLC export.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -67,7 +68,7 @@ def _tried(file: Path, options: L5xOptions, begins: ExportStart) -> L5xImport | 
 
 
 def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> None:
-    """Print what an export supports, and what its first run did."""
+    """Print the report of an export, and of its first run."""
     if as_json:
         say_json(report.as_json() | ({} if first is None else {"run": first.as_json()}))
         return
@@ -80,22 +81,24 @@ def _report_folder(folder: Path, options: L5xOptions, begins: ExportStart) -> in
     of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
     if of_one != L5xOptions():
         return complain(f"{folder}: a folder takes --json, --scans, --stand-in and --memory", BAD_INPUT)
-    from .l5x_folder import l5x_folder  # a single file needs none of it
+    from .l5x_folder import l5x_folder  # a single file does not need this
 
     trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
     return l5x_folder(folder, trial, as_json=options.as_json)
 
 
 def _other_answer(file: Path, options: L5xOptions, begins: ExportStart) -> int | None:
-    """Give what the options request instead of the report; return the exit status, None for the report."""
-    if options.html is not None and options.against is None:
-        return complain("--html draws what --against finds: name the older version", BAD_INPUT)
-    if options.against is not None:
-        return _print_differences(file, options.against, options.html, as_json=options.as_json)
-    if options.text:
-        return _print_text(file)
-    if options.rack or options.stepper:
-        return _print_rack(file, options.stepper or [], begins, stand_in=options.stand_in)
+    """Print or write the output that replaces the report; return the exit status, or None without one."""
+    with reported_mistakes():
+        if options.html is not None and options.against is None:
+            raise ValueError("--html draws what --against finds: name the older version")
+        if options.against is not None:
+            return _print_differences(file, options.against, options.html, as_json=options.as_json)
+        if options.text:
+            say(text_of_export(file), whole=True)
+            return DONE
+        if options.rack or options.stepper:
+            return _print_rack(file, options.stepper or [], begins, stand_in=options.stand_in)
     if options.export is not None or options.out is not None:
         return _export(file, options.export, options.out)
     return None
@@ -112,34 +115,16 @@ def _first_run(
 
 def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
     """Print the differences between two versions, and draw them; return the exit status."""
-    try:
-        found = compare_exports(older, file)
-    except LadderError as error:
-        return complain(str(error), BAD_INPUT)
+    comparison = compare_exports(older, file)
     if html is not None:
-        used = {file: "the export", older: "the older export"}
-        try:
-            with new_file(html, PAGE, used=used) as out:
-                out.write(page_of(found, older.name, file.name))
-        except OwnedError as error:
-            return complain(str(error), BAD_INPUT)
-        except OSError as error:
-            return complain(reason(error), CANNOT_WRITE)
+        with new_file(html, PAGE, used={file: "the export", older: "the older export"}) as out:
+            out.write(page_of(comparison, older.name, file.name))
     if as_json:
-        say_json({"file": str(file), "against": str(older), **found.as_json()})
+        say_json({"file": str(file), "against": str(older), **comparison.as_json()})
     else:
-        for line in found.lines():
+        for line in comparison.lines():
             say(line)
-    return NO if found.differences else DONE
-
-
-def _print_text(file: Path) -> int:
-    """Print an export as text, for git; return the exit status."""
-    try:
-        say(text_of_export(file), whole=True)
-    except LadderError as error:
-        return complain(str(error), BAD_INPUT)
-    return DONE
+    return NO if comparison.differences else DONE
 
 
 def _export(file: Path, name: str | None, out: Path | None) -> int:
@@ -177,15 +162,12 @@ def _print_rack(file: Path, steppers: list[str], begins: ExportStart, *, stand_i
     from scanrack.jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from scanrack.jobs.imports.slc_rack import rack_of_slc
 
-    try:
-        if is_slc(file):
-            program = import_slc(file)
-            printed, report = rack_of_slc(program, file, steppers), program.report
-        else:
-            stubs = Stubs(missing_tags=stand_in)
-            imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
-            printed, report = rack_of(imported, file, steppers, export=begins), imported.report
-    except ValueError as error:
-        return complain(str(error), BAD_INPUT)
+    if is_slc(file):
+        program = import_slc(file)
+        printed, report = rack_of_slc(program, file, steppers), program.report
+    else:
+        stubs = Stubs(missing_tags=stand_in)
+        imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
+        printed, report = rack_of(imported, file, steppers, export=begins), imported.report
     say(printed.rstrip(), whole=True)
     return DONE if report.complete else NO

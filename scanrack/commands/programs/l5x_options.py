@@ -13,12 +13,12 @@ from scanrack.terminal.shared_options import KeepValuesOption, MemoryOption
 
 @dataclass(frozen=True)
 class L5xOptions:
-    """What to print or write of an export, and how it begins; see `scanrack l5x --help`."""
+    """The options of `scanrack l5x`; see its --help."""
 
     as_json: JsonOption = False
     rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False
     against: Annotated[
-        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
+        Path | None, typer.Option(metavar="OLDER", help="List the differences from an older version.")
     ] = None
     html: Annotated[
         Path | None,

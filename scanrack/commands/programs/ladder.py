@@ -28,7 +28,7 @@ NARROWEST = 40
 
 
 def load_rungs(file: str) -> LadderLogic:
-    """Load the ladder program in a `.rung` or `.st` file, a Python file, or of a rack.
+    """Load the ladder program of a `.rung`, `.st` or Python file, or of a rack.
 
     Raises:
         ValueError: the file can't be used, or its program has no rungs.
@@ -57,11 +57,11 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     """
     if name is None:
         return list(program.routines)
-    found = [each for each in program.routines if each.name.upper() == name.upper()]
-    if not found:
+    routines = [each for each in program.routines if each.name.upper() == name.upper()]
+    if not routines:
         names = ", ".join(each.name for each in program.routines)
         raise ValueError(f"no routine {name} in program {program.name}; choose from {names}")
-    return found
+    return routines
 
 
 def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
@@ -72,27 +72,27 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     """
     if number is None:
         return [(routine, list(routine.numbers)) for routine in routines]
-    found = [(routine, [number]) for routine in routines if number in routine.numbers]
-    if not found:
+    selected = [(routine, [number]) for routine in routines if number in routine.numbers]
+    if not selected:
         numbers = [each for routine in routines for each in routine.numbers]
         first, last = min(numbers, default=0), max(numbers, default=0)
         raise ValueError(f"no {routines[0].unit} {number}; they are numbered from {first} to {last}")
-    return found
+    return selected
 
 
 Truths = dict[str, list[tuple[bool, ...] | None]]
-"""Where each rung of a routine has power, by the routine's name; None for a rung that did not run."""
+"""The power in each rung of a routine, by the routine's name; None for a rung that did not run."""
 
 
 def _at(file: str, at: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
-    """Run a rack to a time; return the routines with their values, and where there is power."""
+    """Run a rack to a time; return the routines with their values, and the power in their rungs."""
     running = bench_at(file, at).program
     truths = {each.name: running.truth(each.name) for each in routines}
     return [running.routine_now(each.name) for each in routines], truths
 
 
 def bench_at(file: str, at: str) -> Bench:
-    """Run a rack to a time; ValueError if it is not a rack with rungs, or not a time."""
+    """Run a rack to a time; raise ValueError if it is not a rack with rungs, or not a time."""
     if not file.endswith((".toml", ".py")):
         raise ValueError(f"{file}: --at needs a rack file to run")
     bench = open_bench(file, watched=True)
@@ -126,7 +126,9 @@ def ladder(
     ] = False,
     at: Annotated[
         str | None,
-        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far; show where there is power."),
+        typer.Option(
+            "--at", metavar="TIME", help="Run a rack to this time, and show the power in its rungs."
+        ),
     ] = None,
 ) -> None:
     """Draw rungs; with --at, show the power flow of a scan.

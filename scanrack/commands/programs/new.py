@@ -1,4 +1,4 @@
-"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test, to begin with."""
+"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from scanrack.jobs.start import LOGICS, ProjectError, new_project
-from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
+from scanrack.jobs.start import LOGICS, new_project
 from scanrack.terminal.terminal import say
 
 Language = StrEnum("Language", {each.upper(): each for each in LOGICS})  # type: ignore[misc]  # from the folders
@@ -32,12 +31,10 @@ def _new_command(
 
     Exit status: 0 done; 2 the folder has something in it, or no such example; 3 it can't be written.
     """
-    try:
+    from scanrack.terminal.complaints import reported_mistakes  # imports libraries, which help does not need
+
+    with reported_mistakes():
         written = new_project(folder, logic.value, example)
-    except ProjectError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    except OSError as error:
-        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
     for each in written:
         say(str(each))
     say(f"\nSee it run:  scanrack watch {written[0]} --open")

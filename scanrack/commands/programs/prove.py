@@ -1,4 +1,4 @@
-"""`scanrack prove RACK`: claims about a ladder program, for every input, or the scenario that breaks them."""
+"""`scanrack prove RACK`: proofs of claims about a ladder program, or scenarios that refute them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ UNDECIDED = 3
 
 @dataclass(frozen=True)
 class ComparedTags:
-    """Which tags of two programs are compared, and which may differ."""
+    """The compared tags of two programs, and the tags that may differ."""
 
     only: Annotated[
         str | None,
@@ -87,7 +87,9 @@ def _prove_command(
     ] = None,
     html: Annotated[
         Path | None,
-        typer.Option("--html", metavar="FILE", help="Write a page, too, with each scenario's rungs drawn."),
+        typer.Option(
+            "--html", metavar="FILE", help="Also write a page with the rungs of each scenario drawn."
+        ),
     ] = None,
     check: Annotated[
         bool,
@@ -165,26 +167,26 @@ def _compare(
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
-        found = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
+        comparison = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
         used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
-        save_page(html, f"{old} and {new}", parts_of_edit(found), used)
+        save_page(html, f"{old} and {new}", parts_of_edit(comparison), used)
     if as_json:
-        say_json(edited_as_json(found))
+        say_json(edited_as_json(comparison))
     else:
-        for line in lines_of(found):
+        for line in lines_of(comparison):
             say(line)
-    return DONE if found.is_equal else NO
+    return DONE if comparison.is_equal else NO
 
 
 def _solvers() -> list[Solver]:
-    """Return the solvers that check proofs; a ValueError without any."""
-    found = solvers()
-    if not found:
+    """Return the solvers that check proofs; raise ValueError if there are none."""
+    installed = solvers()
+    if not installed:
         raise ValueError(
             f"--check needs another solver, z3 or cvc5: {how_to_install('check')}, or a program on the PATH"
         )
-    return found
+    return installed
 
 
 def _say_result(subject: ProofSubject, result: Result) -> None:
@@ -219,12 +221,12 @@ class _Printing(AnswerListener):
             say(line)
 
     def left(self, count: int) -> None:
-        """Print how many questions are left."""
+        """Print the number of remaining questions."""
         if not self._quiet:
             say(f"proving: {count:,} of them are left", err=True)
 
     def next(self, question: Question, count: int) -> None:
-        """Print the next question that is left."""
+        """Print the next remaining question."""
         if _is_shown(quiet=self._quiet):
             say(f"proving, {count:,} after it: {question.site.where}: {question.text}", err=True)
 
@@ -240,7 +242,7 @@ def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questio
 
 
 def status_of(results: Sequence[Result], answers: Questions) -> int:
-    """Return the exit status of some answers; built-in questions that are open do not count."""
+    """Return the exit status for the answers; open built-in questions do not count."""
     words = {each.word for each in results}
     if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
         return NO

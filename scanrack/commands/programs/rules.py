@@ -85,7 +85,7 @@ Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignor
 
 
 def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> list[Rule]:
-    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"), by default all.
+    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"); all rules without any.
 
     Raises:
         ValueError: an unknown id or prefix; the message has the closest one.
@@ -112,13 +112,13 @@ def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> l
 
 
 def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
-    """Return the rules of a module with this firmware; ValueError for an unknown version."""
+    """Return the rules of a module with this firmware; raise ValueError for an unknown version."""
     firmware = Firmware.parse(version)
     return [rule for rule in rules if rule.applies_to(firmware)]
 
 
 def chapter_of(rule: Rule) -> str:
-    """Return the title of the chapter that states a rule, or of a drive's rules its topic."""
+    """Return the title of the chapter that states a rule; for a drive's rule, its topic."""
     return CHAPTERS.get(rule.section.split(",")[0]) or TOPICS[prefix_of(rule.id)]
 
 
@@ -138,10 +138,10 @@ def prefix_of(rule_id: str) -> str:
     return rule_id.split("-")[0]
 
 
-def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
+def _unknown(kind: str, name: str, known: Sequence[str], allowed: str) -> str:
     close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
     meant = f" (did you mean {close[0]}?)" if close else ""
-    return f"unknown {what} {name!r}{meant}; choose from {allowed}"
+    return f"unknown {kind} {name!r}{meant}; choose from {allowed}"
 
 
 # -- as text ----------------------------------------------------------------------------------------
@@ -176,7 +176,7 @@ def entry(rule: Rule, table: RuleTable = AMCI3601) -> Iterator[str]:
 
 
 def as_row(rule: Rule, table: RuleTable = AMCI3601) -> dict[str, object]:
-    """Return a rule for --json: a list for every list, the words of its firmware or null."""
+    """Return a rule for --json."""
     return {
         "id": rule.id,
         "section": rule.section,
@@ -202,7 +202,7 @@ def _paragraph(text: str) -> list[str]:
 
 
 def count(rules: Sequence[Rule]) -> str:
-    """Return the number of rules, and of those that no image can show."""
+    """Return a line with the number of rules, and of the rules that no image can show."""
     hidden = sum(not rule.testable for rule in rules)
     return f"{len(rules)} rule{'' if len(rules) == 1 else 's'}, {hidden} in no image"
 

@@ -5,37 +5,92 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.terminal.importing import imported
 from scanrack.terminal.plain_words import PlainWords, Value
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
+if TYPE_CHECKING:  # `grouped` resolves the annotations only if typer reads the words
+    import typer
+    from scanrack.terminal.as_json import JsonOption
+    from scanrack.terminal.shared_options import (
+        ForcesOption,
+        KeepValuesOption,
+        MemoryOption,
+        ReplaceOption,
+        ServerOption,
+        UaSecurityOption,
+        UaUsersOption,
+    )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunArguments:
-    """The argument and the options of `scanrack run`; `run` describes them."""
+    """The argument and the options of `scanrack run`."""
 
-    rack: str
-    duration: str | None = None
-    scans: int | None = None
-    realtime: bool = False
-    spin: bool = False
-    record: Path | None = None
-    no_record: bool = False
-    replace: bool = False
-    live: bool = False
-    retain: Path | None = None
-    forces: bool = False
-    keep_values: bool = False
-    memory: int | None = None
-    tag: list[str] | None = None
-    server: list[str] | None = None
-    ua_security: str | None = None
-    ua_users: Path | None = None
-    as_json: bool = False
-    quiet: bool = False
+    rack: Annotated[
+        str,
+        typer.Argument(
+            metavar="RACK",
+            help="Rack file: TOML, or Python that defines rack(). Or an .L5X or .SLC export.",
+            show_default=False,
+        ),
+    ]
+    duration: Annotated[
+        str | None,
+        typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
+    ] = None
+    scans: Annotated[
+        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
+    ] = None
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C without --for and run_for_s.")
+    ] = False
+    spin: Annotated[
+        bool,
+        typer.Option(
+            "--spin",
+            help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
+        ),
+    ] = False
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="TRACE", help="Trace file.", show_default=False)
+    ] = None
+    no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False
+    replace: ReplaceOption = False
+    live: Annotated[
+        bool,
+        typer.Option(
+            "--live", help="Real ports in the rack file may move real motors. This is not a safety system."
+        ),
+    ] = False
+    retain: Annotated[
+        Path | None,
+        typer.Option(
+            "--retain",
+            metavar="FILE",
+            help="Begin with the ladder tags in this file, if it exists, and write them to it at the end.",
+        ),
+    ] = None
+    forces: ForcesOption = False
+    keep_values: KeepValuesOption = False
+    memory: MemoryOption = None
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Record further tags of the program, in addition to the rack file's; '*' is all.",
+            show_default=False,
+        ),
+    ] = None
+    server: ServerOption = None
+    ua_security: UaSecurityOption = None
+    ua_users: UaUsersOption = None
+    as_json: JsonOption = False
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
 
 
 WORDS = PlainWords(
@@ -61,9 +116,9 @@ def plain_run(words: Sequence[str]) -> bool:
     Raises:
         SystemExit: the run has ended.
     """
-    given = WORDS.read(words)
-    if given is not None:
-        run_command(RunArguments(**given))
+    arguments = WORDS.read(words)
+    if arguments is not None:
+        run_command(RunArguments(**arguments))
     return False
 
 

@@ -1,4 +1,4 @@
-"""Logic against a rack, scan by scan, recorded, with a closing summary: what `scanrack run` does."""
+"""The run of `scanrack run`: scans, recording, servers and summary."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from scanrack.terminal.status import (
     NO,
     NO_HELPER,
     complain,
+    ignore,
     reason,
 )
 from scanrack.terminal.terminal import say
@@ -50,19 +51,19 @@ def run_job(
     """Run a job and report its result; return the exit status.
 
     Args:
-        scans: their number, None = until Ctrl-C.
-        options: of the run; its hints are printed.
+        scans: number of scans; None = until Ctrl-C.
+        options: options of the run; its hints are printed.
         quiet: no progress and no summary; error messages are still printed.
-        summarized: whether a run that is not quiet ends with a summary.
-        server: where clients read and write tags.
+        summarized: whether the run ends with a summary, unless `quiet`.
+        server: addresses at which clients read and write tags.
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
     with ExitStack() as ports:
         pacer, tally = options.pacer or FreeRun(), RunCounters()
         if not pacer.free:
-            _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
+            _in_real_time(ports, quiet=quiet)  # before the ports open: their threads inherit it
         try:
-            reported = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            reported = replace(options, pacer=pacer, listeners=[tally], warn=ignore if quiet else complain)
             services = _opened(job, server, ports, live=options.live)
             run = JobRun(job, ports, reported)
             if services is not None:
@@ -90,7 +91,7 @@ def run_job(
 
 
 def _end(services: TagServices, status: int) -> int:
-    """End the servers; return the exit status of the run, or that a helper process failed."""
+    """End the servers; return the exit status of the run, or NO_HELPER if a server never began."""
     if services.end() or status != DONE:
         return status
     return complain("a helper process has never begun: its error stands above", NO_HELPER)
@@ -131,7 +132,7 @@ def _opened(
     """Open servers of tags that end with `ports`.
 
     Raises:
-        ValueError: a port can't be used, or the rack file lacks what a server needs.
+        ValueError: a port can't be used, or the rack file lacks an entry that a server needs.
     """
     if not addresses:
         return None
@@ -143,11 +144,11 @@ def _opened(
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
-"""How a run ended, by exit status, for --json."""
+"""The end of a run for --json, by exit status."""
 
 
 def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
-    """Ask the system for its help, and print what it has granted and refused, before the first scan."""
+    """Request real-time rights before the first scan, and print the granted and refused ones."""
     from scanrack.runtime.loop.realtime import real_time
 
     for outcome in ports.enter_context(real_time()):
@@ -155,11 +156,8 @@ def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
             complain(str(outcome))
 
 
-def _quiet(_hint: str) -> None: ...
-
-
 def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
-    """Return the path of the recording: the command line's, the rack file's, or one named after it.
+    """Return the path of the recording: by command line or rack file, or named after the rack file.
 
     Raises:
         ValueError: contradictory options, or a recording that would replace an owned file.

@@ -6,7 +6,6 @@ import json
 from typing import Annotated
 
 import typer
-from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from scanrack.terminal.terminal import say
 
 
@@ -23,8 +22,8 @@ def schema_command(
 
     It has all keys with their meaning, names, limits and the options of each module.
 
-    An editor whose TOML support is tombi or taplo reads it where the first line of a rack file is
-    #:schema rack.schema.json. What two keys decide together only `scanrack check` finds.
+    An editor with tombi or taplo reads it if the first line of a rack file is
+    #:schema rack.schema.json. Only `scanrack check` finds conflicts between two keys.
 
     Example: scanrack editor schema --write
 
@@ -36,14 +35,10 @@ def schema_command(
     if not write:
         say(text, whole=True)
         return
+    from scanrack.terminal.complaints import reported_mistakes
     from scanrack.traces.files.guard import SCHEMA
     from scanrack.traces.files.newfile import new_file
 
-    try:
-        with new_file(NAME, SCHEMA) as file:
-            file.write(f"{text}\n")
-    except ValueError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    except OSError as error:
-        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    with reported_mistakes(), new_file(NAME, SCHEMA) as file:
+        file.write(f"{text}\n")
     say(f"{NAME}\n\nPut this line first in a rack file beside it:  {HINT}")

@@ -1,4 +1,4 @@
-"""The summary of a run for people: scans, time, moves, errors in the manual's words, the trace."""
+"""The summary of a run: scans, time, moves, errors in the manual's words, the trace."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _errors(result: RunResult) -> Iterator[str]:
 
 
 def _start(result: RunResult) -> Iterator[str]:
-    """Yield the bits that every start sets, which are not errors."""
+    """Yield a row with the bits that every start sets; they are not errors."""
     for seen in result.every_start:
         yield f"{_of(seen.slot, result)}{seen.text}"
 

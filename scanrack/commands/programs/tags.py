@@ -11,7 +11,7 @@ from scanrack.terminal.as_json import JsonOption
 
 
 class Software(StrEnum):
-    """What imports a list of tags; the words of `tag_formats.FORMATS`."""
+    """Software that imports a list of tags; the keys of `tag_formats.FORMATS`."""
 
     IGNITION = "ignition"
     KEPWARE = "kepware"

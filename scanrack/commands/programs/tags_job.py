@@ -1,4 +1,4 @@
-"""The tags of a rack as a table, as a file for an HMI's software, and as a first `[server]` table."""
+"""The tags of a rack as a table, as a file for HMI software, or as a first `[server]` table."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ..recordings.show import new_table, print_block
 
 COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")
 SHOWN_MOST = 3
-"""Names of left-out tags that a message has."""
+"""Maximum names of left-out tags in a message."""
 
 
 def tags(
@@ -56,9 +56,9 @@ def tags(
 
 
 def _print_file(software: str, rows: list[TagRow], title: str) -> int:
-    made = FORMATS[software](rows, title)
-    say(made.text.rstrip(), whole=True)
-    return _left_out(software, made.left_out, rows)
+    file = FORMATS[software](rows, title)
+    say(file.text.rstrip(), whole=True)
+    return _left_out(software, file.left_out, rows)
 
 
 def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
@@ -69,15 +69,15 @@ def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
 
 
 def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:
-    """Return the rows that match patterns; ValueError for a pattern without one."""
-    found = []
+    """Return the rows that match patterns; raise ValueError for a pattern without a match."""
+    chosen = []
     for text in patterns:
         matches = Writable([text]).matches
         more = [row for row in rows if row.name == text or matches(re.sub(r"\[[^]]*\]", "", row.name))]
         if not more:
             raise ValueError(f"no tag {text!r}{nearest(database, text)}")
-        found += [each for each in more if each not in found]
-    return found
+        chosen += [each for each in more if each not in chosen]
+    return chosen
 
 
 def _cells(row: TagRow) -> tuple[str, ...]:

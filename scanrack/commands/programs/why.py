@@ -6,50 +6,19 @@ from typing import Annotated
 
 import typer
 from scanrack.terminal.as_json import JsonOption
+from scanrack.terminal.grouped import grouped
 
+from .why_arguments import WhyArguments
 from .why_command import why_command
 
 
-def _why_command(
-    file: Annotated[
-        str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run, or of a scenario.")
-    ],
-    what: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[WHAT]",
-            help="A tag (Run, Fill.DN), a bit or word of an image (slot1.command.HOLD_MOVE, O:1.2), or a "
-            "value of a Python program (line.step). Left out: what every module waits for.",
-        ),
-    ] = None,
-    at: Annotated[
-        str | None,
-        typer.Option("--at", metavar="TIME|SCAN", help="Ask at this time, such as '1.5 s', or in this scan."),
-    ] = None,
-    until: Annotated[
-        str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
-    ] = None,
-    deep: Annotated[
-        bool,
-        typer.Option("--deep", help="Show the whole chain of causes, also inside of add-on instructions."),
-    ] = False,
-    want: Annotated[
-        str | None,
-        typer.Option(
-            "--want",
-            metavar="VALUE",
-            help="Say what to do so that the tag has this value: on, off or a number.",
-        ),
-    ] = None,
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
-    as_json: JsonOption = False,
-) -> None:
+def _why_command(options: WhyArguments) -> None:
     """Explain why a tag has its value: since when, how, and the cause, in at most six lines.
 
-    What outranks the program comes first: a force, the mode switch, a fault, a lost link. For a value that
-    never changed it names what is missing. The last line is the cause: an input, an operator, an injected
-    fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B` means that B made A,
-    `and` that all were needed, `or` that each would have done.
+    A cause outside of the program comes first: a force, the mode switch, a fault, a lost link. For a value
+    that never changed, the answer names the missing conditions. The last line is the cause: an input, an
+    operator, an injected fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B`
+    means that B made A, `and` that all were needed, `or` that each would have done.
 
     A rack runs from power-up to that scan, or for as long as its file says. The program of a
     trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
@@ -62,7 +31,7 @@ def _why_command(
 
     Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
     """
-    why_command(file, what, at, until, deep, want, trust, as_json)
+    why_command(options)
 
 
 def _xref_command(
@@ -70,7 +39,7 @@ def _xref_command(
         str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
     ],
     tag: Annotated[
-        str | None, typer.Argument(metavar="[TAG]", help="Only this tag and what it is a part of.")
+        str | None, typer.Argument(metavar="[TAG]", help="Only this tag, and the tags that contain it.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -87,5 +56,5 @@ def _xref_command(
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    app.command("why", no_args_is_help=True)(_why_command)
+    app.command("why", no_args_is_help=True)(grouped(_why_command, options=WhyArguments))
     app.command("xref", no_args_is_help=True)(_xref_command)

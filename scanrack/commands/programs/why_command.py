@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from scanrack.terminal.importing import imported
 from scanrack.terminal.plain_words import PlainWords, Value
 
+from .why_arguments import WhyArguments
+
 WORDS = PlainWords(
     ["file"],
     ["what"],
@@ -21,25 +23,16 @@ def plain_why(words: Sequence[str]) -> bool:
     Raises:
         SystemExit: the question has an answer, or none.
     """
-    given = WORDS.read(words)
-    if given is None:
+    arguments = WORDS.read(words)
+    if arguments is None:
         return False
-    why_command(given.pop("file"), given.pop("what", None), **given)
+    why_command(WhyArguments(**arguments))
     raise SystemExit
 
 
-def why_command(
-    file: str,
-    what: str | None,
-    at: str | None = None,
-    until: str | None = None,
-    deep: bool = False,
-    want: str | None = None,
-    trust: bool = False,
-    as_json: bool = False,
-) -> None:
-    """Answer a question, see `why_job.why`."""
+def why_command(options: WhyArguments) -> None:
+    """Answer a question; see `why_job.why`."""
     with imported():
         from .why_job import why
 
-    why(file, what, at, until, deep, want, trust, as_json)
+    why(options)

@@ -1,4 +1,4 @@
-"""Questions about a program: why a value is as it is, and where tags are used."""
+"""Answers questions about a program: the cause of a value, and the uses of tags."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.times import seconds
-from scanrack.jobs.bench.moment import NotReachedError, ScanChoice
+from scanrack.jobs.bench.moment import NotReachedError, Question, ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
 from scanrack.jobs.load.loading import recording_of, runs
 from scanrack.ladder import LadderError
@@ -16,13 +16,16 @@ from scanrack.ladder.debug import CauseLink, Remedies, cross_reference
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.resolver import AddressError
 from scanrack.runtime.loop.faults import CpuFault
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.status import BAD_INPUT, NO, complain, reason
-from scanrack.terminal.terminal import on_a_line, say
+from scanrack.terminal.terminal import say
 from scanrack.traces.read.reader import open_trace
 
 if TYPE_CHECKING:
     from scanrack.jobs.bench import Bench
     from scanrack.jobs.why.acts import Acts
+
+    from .why_arguments import WhyArguments
 
 
 def _run(bench: Bench, moment: ScanChoice) -> None:
@@ -40,37 +43,30 @@ def _run(bench: Bench, moment: ScanChoice) -> None:
         bench.scan(scans or ScanChoice(own).scans_from_power_up(bench.cpu.period_ns) or 1)
 
 
-def why(
-    file: str,
-    what: str | None,
-    at: str | None,
-    until: str | None,
-    deep: bool,
-    want: str | None,
-    trust: bool,
-    as_json: bool,
-) -> None:
-    """Explain why a tag has its value: since which scan, by which rung or line, and what that read.
+def why(options: WhyArguments) -> None:
+    """Explain the value of a tag: since which scan, by which rung or line, and from which values.
 
     Raises:
         SystemExit: with the status of the command, unless it is 0.
     """
+    file = options.file
     try:
-        moment = ScanChoice(at=at, until=until)
+        moment = ScanChoice(at=options.at, until=options.until)
+        question = Question(options.what, moment, options.deep, options.want)
         if runs(file):
-            answer = _ask_bench(file, what, moment, deep, want)
+            answer = _ask_bench(file, question)
         else:
-            answer = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
+            answer = _ask_trace(Path(recording_of(file)), question, trust=options.trust)
     except NotReachedError as error:
         raise SystemExit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
     except OSError as error:
         raise SystemExit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
-    if as_json:
+    if options.as_json:
         from scanrack.terminal.as_json import say_json
 
-        say_json({"what": what, **_as_json(answer)})
+        say_json({"what": options.what, **_as_json(answer)})
     else:
         say(f"{answer.when}\n{answer.text}")
         if answer.acts is not None:
@@ -110,11 +106,12 @@ def _as_json(answer: _Answer) -> dict[str, object]:
     return fields
 
 
-def _ask_bench(file: str, what: str | None, moment: ScanChoice, deep: bool, want: str | None) -> _Answer:
+def _ask_bench(file: str, question: Question) -> _Answer:
     from scanrack.jobs.bench.opening import open_bench  # a trace needs no bench
     from scanrack.jobs.why.acts import acts_for
     from scanrack.jobs.why.answer import value_of
 
+    what, moment, want = question.what, question.moment, question.want
     bench = open_bench(file, watched=True)
     bench.check(*(each for each in (what, moment.until) if each is not None))
     fault = None
@@ -124,7 +121,7 @@ def _ask_bench(file: str, what: str | None, moment: ScanChoice, deep: bool, want
         fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
     when = f"after {bench.scans:,} scans, {seconds(bench.now_ns)} s:"
-    text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=deep)
+    text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=question.deep)
     remedies = acts = None
     if what is not None and chain is not None and want is not None:
         remedies = bench.suggest_inputs(what, want)
@@ -132,17 +129,13 @@ def _ask_bench(file: str, what: str | None, moment: ScanChoice, deep: bool, want
     return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 
 
-def _ask_trace(
-    path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool, want: str | None
-) -> _Answer:
+def _ask_trace(path: Path, question: Question, *, trust: bool) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         try:
-            answer = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
+            answer = why_of_trace(trace, Path(folder), question, trust=trust)
         finally:
-            for note in trace.notes:
-                say(on_a_line(f"note: {note}"), err=True)
-    for note in answer.notes:
-        say(f"note: {note}", err=True)
+            print_notes(trace)
+    print_notes(answer)
     when = f"scan {answer.scan:,}, {seconds(answer.now_ns)} s:"
     return _Answer(
         answer.scan, answer.now_ns, None, answer.notes, when, answer.text, answer.chain, answer.remedies
@@ -177,7 +170,7 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
 
 
 def _mention(each: Mention) -> dict[str, object]:
-    """Return a mention for --json; `number` is that of the rung or line."""
+    """Return a mention for --json; `number` is the number of the rung or line."""
     site = each.site
     where = {"program": site.program, "routine": site.routine, "unit": site.unit, "number": site.rung}
     return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}

@@ -9,7 +9,7 @@ from .comparison_options import CompareOptions
 
 
 def _compare_command(options: CompareOptions) -> None:
-    """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
+    """Find where two traces differ: the first scan, the events before it, and a summary of all differences.
 
     Scans are paired by number, and every bit and time counts. With a tolerance, as for traces of real
     hardware, they are paired by time: a bit or word has to be found in the other trace within the time,

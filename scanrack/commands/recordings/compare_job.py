@@ -1,4 +1,4 @@
-"""Two traces compared: the report and the exit status."""
+"""Compares two traces: the report and the exit status."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import reading, tell_notes
+from scanrack.terminal.reading import print_notes, reading
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.compare import (
@@ -39,17 +39,17 @@ def tolerance(time: str, counts: int) -> Tolerance:
     return Tolerance(parse_time(time), counts)
 
 
-def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
+def print_comparison(comparison: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
     """Print a comparison; return the exit status."""
     if as_json:
-        say_json({"same": found.same, "names": names, **asdict(found)})
+        say_json({"same": comparison.same, "names": names, **asdict(comparison)})
     else:
-        say("\n".join(map(on_a_line, report(found, names))))
-    return DONE if found.same else NO
+        say("\n".join(map(on_a_line, report(comparison, names))))
+    return DONE if comparison.same else NO
 
 
 def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return the names of two traces: file names if these differ, else paths.
+    """Return the names of two traces: file names if they differ, else paths.
 
     >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
     (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
@@ -68,11 +68,11 @@ def compare_traces(options: CompareOptions) -> None:
         with open_trace(options.a) as one, open_trace(options.b) as other:
             clock = _clock(one, other, options.align_at, options.realign_at)
             with reading(one, quiet=options.quiet) as progress:
-                found = compare(one, other, allowed, clock=clock, progress=progress)
+                comparison = compare(one, other, allowed, clock=clock, progress=progress)
             for trace in (one, other):
                 trace.check_data()
-            tell_notes(one, other)
-        status = tell(found, names_of(options.a, options.b), as_json=options.as_json)
+            print_notes(one, other)
+        status = print_comparison(comparison, names_of(options.a, options.b), as_json=options.as_json)
     raise typer.Exit(status)
 
 

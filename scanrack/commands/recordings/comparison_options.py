@@ -1,4 +1,4 @@
-"""The options of `scanrack compare` and `scanrack replay`: who reads them imports no command."""
+"""The options of `scanrack compare` and `scanrack replay`, apart from the commands and their imports."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from scanrack.jobs.replay.targets import ReplayTarget, Stimuli
 from scanrack.terminal.as_json import JsonOption
-from scanrack.terminal.shared_options import QuietOption, ReplaceOption
+from scanrack.terminal.shared_options import QuietOption, ReplaceOption, TraceArgument, TrustOption
 
 ToleranceTimeOption = Annotated[
     str,
@@ -50,7 +50,7 @@ class CompareOptions:
         typer.Option(
             "--realign",
             metavar="SIGNAL",
-            help="Every rise of this bit is at the same time in both: what comes late does not add up.",
+            help="Align both at every rise of this bit, so that delays do not add up.",
             show_default="no",
         ),
     ] = None
@@ -62,7 +62,7 @@ class CompareOptions:
 class ReplayOptions:
     """The argument and the options of `scanrack replay`."""
 
-    path: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)]
+    path: TraceArgument
     into: Annotated[
         ReplayTarget,
         typer.Option(
@@ -102,7 +102,7 @@ class ReplayOptions:
         Path | None, typer.Option("--record", metavar="TRACE", help="Trace file of the replay.")
     ] = None
     replace: ReplaceOption = False
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
+    trust: TrustOption = False
     configuration: Annotated[
         str | None,
         typer.Option(

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 import typer
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import itself, reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
+from scanrack.terminal.reading import itself, print_notes, reading
+from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.export import formats
@@ -35,7 +35,7 @@ def _targets() -> type[Any]:
 
 
 def _export_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     targets: Any,
     signal: Annotated[
         list[str] | None,
@@ -62,8 +62,8 @@ def _export_command(
     """
     with reported_mistakes():
         selected = selection(ranges)
-        given = asdict(targets)
-        chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
+        paths = asdict(targets)
+        chosen = [(each, paths[each.name]) for each in formats.FORMATS if paths[each.name] is not None]
         _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
         for each, target in chosen:
             to_stdout = target == STDOUT
@@ -74,7 +74,7 @@ def _export_command(
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
-            tell_notes(opened)
+            print_notes(opened)
 
 
 def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[str]:

@@ -50,7 +50,7 @@ class ImportOptions:
         typer.Option(
             "--address",
             metavar="N",
-            help="Its address, if there are several; the slot in a compactlogix.",
+            help="Address of the controller, if the capture has several; for compactlogix, the slot.",
             min=0,
             max=255,
         ),
@@ -92,8 +92,8 @@ def _import_command(
 
     A scan is an exchange, at the time of its reply. Registers are tags by their names. With --simulated the
     same requests go to a simulated controller: compare the two traces to see where the real one differs.
-    Of a 3601 as remote I/O a scan is a read of its input words: replay gives them to a simulated one. So it
-    is of one in a CompactLogix, whose Local:1:I and Local:1:O some client reads over EtherNet/IP.
+    For a 3601 as remote I/O, or one in a CompactLogix whose Local:1:I and Local:1:O a client reads over
+    EtherNet/IP, a scan is a read of its input words, and replay plays them to a simulated 3601.
 
     Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
 
@@ -111,23 +111,23 @@ def _import_command(
             used[each] = "the other trace"
         over_enip = options.controller is CapturedController.COMPACTLOGIX
         at_port = options.port or (PORT if over_enip else MODBUS_PORT)
-        found = read_capture(
+        capture = read_capture(
             options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), at_port, options.unit
         )
-        _tell(found.notes, quiet=options.quiet)  # before a refusal, which they may explain
+        _tell(capture.notes, quiet=options.quiet)  # before a refusal, which they may explain
         if has_words:
-            scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
-            first = found.exchanges[0]
+            scans, notes = cip_scans(capture.exchanges) if over_enip else (word_scans(capture.exchanges), [])
+            first = capture.exchanges[0]
             record_words(target, scans, first.requested_ns, first.unit if over_enip else 1, sampled=over_enip)
             _tell(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)
-        real = statements_of(options.controller, found.exchanges)
+        real = statements_of(options.controller, capture.exchanges)
         model = [] if options.simulated_to is None else simulated(options.controller, real)
         names = value_names(real, model)
         record(target, options.controller, real, names)
         if options.simulated_to is not None:
             record(options.simulated_to, options.controller, model, names)
-        done = f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}"
+        done = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
         _tell([], done, quiet=options.quiet)
     raise typer.Exit(DONE)
 

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import typer
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself, reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
+from scanrack.terminal.reading import itself, print_notes, reading
+from scanrack.terminal.shared_options import QuietOption, RangeOption, TraceArgument, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.files.guard import PAGE, PNG, SVG, check_output
 from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
-from scanrack.traces.read.reader import Trace, open_trace
-from scanrack.traces.signals import Selection
+from scanrack.traces.read.reader import open_trace
 
 _KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
 """Format of a chart, by the suffix of its file."""
 
 
 def _plot_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -73,36 +71,19 @@ def _plot_command(
             raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
         check_output(target, _KINDS[kind], itself(trace))
         with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
-            shown = _ChartContent(slot or (), tag or (), title)
-            left_out = _draw(opened, target, selected, shown, progress)
+            shown: Any = {"slots": slot or (), "tags": tag or (), "title": title, "progress": progress}
+            if _KINDS[kind] is PAGE:
+                left_out = save_page(opened, target, selected, **shown).left_out
+            else:
+                chart = read_chart(opened, Envelope, selected, **shown)
+                save_figure(chart, target)
+                left_out = chart.left_out
         if not quiet:
             say(f"{target}: {size_of(target)}")
             if left_out:
                 many = "tag is" if left_out == 1 else "tags are"
                 say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
-        tell_notes(opened)
-
-
-class _ChartContent(NamedTuple):
-    """The contents of a chart."""
-
-    slots: Sequence[int]  # numbers of the slots; empty = all
-    tags: Sequence[str]  # patterns of the tags; empty = as many as fit
-    title: str | None  # text above it; None = the rack's name
-
-
-def _draw(
-    trace: Trace, target: Path, selected: Selection, shown: _ChartContent, progress: Callable[[int], None]
-) -> int:
-    """Draw a chart; return the number of tag values left out."""
-    slots, tags, title = shown
-    if _KINDS[target.suffix.lower()] is PAGE:
-        return save_page(
-            trace, target, selected, slots=slots, tags=tags, title=title, progress=progress
-        ).left_out
-    chart = read_chart(trace, Envelope, selected, slots=slots, tags=tags, title=title, progress=progress)
-    save_figure(chart, target)
-    return chart.left_out
+        print_notes(opened)
 
 
 def register(app: typer.Typer) -> None:

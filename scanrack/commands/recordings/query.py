@@ -1,9 +1,8 @@
-"""`scanrack query TRACE QUERY`: in which scans something held, and how long it took."""
+"""`scanrack query TRACE QUERY`: the scans and durations in which a condition was true."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,8 +10,8 @@ from rich.table import Table
 from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import reading, tell_notes
-from scanrack.terminal.shared_options import QuietOption
+from scanrack.terminal.reading import print_notes, reading
+from scanrack.terminal.shared_options import QuietOption, TraceArgument
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 from scanrack.traces.query import Answer, Occurrence, query
@@ -32,7 +31,7 @@ Examples:
 """
 
 
-def tell(answer: Answer, limit: int | None) -> None:
+def print_answer(answer: Answer, limit: int | None) -> None:
     """Print an answer."""
     if answer.aggregate == "count":
         say(answer.count)
@@ -76,7 +75,7 @@ def _text(value: float | bool | None) -> str:
 
 
 def _query_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     text: Annotated[
         str,
         typer.Argument(
@@ -99,8 +98,8 @@ def _query_command(
         if as_json:
             say_json(_as_json(answer, limit))
         else:
-            tell(answer, limit)
-        tell_notes(opened)
+            print_answer(answer, limit)
+        print_notes(opened)
     raise typer.Exit(DONE if answer.count else NO)
 
 

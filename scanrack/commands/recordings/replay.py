@@ -13,17 +13,17 @@ from .comparison_options import ReplayOptions
 def _replay_command(options: ReplayOptions) -> None:
     """Replay and check for differences; stop at the first scan whose response differs.
 
-    Rack and program are those that came with the trace, or what --rack and --program say: so a changed
-    program is checked against an old trace. With a tolerance the whole trace is replayed and
+    Rack and program come from the trace, or from --rack and --program, so that an old trace can check a
+    changed program. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
 
     --into session runs the same rack file and program for the same number of scans, and repeats the
     operator actions and edits of a session of scanrack watch before the same scans. Python that came with
     the trace runs only if it is the same as in the current folder, or with --trust.
 
-    A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
-    scan after that. Its configuration is the first that the trace shows, or --configuration. --record writes
-    what is replayed, for scanrack compare; earlier recordings are kept, unless --replace is given.
+    A 3601 that was in operation before the trace starts in the state that an image shows at rest, and is
+    compared from the next scan. Its configuration is the first in the trace, or --configuration. --record
+    writes the replay, for scanrack compare; earlier recordings are kept, unless --replace is given.
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
@@ -39,7 +39,7 @@ def _replay_command(options: ReplayOptions) -> None:
         "--to-the-end": options.to_the_end,
     }
     if options.into is ReplayTarget.SESSION:
-        wrong = next((option for option, given in own.items() if given), None)
+        wrong = next((option for option, value in own.items() if value), None)
         if wrong is not None:
             raise typer.Exit(complain(f"{wrong} does not go with --into session", BAD_INPUT))
         from .session_job import rerun_trace

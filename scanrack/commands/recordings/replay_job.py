@@ -1,4 +1,4 @@
-"""A recording played to a module, a program or a rack."""
+"""Plays a recording to a module, a program or a rack."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from scanrack.jobs.replay.replaying import (
     check_slots,
     forced_rows,
     of_recording,
-    score_of,
+    plan_of,
     with_stimuli,
 )
 from scanrack.jobs.replay.resumed import configuration_words
@@ -27,14 +27,13 @@ from scanrack.runtime.config.rackspec import KEPT_TRACES, RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.progress import shown_progress
-from scanrack.terminal.reading import tell_notes
-from scanrack.terminal.terminal import say
+from scanrack.terminal.reading import print_notes
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.replay import PackedTrace
 from scanrack.traces.write.recorder import ScanRecorder
 
-from .compare_job import tell, tolerance
+from .compare_job import print_comparison, tolerance
 from .comparison_options import ReplayOptions
 
 REPLAY = "replay"
@@ -58,7 +57,7 @@ def replay_trace(options: ReplayOptions) -> None:
             try:
                 spec, logic = _sources(trace, Path(folder), options)
             finally:
-                tell_notes(trace)
+                print_notes(trace)
             left_out: list[str] = []
             resumed = None
             if options.into is ReplayTarget.MODULE:
@@ -67,7 +66,7 @@ def replay_trace(options: ReplayOptions) -> None:
                 resumed = ResumedOperation(
                     recording,
                     {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
-                    forced_rows(score_of(recording)),
+                    forced_rows(plan_of(recording)),
                     configuration_words(options.configuration),
                     captured=facts.get("source") == "capture",
                     sampled=is_sampled(facts),
@@ -94,9 +93,8 @@ def replay_trace(options: ReplayOptions) -> None:
             replay.notes.append(
                 f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end continues"
             )
-        for note in replay.notes:
-            say(f"note: {note}", err=True)
-        status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
+        print_notes(replay)
+        status = print_comparison(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
     raise typer.Exit(status)
 
 
@@ -108,7 +106,7 @@ def _recorder(
     recording: PackedTrace,
     period_ns: int,
 ) -> Iterator[list[ScanRecorder]]:
-    """Record a replay; yield what listens to it."""
+    """Record a replay; yield its listeners."""
     if target is None:
         yield []
         return
@@ -131,7 +129,7 @@ _DEFAULT = {
     (ReplayTarget.PROGRAM, False): Stimuli.MACHINE,
     (ReplayTarget.RACK, False): Stimuli.RECORDED,
 }
-"""What acts on the machine, by the receiver and whether a module was in operation before the recording."""
+"""The stimuli by target, and by whether a module was in operation before the recording."""
 
 
 def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:

@@ -1,4 +1,4 @@
-"""The run of a trace, repeated and compared."""
+"""Repeats the run of a trace and compares the two."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from scanrack.jobs.run.running import RunOptions
 from scanrack.jobs.trust.attachments import job_of
 from scanrack.jobs.trust.owned import check_recording
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself, reading, tell_notes
+from scanrack.terminal.reading import itself, print_notes, reading
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 from scanrack.traces.compare import compare
@@ -22,7 +22,7 @@ from scanrack.traces.read.arrays import extent
 from scanrack.traces.read.reader import Trace, open_trace
 
 from ..programs.run_job import run_job
-from .compare_job import tell
+from .compare_job import print_comparison
 from .comparison_options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
@@ -49,13 +49,13 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
     try:
         job = job_of(trace, folder / "files", trust=trust)
     except ValueError:
-        tell_notes(trace)
+        print_notes(trace)
         raise
     check_recording(job, again, itself(path), keep)
     ends = extent(trace).scan.tolist()
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
-    tell_notes(trace)
+    print_notes(trace)
     given = orders_of(trace.events())
     orders = given if given or is_session(trace) else None
     editions = None if orders is None else versions_of(trace, orders, job, folder / "edits", trust=trust)
@@ -73,5 +73,5 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         return DONE
     with open_trace(again) as other:
         with reading(trace, quiet=quiet) as progress:
-            found = compare(trace, other, progress=progress)
-        return tell(found, (path.name, RERUN), as_json=options.as_json)
+            comparison = compare(trace, other, progress=progress)
+        return print_comparison(comparison, (path.name, RERUN), as_json=options.as_json)

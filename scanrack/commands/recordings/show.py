@@ -1,4 +1,4 @@
-"""`scanrack show TRACE`: a trace as text - its head, what happened, the scans in which something changed."""
+"""`scanrack show TRACE`: a trace as text: its head, its events, and the scans with changes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from scanrack.io_images.times import seconds_column
 from scanrack.jobs.trust.extracting import attached_files, extract
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.shared_options import RangeOption, selection
+from scanrack.terminal.shared_options import RangeOption, TraceArgument, selection
 from scanrack.terminal.status import DONE
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.read.arrays import extent, scan_count
-from scanrack.traces.read.changes import ChangeRows, Row
+from scanrack.traces.read.changes import ROW_TITLES, ChangeRows, Row
 from scanrack.traces.read.event_text import describe
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.read.reader import Trace, TraceEvent, open_trace
@@ -41,11 +41,11 @@ def show(
     selected: Selection = ALL,
     as_json: bool = False,
 ) -> None:
-    """Print a trace; TraceError if it can't be read.
+    """Print a trace; raise TraceError if it can't be read.
 
     Args:
-        every: a row for every change, not only where more than position and counts changed.
-        limit: most rows and most events to print; None = all.
+        every: whether to print scans in which only position or counts changed.
+        limit: maximum rows and maximum events; None = all.
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, selected=selected)
@@ -62,7 +62,7 @@ class CappedList(Generic[T]):
     """A list that keeps the first items and counts the rest.
 
     Args:
-        limit: most items to keep; None = all.
+        limit: maximum number of items to keep; None = all.
     """
 
     def __init__(self, limit: int | None) -> None:
@@ -85,7 +85,7 @@ class CappedList(Generic[T]):
 
 
 ASIDE = frozenset({"/indicators", "/texts"})
-"""Topics printed with --every only: status bits and tags show the same."""
+"""Topics printed only with --every, since status bits and tags show the same."""
 
 
 class Contents:
@@ -152,7 +152,7 @@ def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Tabl
 
 
 def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
-    """Return all parts for --json; `more` is null where reading stopped at the limit."""
+    """Return all parts for --json; the numbers of further rows are null if reading stopped at the limit."""
     head = trace.head
     return {
         "trace": str(path),
@@ -197,11 +197,11 @@ def _scans_line(contents: Contents) -> str:
     )
 
 
-def _more(capped: CappedList[T], what: str) -> Iterator[str]:
+def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
     if capped.stopped:
-        yield f"... and maybe more {what}: it stopped at the limit"
+        yield f"... and maybe more {kind}: it stopped at the limit"
     elif capped.more:
-        yield f"... and {capped.more:,} more {what}"
+        yield f"... and {capped.more:,} more {kind}"
 
 
 def _slot_table(trace: Trace) -> Table:
@@ -230,17 +230,9 @@ def _event_table(events: Iterable[TraceEvent]) -> Table:
 
 
 def _row_table(rows: Iterable[Row]) -> Table:
-    table = new_table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    table = new_table(*ROW_TITLES)
     for row in rows:
-        table.add_row(
-            "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds_column(row.now_ns),
-            "" if row.slot is None else str(row.slot),
-            row.direction,
-            "" if row.position is None else f"{row.position:,}",
-            "" if row.encoder is None else f"{row.encoder:,}",
-            row.text,
-        )
+        table.add_row(*row.cells)
     return table
 
 
@@ -256,7 +248,7 @@ def new_table(*titles: str) -> Table:
 
 
 def print_block(block: str | Table) -> None:
-    """Print to a terminal in its width; elsewhere in lines of any length."""
+    """Print a block: in the width of a terminal, elsewhere in lines of any length."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):
         say(on_a_line(block))
@@ -267,7 +259,7 @@ def print_block(block: str | Table) -> None:
 
 
 def plain_lines(block: str | Table) -> list[str]:
-    """Return a block as lines of any length: what Rich prints on a console that is wide enough."""
+    """Return a block as lines of any length, as Rich prints them on a wide console."""
     if isinstance(block, str):
         return [block]
     columns = []
@@ -282,9 +274,9 @@ def plain_lines(block: str | Table) -> list[str]:
 
 
 def _show_command(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    trace: TraceArgument,
     every: Annotated[
-        bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
+        bool, typer.Option("--every", help="A row for every change, including position and counts.")
     ] = False,
     limit: Annotated[
         int | None,
@@ -306,8 +298,8 @@ def _show_command(
 
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
     encoder count changed are counted, unless --every is given. A trace whose process was killed is
-    shown up to its last whole chunk. With --extract the files it was made of are written out and
-    named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
+    shown up to its last whole chunk. With --extract the attached files are written, and only their
+    names are printed. Exit status 2 if the file can't be read, 3 if a file can't be written.
     """
     if folder is not None:
         with reported_mistakes(), open_trace(trace) as opened:

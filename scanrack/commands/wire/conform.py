@@ -1,4 +1,4 @@
-"""`scanrack conform`: a real 3601 behind its controller, held against the manual."""
+"""`scanrack conform`: compares a real 3601, operated by its controller, with the manual."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.reading import print_notes
 from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, NO, complain
 from scanrack.terminal.terminal import on_a_line, say
@@ -50,22 +50,10 @@ SAFETY = (
 
 
 class RungKind(StrEnum):
-    """Files in which the counter comes."""
+    """Kinds of files with the counter."""
 
     L5X = "l5x"
     SLC = "slc"
-
-
-@dataclass(frozen=True, slots=True)
-class _Wish:
-    """What is to be played, and how."""
-
-    plan: ScenePlan
-    tags: ModuleTags
-    scenes: Sequence[str]
-    encoder: bool
-    allowed: bool
-    quiet: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,8 +132,8 @@ def _conform_command(
     """Test a real 3601 against its manual.
 
     A plan of scenes is played through the controller that owns the module. A difference is reported only if
-    no instant at which the words may have acted explains what was read. Each rule is as the manual
-    has it, differs, or is open; each interpretation that a scene settles is named.
+    it is unexplained for every instant at which the words may have acted. Each rule agrees with the manual,
+    differs, or is open; the report names each interpretation that a scene settles.
 
     Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
@@ -188,7 +176,7 @@ def _judged(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
 
 
 def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, str]]:
-    """Return the file of the result, if there is one, and the files that no output may replace.
+    """Return the file of the result or None, and the files that no output may replace.
 
     Raises:
         ValueError: an output can't be written, or would replace one of these files.
@@ -204,12 +192,12 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
 
 
 def _with_result(used: dict[Path, str], out: Path | None) -> dict[Path, str]:
-    """Return files in use, and the result beside them."""
+    """Return the files in use and the file of the result."""
     return used if out is None else used | {out: "the result"}
 
 
 def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
-    """Return what a module did: in scenes that are played now, or in a recording.
+    """Return the played scenes of a module, or the scenes in a recording.
 
     Raises:
         ValueError: options exclude each other or can't be used.
@@ -224,68 +212,67 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
         return _recorded(options.source, options.module, plan.timing, words)
     if options.configuration is not None:
         raise ValueError("--configuration goes with --judge: a plan has its own")
-    is_live, is_quiet = options.live and options.control, options.quiet or options.as_json
-    return _play(
-        str(options.path), _Wish(plan, tags, options.scene or (), options.encoder, is_live, is_quiet)
-    )
+    return _play(options, plan, tags)
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
-    """Return what is known of the path: a counter's windows have the scan already."""
+    """Return the times of the path; with a counter the scan is 0, since its windows include it."""
     counted_ns = 0 if period_ns else timing.scan_ns
     scan_ns = counted_ns if scan is None else parse_time(scan)
     return replace(timing, scan_ns=scan_ns)
 
 
-def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> PlayedPlan:
+def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[int] | None) -> PlayedPlan:
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
-        if given is not None:
+        if configuration is not None:
             raise ValueError("--configuration goes with a trace: a result has its own")
         return load_played(source)
-    captured = scenes_of(source, slot, timing, given)
-    tell_notes(captured)
+    captured = scenes_of(source, slot, timing, configuration)
+    print_notes(captured)
     return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
 
-def _play(path: str, wish: _Wish) -> PlayedPlan:
-    unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
+def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedPlan:
+    path = str(options.path)
+    unknown = [each for each in options.scene or () if each not in {scene.name for scene in plan.scenes}]
     if unknown:
-        raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
+        raise ValueError(f"the plan {plan.name} has no scene {unknown[0]!r}: --list names them")
     client = connect(path)
     with closing(client):
-        if is_real(client) and not wish.allowed:
+        if is_real(client) and not (options.live and options.control):
             raise ValueError(SAFETY)
         try:
-            logix = LogixPath(client, wish.tags)
+            logix = LogixPath(client, tags)
             date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-            scenes = [play(scene, logix, wish.plan) for scene in _chosen(wish)]
+            scenes = [play(scene, logix, plan) for scene in _chosen(options, plan, tags)]
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
-        product, plan = product_of(client), wish.plan
-    return PlayedPlan(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
+        product = product_of(client)
+    return PlayedPlan(plan.firmware, plan.timing, scenes, tags.slot, product, date, plan.name)
 
 
-def _chosen(wish: _Wish) -> list[PlannedScene]:
-    """Return the scenes that can be played here; say which can't."""
+def _chosen(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[PlannedScene]:
+    """Return the scenes that can be played here; report each scene that can't be played."""
     chosen = []
-    for scene in wish.plan.scenes:
-        if wish.scenes and scene.name not in wish.scenes:
+    for scene in plan.scenes:
+        if options.scene and scene.name not in options.scene:
             continue
-        missing = _missing(scene, wish)
-        if missing and not wish.quiet:
+        missing = _missing(scene, tags, has_encoder=options.encoder)
+        if missing and not (options.quiet or options.as_json):
             complain(f"{scene.name}: left out, {missing}")
         if not missing:
             chosen.append(scene)
     return chosen
 
 
-def _missing(scene: PlannedScene, wish: _Wish) -> str:
-    wired = sum(bit.value for bit in wish.tags.wiring or {})
+def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
+    """Return the need of a scene that the module does not meet; "" if it meets all."""
+    wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
         return "it needs inputs that are wired to outputs (--wire)"
-    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not wish.encoder else ""
+    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not has_encoder else ""
 
 
 def _say_list(plan: ScenePlan) -> None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, TextColumn
 from scanrack.jobs.run.served_units import addresses_in
-from scanrack.runtime.line.clients.probing import Asked, probe, questions
+from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.liveport import open_port
+from scanrack.terminal.bars import shown_bar
 from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import NO, complain
 from scanrack.terminal.terminal import say
@@ -35,21 +33,6 @@ def list_command() -> None:
         say("  ".join([each.device, *about]))
     if not devices:
         raise typer.Exit(complain("no serial device", NO))
-
-
-@contextmanager
-def shown_questions(total: int, *, quiet: bool) -> Iterator[Asked]:
-    """Show each requested address, if standard error is a terminal; yield the function that shows it."""
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda _language, _address: None
-        return
-    columns = TextColumn("asking {task.description}"), BarColumn()
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda language, address: bar.update(
-            task, advance=1, description=f"{language} {address}" if address else language
-        )
 
 
 def identify_command(
@@ -77,10 +60,15 @@ def identify_command(
     """
     with reported_faults():
         addresses = addresses_in(address) if address else None
-        with shown_questions(questions(addresses), quiet=quiet) as shown:
-            answers = probe(partial(open_port, port), addresses, shown)
-            found = list(answers if everyone else islice(answers, 1))
-    for each in found:
+        columns = TextColumn("asking {task.description}"), BarColumn()
+        with shown_bar(*columns, quiet=quiet, total=lambda: questions(addresses)) as update:
+
+            def show(language: str, number: int) -> None:
+                update(advance=1, description=f"{language} {number}" if number else language)
+
+            answers = probe(partial(open_port, port), addresses, show)
+            devices = list(answers if everyone else islice(answers, 1))
+    for each in devices:
         say(each)
-    if not found:
+    if not devices:
         raise typer.Exit(complain(f"no controller answers on {port}", NO))

@@ -1,4 +1,4 @@
-"""`scanrack drive TARGET`: one module on the bench, JSON in, JSON out, in virtual time."""
+"""`scanrack drive TARGET`: one module on the bench, with requests and replies in JSON, in virtual time."""
 
 from __future__ import annotations
 
@@ -12,11 +12,6 @@ from scanrack.io_images.addresses import allowed
 from scanrack.jobs.drive.requests import RequestError
 from scanrack.jobs.drive.targets import BENCHES, Answer
 from scanrack.terminal.status import BAD_INPUT, DONE, complain
-
-
-def bench_for(target: str) -> Answer:
-    """Return the function that answers the lines of a session, by the target's name."""
-    return BENCHES[target]()
 
 
 def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
@@ -49,8 +44,8 @@ def drive(
     """Exercise one module with JSON requests: one request per line in, one response per line out.
 
     Time is virtual and never waits; the same input gives the same output, byte for byte.
-    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; an unknown key is
-    refused with those that there are.
+    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; the error for
+    an unknown key lists the allowed keys.
 
     Exit status: 0 done, 2 any request was refused.
     """
@@ -58,7 +53,7 @@ def drive(
         raise typer.Exit(complain(f"no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
     if sys.stdin is None:
         raise typer.Exit(complain("no requests: standard input is closed", BAD_INPUT))
-    raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
+    raise typer.Exit(converse(BENCHES[target](), sys.stdin, sys.stdout))
 
 
 def register(app: typer.Typer) -> None:

@@ -1,4 +1,4 @@
-"""Shared by the commands for real controllers: messages of faults, and the progress of a move."""
+"""Shared parts of the commands for real controllers: options, faults, and the progress of a move."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from typing import Annotated, Any, Protocol, TypeVar
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
-from rich.progress import Progress as Bar
 from scanrack.jobs.serve.line import socket_address
 from scanrack.runtime.line.clients.link import (
     ANSWER_RANGE_S,
@@ -27,6 +26,7 @@ from scanrack.runtime.line.clients.watching import MonitoringLostError, try_to_s
 from scanrack.runtime.line.ports import Stop
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.loop.pace import interrupted_by, stopping_on_interrupt
+from scanrack.terminal.bars import shown_bar
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import INTERRUPTED, NO, complain
@@ -56,7 +56,7 @@ TIMEOUT_S = ANSWER_S
 """Default of --timeout."""
 
 REOPENINGS = 6
-"""Number of attempts to reopen a line that was lost during a motion, to stop the motor."""
+"""Number of attempts to reopen a lost line in order to stop the motor."""
 
 REOPEN_S = 0.5
 """Time between two attempts."""
@@ -78,7 +78,7 @@ class Mover(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class LinkPlace:
-    """The place of a controller, from the options before the command."""
+    """The address of a controller, from the options before the command."""
 
     port: str | None  # serial port, or None
     tcp: str | None  # HOST:PORT, or None
@@ -117,7 +117,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 @contextmanager
 def opened_client(opened: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
-    """Open the line to a controller within the context; print a fault of it, and end.
+    """Open the line to a controller; report its faults and end the command.
 
     If the line is lost while the motor moves, it is reopened to stop the motor.
 
@@ -150,7 +150,7 @@ def _stopped_again(stop: Callable[[], None]) -> bool:
 
 
 def show_state(rows: Iterable[tuple[str, str]]) -> None:
-    """Print names and values below each other."""
+    """Print names and values, one pair per line."""
     table = Cells(box=None, show_header=False, pad_edge=False)
     for name, value in rows:
         table.add_row(name, value)
@@ -217,7 +217,7 @@ def add_stop_and_clear(
 
 
 def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) -> None:
-    """Add the command that checks a stored program, and says why it is not written.
+    """Add the command that checks a stored program, and prints the reason for not writing it.
 
     Args:
         count: reads a program and returns the number of its instructions.
@@ -231,7 +231,7 @@ def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) ->
 
 
 def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:
-    """Find home, show how far it has come, and print the position; Ctrl-C stops the motor."""
+    """Find home with progress, and print the position; Ctrl-C stops the motor."""
     with stopped_by_interrupt(client.stop) as look:
         with shown_travel(client.position, None, look, quiet=quiet) as progress:
             position = find(progress)
@@ -240,7 +240,7 @@ def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) 
 
 @contextmanager
 def reported_faults() -> Iterator[None]:
-    """Print a mistake or a fault of the line on standard error, and end."""
+    """Report a mistake of the user or a fault of the line, and end the command."""
     with reported_mistakes():
         try:
             yield
@@ -250,9 +250,9 @@ def reported_faults() -> Iterator[None]:
 
 @contextmanager
 def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
-    """Stop the motor on Ctrl-C, and say so; yield a function that checks for Ctrl-C.
+    """Stop the motor on Ctrl-C and report it; yield a function that checks for Ctrl-C.
 
-    An exchange is completed first: the line would have to fall silent before the stop can be sent.
+    An exchange is completed first, since the stop can only be sent on a silent line.
 
     Raises:
         MonitoringLostError: the controller does not answer the stop.
@@ -283,17 +283,12 @@ def shown_travel(
         each: called with every position, and once before the first.
     """
     each()
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda _: each()
-        return
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
-    with Bar(*columns, console=console) as bar:
-        total = None if target is None else abs(target - start)
-        task = bar.add_task("", total=total, position=start)
+    total = None if target is None else abs(target - start)
+    with shown_bar(*columns, quiet=quiet, total=lambda: total, transient=False, position=start) as update:
 
         def report(position: int) -> None:
-            bar.update(task, completed=abs(position - start), position=position)
+            update(completed=abs(position - start), position=position)
             each()
 
         yield report

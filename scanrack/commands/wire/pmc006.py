@@ -1,4 +1,4 @@
-"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or behind a serial server."""
+"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or a serial server."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def set_parameter(
     context: typer.Context,
     name: NameArgument,
     value: ValueArgument,
-    keep: Annotated[bool, typer.Option("--save", help="Save all parameters into the EEPROM, too.")] = False,
+    keep: Annotated[bool, typer.Option("--save", help="Also save all parameters into the EEPROM.")] = False,
 ) -> None:
     """Set a parameter; a negative VALUE goes after --."""
     with client_at(context) as client:
@@ -134,7 +134,7 @@ def set_parameter(
 
 @app.command()
 def save(context: typer.Context) -> None:
-    """Save the parameters into the EEPROM, which does not last for ever."""
+    """Save the parameters into the EEPROM, whose number of writes is limited."""
     with client_at(context) as client:
         client.save()
 

@@ -8,18 +8,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from scanrack.io_images.drives.models import MODELS
-from scanrack.io_images.enip.io_frames import IO_PORT
 from scanrack.jobs.run.served_units import (
     PORT_GAP_MS,
     SERIAL_GAP_MS,
@@ -31,42 +28,28 @@ from scanrack.jobs.run.served_units import (
 )
 from scanrack.jobs.serve.control import ControlChannel
 from scanrack.jobs.serve.drives import DriveService
-from scanrack.jobs.serve.line import GATEWAY_MS, LineService, PortChoice, ServedLine, begin, wire
+from scanrack.jobs.serve.line import LineService, PortChoice, ServedLine, begin, wire
 from scanrack.jobs.serve.machines import on_machines
 from scanrack.jobs.serve.memory_file import ControllerMemory
-from scanrack.jobs.serve.remote import SILENCE_MS
 from scanrack.runtime.config.rackspec import KEPT_TRACES
 from scanrack.runtime.line.ports import LONGEST_S, Server, serve_until_interrupted
 from scanrack.runtime.loop.pace import Clock, wall_ns
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.shared_options import QuietOption, ReplaceOption
 from scanrack.terminal.status import INTERRUPTED, complain
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import say
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 
-from .serve_remote import RemoteOptions, serve_remote
+from .serve_options import ServedDevice, ServeOptions, check_options
+from .serve_remote import serve_remote
 
 LOOKED_EVERY_S = 0.01
 """Longest time between two records of changing registers, or two looks at the control channel."""
 
 REFRESH_NS = 250_000_000
 """Time between two refreshes of the status."""
-
-
-class ServedDevice(StrEnum):
-    """What can be served."""
-
-    AMCI3601 = "amci3601"
-    PCL601 = "pcl601"
-    PMC006 = "pmc006"
-    SMD23E2 = "smd23e2"
-    SMD24E2 = "smd24e2"
-    SD17060E2 = "sd17060e2"
-    ANG1 = "ang1"
-    ANF2 = "anf2"
 
 
 MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
@@ -94,7 +77,7 @@ class TypedInputs:
         self._take = _line_at_terminal if hasattr(os, "tcgetpgrp") else ConsoleLines().take
 
     def look(self) -> None:
-        """Process a line, if there is one; a mistake prints a message and changes nothing."""
+        """Process the next line, if any; a mistake prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
@@ -113,7 +96,7 @@ class TypedInputs:
 
 
 def _line_at_terminal() -> str | None:
-    """Return a typed line, empty at the end; None if there is none, or this process is in the background."""
+    """Return a typed line, "" at the end; None without one, or if this process is in the background."""
     system: Any = os  # type checkers know these functions on POSIX only
     if system.tcgetpgrp(0) != system.getpgrp() or not select.select([0], [], [], 0)[0]:
         return None
@@ -127,7 +110,7 @@ class ConsoleLines:
         self._lines: SimpleQueue[str] | None = None
 
     def take(self) -> str | None:
-        """Return a typed line, empty at the end; None if there is none."""
+        """Return a typed line, "" at the end; None without one."""
         if self._lines is None:
             self._lines = SimpleQueue()
             threading.Thread(target=self._read, args=(self._lines,), daemon=True).start()
@@ -144,31 +127,21 @@ class ConsoleLines:
 
 
 @contextmanager
-def recording(
-    path: Path | None,
-    controller: str,
-    units: Sequence[ServedUnit],
-    programs: Sequence[Path],
-    *,
-    replace: bool,
-) -> Iterator[LineRecorder | None]:
-    """Record the line and the units into a file, if there is a path.
-
-    Args:
-        replace: keep no earlier recordings.
+def recording(options: ServeOptions, units: Sequence[ServedUnit]) -> Iterator[LineRecorder | None]:
+    """Record the line and the units, with --record.
 
     Raises:
         OwnedError: it would replace an owned file.
         OSError: it can't be written.
     """
+    path = options.record
     if path is None:
         yield None
         return
-    used = dict.fromkeys(programs, "a stored program")
-    keeping = None if replace else RecordingKeeper(path, KEPT_TRACES)
-    check_recordings([path], keeping, used)
+    keeping = None if options.replace else RecordingKeeper(path, KEPT_TRACES)
+    check_recordings([path], keeping, options.programs_in_use)
     columns = [UnitColumns(unit.address, tuple(unit.values())) for unit in units]
-    with closing(LineRecorder(path, columns, {"controller": controller}, keeping)) as recorder:
+    with closing(LineRecorder(path, columns, {"controller": options.controller}, keeping)) as recorder:
         yield recorder
 
 
@@ -191,182 +164,14 @@ def shown_status(units: Sequence[ServedUnit], *, quiet: bool) -> Iterator[Callab
         yield refresh
 
 
-FOR_ALL = ("controller", "tcp", "record", "replace", "quiet")
-REMOTE_ONLY = ("rack", "slot", "silence", "whole")
-DRIVES_ONLY = ("axes", "ethernet_ip", "io_port")
-ALSO_DRIVES = ("speed", "machine", "memory", "pin", "control")
-
-
-def _has_option(controller: ServedDevice, name: str) -> bool:
-    if controller in MODELS:
-        return name in (*FOR_ALL, *DRIVES_ONLY, *ALSO_DRIVES)
-    if controller is ServedDevice.AMCI3601:
-        return name in (*FOR_ALL, *REMOTE_ONLY)
-    return name not in (*REMOTE_ONLY, *DRIVES_ONLY)
-
-
-def _check_options(context: typer.Context, controller: ServedDevice) -> None:
-    """Refuse an option that this device does not have.
-
-    Raises:
-        ValueError: such an option was given.
-    """
-    for each in context.command.params:
-        source = context.get_parameter_source(each.name or "")
-        given = source is not None and source.name == "COMMANDLINE"
-        if given and not _has_option(controller, each.name or ""):
-            raise ValueError(f"{each.opts[0]}: {controller} does not have it")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ServeOptions:
-    """The argument and the options of `scanrack serve`."""
-
-    controller: Annotated[
-        ServedDevice,
-        typer.Argument(
-            metavar="DEVICE",
-            help="amci3601, pcl601, pmc006, smd23e2, smd24e2, sd17060e2, ang1 or anf2.",
-            show_default=False,
-        ),
-    ]
-    rack: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[RACK]", help="amci3601: rack file with the module and its machine.", show_default=False
-        ),
-    ] = None
-    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False
-    serial: Annotated[
-        str | None, typer.Option("--serial", metavar="DEVICE", help="On a serial port of this machine.")
-    ] = None
-    tcp: Annotated[
-        str | None,
-        typer.Option(
-            "--tcp", metavar="[HOST:]PORT", help="Over TCP; on the loopback address unless a host is given."
-        ),
-    ] = None
-    rtu_over_tcp: Annotated[
-        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the line's own bytes, not Modbus TCP.")
-    ] = False
-    address: Annotated[
-        list[str] | None,
-        typer.Option("--address", metavar="N", help="Address; several, or 1-5, for several units on a line."),
-    ] = None
-    program: Annotated[
-        list[Path] | None,
-        typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
-    ] = None
-    speed: Annotated[
-        float, typer.Option("--time-scale", metavar="FACTOR", help="How many times as fast as real time.")
-    ] = 1.0
-    machine: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--machine",
-            metavar="RACK",
-            help="The machine in a rack file moves with the motor and acts on the inputs; of several 2:RACK.",
-        ),
-    ] = None
-    memory: Annotated[
-        Path | None,
-        typer.Option(
-            "--memory",
-            metavar="FILE",
-            help="What the controllers keep without power: address, stored program, parameters.",
-        ),
-    ] = None
-    pin: Annotated[
-        list[str] | None,
-        typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
-    ] = None
-    thumbwheel: Annotated[
-        list[str] | None,
-        typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
-    ] = None
-    gap_ms: Annotated[
-        float | None,
-        typer.Option(
-            "--gap-ms",
-            metavar="MS",
-            help="PCL601: silence after which another frame may begin; 5, on a serial port 25.",
-        ),
-    ] = None
-    axes: Annotated[int, typer.Option("--axes", metavar="N", help="Drives: axes in the stack, up to 12.")] = 1
-    ethernet_ip: Annotated[
-        str | None,
-        typer.Option(
-            "--ethernet-ip",
-            metavar="[HOST:]PORT",
-            help="SMD23E2: EtherNet/IP, usually at 44818.",
-        ),
-    ] = None
-    io_port: Annotated[
-        int,
-        typer.Option("--io-port", metavar="PORT", min=0, max=65535, help="UDP port of its class 1 packets."),
-    ] = IO_PORT
-    slot: Annotated[
-        int | None,
-        typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several of them."),
-    ] = None
-    silence: Annotated[
-        float,
-        typer.Option("--silence", metavar="MS", help="amci3601: time without a write that ends run mode."),
-    ] = SILENCE_MS
-    whole: Annotated[
-        bool, typer.Option("--whole-writes", help="amci3601: refuse writes of fewer than eight words.")
-    ] = False
-    line_time: Annotated[
-        bool,
-        typer.Option("--line-time", help="Characters take the time of the baud rate on TCP and ptys, too."),
-    ] = False
-    fault: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--fault",
-            metavar="FAULT",
-            help="A fault of the line: drop=N, drop=N/M, crc=N, crc=N/M, delay=MS or silence=on.",
-        ),
-    ] = None
-    gateway_ms: Annotated[
-        float,
-        typer.Option(
-            "--gateway-ms",
-            metavar="MS",
-            help="With --line-time, --fault or --test-port: time to exception 0Bh over Modbus TCP.",
-        ),
-    ] = GATEWAY_MS
-    control: Annotated[
-        int | None,
-        typer.Option(
-            "--test-port",
-            metavar="PORT",
-            min=0,
-            max=65535,
-            help="A port of this machine for JSON lines of faults and inputs, the printed key first.",
-        ),
-    ] = None
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
-    ] = None
-    replace: ReplaceOption = False
-    ascii_mode: Annotated[
-        bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
-    ] = False
-    start: Annotated[
-        bool, typer.Option("--start", help="PCL601: stored programs are started, as by SMC60WIN.")
-    ] = False
-    quiet: QuietOption = False
-
-
 def _serve_command(
     context: typer.Context,
     options: ServeOptions,
 ) -> None:
     """Simulate a device on a port, or a 3601 as remote I/O, until Ctrl-C.
 
-    The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
-    inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
+    The first line is the address of the device. On a terminal the command shows the state, and
+    NAME=STATE sets an input: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
     Example: scanrack serve pcl601 --tcp 5020 --program program.pclt
@@ -375,23 +180,13 @@ def _serve_command(
     recording can't be written.
     """
     with reported_mistakes(), ExitStack() as stack:
-        _check_options(context, options.controller)
+        check_options(context, options.controller)
         if options.controller is ServedDevice.AMCI3601:
-            remote = RemoteOptions(
-                options.rack,
-                options.tcp,
-                options.slot,
-                options.silence,
-                options.whole,
-                options.record,
-                options.replace,
-                options.quiet,
-            )
-            raise typer.Exit(serve_remote(remote))
+            raise typer.Exit(serve_remote(options))
         clock, kept = Clock(options.speed), None
         if options.memory is not None:
-            used = dict.fromkeys(options.program or (), "a stored program")
-            kept = stack.enter_context(ControllerMemory(options.memory, options.controller, used))
+            memory = ControllerMemory(options.memory, options.controller, options.programs_in_use)
+            kept = stack.enter_context(memory)
         line = _drives(options, clock, kept) if options.controller in MODELS else _line(options, kept)
         units = line.units
         choice = PortChoice(
@@ -404,9 +199,7 @@ def _serve_command(
         )
         # Ctrl-C may come between the line with the address and the first step
         with (
-            recording(
-                options.record, options.controller, units, options.program or (), replace=options.replace
-            ) as recorder,
+            recording(options, units) as recorder,
             _controlled(line, clock, options.control) as channel,
             suppress(KeyboardInterrupt),
         ):
@@ -457,7 +250,7 @@ def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
 
 
 class _Watchers(NamedTuple):
-    """What looks at the units while they are served."""
+    """The observers of the units during the service."""
 
     recorder: LineRecorder | None
     channel: ControlChannel | None
@@ -466,7 +259,7 @@ class _Watchers(NamedTuple):
 
 @contextmanager
 def _controlled(line: LineService, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
-    """Open the control channel, if there is a port."""
+    """Open the control channel on a port; yield None without a port."""
     if port is None:
         yield None
         return
@@ -495,7 +288,7 @@ def _serve(
 
 
 def _record(units: Sequence[ServedUnit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record the present state of the units, and flush it, so that it survives a kill."""
+    """Record the current state of the units, and flush it, so that it survives a kill."""
     if recorder is not None:
         recorder.draft()
         now_ns = clock.now_ns()

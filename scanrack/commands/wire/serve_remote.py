@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack, closing
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 from scanrack.io_images.times import time_text
 from scanrack.jobs.run.running import JobRun, RunOptions
@@ -16,25 +14,13 @@ from scanrack.jobs.trust.owned import check_recording
 from scanrack.runtime.line.ports import ModbusTcpPort
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.run_end import run_to_end
-from scanrack.terminal.status import complain
+from scanrack.terminal.status import complain, ignore
 from scanrack.terminal.terminal import say
 
-
-@dataclass(frozen=True, slots=True)
-class RemoteOptions:
-    """The options of the command, as given."""
-
-    rack: str | None
-    tcp: str | None
-    slot: int | None
-    silence_ms: float
-    whole: bool
-    record: Path | None
-    replace: bool
-    quiet: bool
+from .serve_options import ServeOptions
 
 
-def serve_remote(options: RemoteOptions) -> int:
+def serve_remote(options: ServeOptions) -> int:
     """Serve a 3601 until Ctrl-C; return the exit status.
 
     Raises:
@@ -43,13 +29,13 @@ def serve_remote(options: RemoteOptions) -> int:
     if options.tcp is None:
         raise ValueError("amci3601: give --tcp [HOST:]PORT")
     keep = 0 if options.replace else None
-    loaded = remote_job(options.rack, options.slot, options.silence_ms, whole=options.whole)
+    loaded = remote_job(options.rack, options.slot, options.silence, whole=options.whole)
     with loaded as (job, plc), ExitStack() as ports:
         if options.record is not None:
             check_recording(job, options.record, keep=keep)
         port = ports.enter_context(closing(ModbusTcpPort(*socket_address(options.tcp))))
         pace = ServingPace(port, plc)
-        warn = _ignore if options.quiet else complain
+        warn = ignore if options.quiet else complain
         run_options = RunOptions(options.record, pacer=pace, listeners=[plc], warn=warn, keep=keep)
         run = JobRun(job, ports, run_options)
         plc.attach(run.cpu)
@@ -64,9 +50,6 @@ def serve_remote(options: RemoteOptions) -> int:
         if not options.quiet:
             complain(_counts(plc))
         return status
-
-
-def _ignore(_hint: str) -> None: ...
 
 
 def _counts(plc: ExternalPlc) -> str:

@@ -7,13 +7,11 @@ from collections.abc import Sequence as SequenceOf
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink, Remedies
-from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic, Sequence
 from scanrack.runtime.config.rackspec import RackSpec
@@ -28,10 +26,10 @@ from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.edits_and_forces import SET
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, waiting_in, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
-from ..run.editing import tags_in
-from ..run.external_tags import tell_cpu
+from ..run.editing import continue_as, tags_in
+from ..run.external_tags import report_external_tags
 from ..why.answer import Why
 from ..why.journal import Journal
 from ..why.source.class_names import Names
@@ -111,18 +109,18 @@ class Bench:
         self.recorder: ScanListener | None = None
         self.read: dict[str, None] = {}
         self._journal = Journal(rack)
-        given = [*listeners(rack), watching(self._journal, logic)]
-        self._followers = [each for each in given if isinstance(each, WatchesSequences)]
+        recorders = [*listeners(rack), watching(self._journal, logic)]
+        self._followers = [each for each in recorders if isinstance(each, WatchesSequences)]
         self.cpu = events.cpu = build_cpu(
             spec,
             logic,
             rack,
-            listeners=[*given, events],
+            listeners=[*recorders, events],
             watchdog=None if watched else Watchdog(0),
         )
         self._fields = Fields(lambda: self.logic)
         if self._observed or isinstance(logic, Logic):
-            tell_cpu(self._desk, self.cpu)
+            report_external_tags(self._desk, self.cpu)
         records = {slot.number: slot.record for slot in spec.slot}
         self.slot = Slots(
             (number, SlotBench(slot, records[number], self.run_for, lambda: self.now_ns))
@@ -191,8 +189,8 @@ class Bench:
         if not self._holds(condition):
             self._run(scans, lambda: self.stops or self._holds(condition))
         if not self.stops and not self._holds(condition):
-            what = condition if isinstance(condition, str) else _name(condition)
-            raise NotReachedError(f"{what} has not become true within {within}.\n{self}", self.read)
+            name = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{name} has not become true within {within}.\n{self}", self.read)
         self.read.clear()
 
     def _holds(self, condition: Condition) -> bool:
@@ -251,12 +249,7 @@ class Bench:
             return self.program.edit(program)
         if not isinstance(program, Logic):
             raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
-        forces = self._fields.forces
-        done = edit_logic(self.logic, program, restart)
-        if self._fields.forces != forces:
-            self._fields.on_outside()
-        for each in self._followers:
-            each.watch(waiting_in(self.logic))
+        done = continue_as(self.logic, program, restart, self._fields, self._followers)
         self._announce_edit(type(program).__name__, done)
         return done
 
@@ -417,10 +410,10 @@ class Bench:
         """Return the address of the image word or bit to which a name refers; None for any other name."""
         if self._is_image(name):
             return str(self._place(name))
-        found: str | None = (
+        address_text: str | None = (
             self._desk.address_of(name) if self._observed or isinstance(self.logic, Logic) else None
         )
-        return found
+        return address_text
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:
@@ -465,9 +458,7 @@ class Bench:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

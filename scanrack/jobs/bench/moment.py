@@ -1,4 +1,4 @@
-"""Chooses the scan of a question: by time, by number, or by a bit that becomes true."""
+"""A question about a run, and its scan: by time, by number, or by a bit that becomes true."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class ScanChoice:
 
     def __post_init__(self) -> None:
         options = (("--at", self.at), ("--scans", self.scans), ("--until", self.until))
-        given = [name for name, value in options if value is not None]
-        if len(given) > 1:
-            raise ValueError(f"{' and '.join(given)} say the same thing: give one of them")
+        names = [name for name, value in options if value is not None]
+        if len(names) > 1:
+            raise ValueError(f"{' and '.join(names)} say the same thing: give one of them")
         if self.at is not None and self.number is None:
             parse_time(self.at)
 
@@ -75,6 +75,16 @@ class ScanChoice:
         return row
 
 
-def _missing(recording: PackedTrace, what: str) -> ValueError:
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A question about a run, after one of its scans."""
+
+    what: str | None  # see `Bench.why`
+    moment: ScanChoice
+    deep: bool = False  # whether the chain also includes rungs of add-on instructions
+    want: str | None = None  # the required value; the answer then also says how `what` could get it
+
+
+def _missing(recording: PackedTrace, moment: str) -> ValueError:
     first, last = recording.numbers[0], recording.numbers[-1]
-    return ValueError(f"the trace does not have {what}: it has scans {first:,} to {last:,}")
+    return ValueError(f"the trace does not have {moment}: it has scans {first:,} to {last:,}")

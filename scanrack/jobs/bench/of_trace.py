@@ -22,7 +22,7 @@ from ..load.loading import LoadedRack
 from ..trust.attachments import job_of
 from ..why.answer import Why
 from ..why.followed import run_rungs
-from .moment import NotReachedError, ScanChoice
+from .moment import NotReachedError, Question, ScanChoice
 
 if TYPE_CHECKING:
     from ..why.program_rerun import ExecutedLines
@@ -46,38 +46,32 @@ class TraceAnswer:
 def why_of_trace(
     trace: Trace,
     folder: Path,
-    what: str | None,
-    moment: ScanChoice,
+    question: Question,
     *,
     trust: bool,
     more: Columns | None = None,
-    deep: bool = False,
-    want: str | None = None,
 ) -> TraceAnswer:
     """Answer a question about a trace.
 
     Args:
         trace: if it lacks its program, the answer comes from its images alone.
-        what: see `Bench.why`.
         trust: run any Python that came with the trace; otherwise only files that equal those in the current
             folder.
-        deep: whether the chain also includes rungs of add-on instructions.
-        want: the required value; the answer then also says how `what` could get it.
         more: scans of a growing trace that are not yet written.
 
     Raises:
         ValueError: a file or an option is unusable, or a name is unknown.
         UntrustedError: untrusted Python of the trace would run.
-        NotReachedError: the bit of `moment` does not become true.
+        NotReachedError: the bit of the question does not become true.
     """
     recording = PackedTrace.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
-        return _of_images(recording, what, moment, deep, want)
+        return _of_images(recording, question)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
-        return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
+        return _of_ladder(recording, job, question, snapshots_of(trace))
     load = _load_of(trace, job, folder, trust=trust)
-    return _of_images(recording, what, moment, deep, want, job.spec, load)
+    return _of_images(recording, question, job.spec, load)
 
 
 def lines_of_trace(
@@ -124,49 +118,36 @@ def _load_of(trace: Trace, job: LoadedRack, folder: Path, *, trust: bool) -> Loa
 
 
 def _of_images(
-    recording: PackedTrace,
-    what: str | None,
-    moment: ScanChoice,
-    deep: bool,
-    want: str | None,
-    spec: RackSpec | None = None,
-    load: Load | None = None,
+    recording: PackedTrace, question: Question, spec: RackSpec | None = None, load: Load | None = None
 ) -> TraceAnswer:
-    first = Why(recording, 0, spec, load)
+    moment, first = question.moment, Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, first.first_on(moment.until))
-    why = Why(recording, row, spec, load)
-    return _answer(why, why.rack() if what is None else "", (), what, deep, want)
+    return _answer(Why(recording, row, spec, load), question)
 
 
 def _of_ladder(
-    recording: PackedTrace,
-    job: LoadedRack,
-    what: str | None,
-    moment: ScanChoice,
-    deep: bool,
-    want: str | None,
-    snapshots: Mapping[int, str],
+    recording: PackedTrace, job: LoadedRack, question: Question, snapshots: Mapping[int, str]
 ) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
-    moment = _without_images(moment, what, Why(recording, 0, job.spec, None), debugger)
+    moment = _without_images(question, Why(recording, 0, job.spec, None), debugger)
     until = moment.until
     last = len(recording.scans) - 1 if until is not None else moment.row(recording)
     done = run_rungs(recording, job.spec, debugger, last, until, snapshots)
     row = _reached(moment, done.row if done.met or until is None else None)
     why = Why(recording, row, job.spec, None, debugger)
-    notes = [*done.notes, *_departed(why, done.departs)]
-    return _answer(why, why.rack() if what is None else "", notes, what, deep, want)
+    return _answer(why, question, [*done.notes, *_departed(why, done.departs)])
 
 
-def _without_images(moment: ScanChoice, what: str | None, images: Why, debugger: Debugger) -> ScanChoice:
+def _without_images(question: Question, images: Why, debugger: Debugger) -> ScanChoice:
     """Return the choice of a scan; replace a bit of an image by the number of the scan in which it comes on.
 
     Raises:
         ValueError: a tag is unknown; raised before the run.
-        NotReachedError: the bit of `moment` does not become true.
+        NotReachedError: the bit of the question does not become true.
     """
-    for tag in (what, moment.until):
+    moment = question.moment
+    for tag in (question.what, moment.until):
         if tag is not None and not images.means_image(tag):
             _ = debugger.tags[tag]
     if moment.until is None or not images.means_image(moment.until):
@@ -189,16 +170,9 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
     return row
 
 
-def _answer(
-    why: Why,
-    text: str,
-    notes: Sequence[str] = (),
-    what: str | None = None,
-    deep: bool = False,
-    want: str | None = None,
-) -> TraceAnswer:
-    scans, row = why.recording, why.row
-    text, chain = (text, None) if what is None else why.of(what, deep=deep)
+def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
+    scans, row, what, want = why.recording, why.row, question.what, question.want
+    text, chain = (why.rack(), None) if what is None else why.of(what, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
     remedies = None if what is None or want is None else why.suggest_inputs(what, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)

@@ -61,7 +61,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
     )
 
 
-def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | None:
+def loading(job: LoadedRack, rack: str) -> Load | None:
     """Return the loader of a job's Python program; None for a ladder program, which runs under a debugger.
 
     Args:
@@ -69,7 +69,7 @@ def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | No
     """
     if isinstance(job.logic, LadderLogic):
         return None
-    return Load(job.program, lambda: load_job(rack, program).logic)
+    return Load(job.program, lambda: load_job(rack).logic)
 
 
 def with_edits(load: Load, editions: ProgramVersions) -> Load:

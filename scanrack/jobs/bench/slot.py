@@ -100,7 +100,7 @@ class SlotBench:
     def power_cycle(self) -> None:
         """Remove and restore the module's power."""
         self._module.power_cycle()
-        self._tell(FaultKind.POWER_CYCLE, begins=True)
+        self._announce(FaultKind.POWER_CYCLE, begins=True)
 
     def inject(self, how: str | None) -> None:
         """Inject a fault into the module, or end it (None).
@@ -120,11 +120,11 @@ class SlotBench:
             self._device.power_cycle()
         else:
             self._device.inject(None if how is None else names[how])
-        self._tell(None if how is None else FaultKind(how), begins=how is not None)
+        self._announce(None if how is None else FaultKind(how), begins=how is not None)
 
-    def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
+    def _announce(self, fault: FaultKind | None, *, begins: bool) -> None:
         """Record a test's action on the module with the next scan, like an incident of a rack file."""
-        self._latest_fault = what or self._latest_fault
+        self._latest_fault = fault or self._latest_fault
         event = fault_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)
 

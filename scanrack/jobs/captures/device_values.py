@@ -16,16 +16,16 @@ from .pairing import PairedExchange, decoded
 Values = dict[str, int]
 
 
-def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
+def pcl601_values(exchange: PairedExchange, words: dict[int, int]) -> Values:
     """Return the values of a PCL601 that an exchange shows.
 
     Args:
         words: the known register words, by address; this call updates them.
     """
-    found = decoded(exchange)
-    if found is None:
+    pair = decoded(exchange)
+    if pair is None:
         return {}
-    request, answer = found
+    request, answer = pair
     function, first = request.function_code, request.address
     if function in (pdus.READ_COILS, pdus.READ_INPUTS):
         name = "outputs" if function == pdus.READ_COILS else "inputs"
@@ -50,7 +50,7 @@ def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
     return values
 
 
-def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
+def pmc006_values(exchange: PairedExchange, _words: dict[int, int]) -> Values:
     """Return the value of a PMC006 that an instruction sets or reads."""
     row = BY_CODE.get(exchange.request[0])
     if row is None or exchange.reply is None or row.kind is Kind.ACTION:
@@ -62,9 +62,9 @@ def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
     return {row.name: value}
 
 
-SAYS: Mapping[str, Callable[[PairedExchange, dict[int, int]], Values]] = {
-    "pcl601": pcl601_says,
-    "pmc006": pmc006_says,
+VALUES: Mapping[str, Callable[[PairedExchange, dict[int, int]], Values]] = {
+    "pcl601": pcl601_values,
+    "pmc006": pmc006_values,
 }
 """Functions that extract values, by controller."""
 
@@ -75,8 +75,3 @@ ALWAYS = (
     Tag("answered", "BOOL"),
 )
 """Tags of each exchange: time to the reply, Modbus function or instruction, Modbus exception."""
-
-
-def tag_of(name: str) -> Tag:
-    """Return the tag of a value: 32 bits, which hold every value."""
-    return Tag(name, "DINT")

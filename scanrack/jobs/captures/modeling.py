@@ -22,7 +22,7 @@ from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line import pcl601_pdus as pdus
 
-from .device_values import SAYS, Values
+from .device_values import VALUES, Values
 from .pairing import PairedExchange
 from .recording import Statement
 
@@ -78,7 +78,7 @@ class _Model:
     """A simulated controller, and the words that it has shown so far."""
 
     def __init__(self, controller: str, answer: Answer, begin_ns: int) -> None:
-        self._says = SAYS[controller]
+        self._values_in = VALUES[controller]
         self._answer = answer
         self._begin_ns = begin_ns
         self._now_ns = 0
@@ -88,7 +88,7 @@ class _Model:
         """Carry out a request at an instant of the capture; return the reply and its values."""
         self._now_ns = max(self._now_ns, at_ns - self._begin_ns)
         reply = self._answer(self._now_ns, exchange)
-        return reply, self._says(replace(exchange, reply=reply), self._words)
+        return reply, self._values_in(replace(exchange, reply=reply), self._words)
 
 
 def _pcl601(_unit: int) -> Answer:

@@ -114,7 +114,7 @@ class _Connections:
 
 def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     streams, connections, ports = Streams(), _Connections(pairing), set[int]()
-    found = connections.found
+    captured = connections.found
     cut = CutFrames()
     for chunk in streams.chunks(_segments(capture, port, cut)):
         to_device = chunk.target[1] == port
@@ -123,15 +123,15 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
             continue
         connections.feed(chunk, to_device=to_device)
     pairings = connections.finish()
-    if not found.exchanges:
+    if not captured.exchanges:
         raise ValueError(_nothing_found(port, ports, pairings, cut if cut.count else capture.cut_frames))
     if capture.cut_off is not None:
-        found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
+        captured.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if cut.count:
-        found.notes.append(_cut(cut))
+        captured.notes.append(_cut(cut))
     if streams.gaps:
-        found.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
-    return found
+        captured.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
+    return captured
 
 
 def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
@@ -163,17 +163,17 @@ def _cut(frames: CutFrames) -> str:
 
 
 def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
-    log, found = TextLog(), DeviceCapture([])
+    log, captured = TextLog(), DeviceCapture([])
     for entry in log.entries(_lines(file)):
-        _add(found, pairing.feed(entry.at_ns, entry.data, to_device=entry.to_device, fresh=False))
-    _add(found, pairing.finish())
-    if not found.exchanges:
+        _add(captured, pairing.feed(entry.at_ns, entry.data, to_device=entry.to_device, fresh=False))
+    _add(captured, pairing.finish())
+    if not captured.exchanges:
         raise ValueError(
             "it is neither a capture nor a log of frames, such as 0.027 > 01 03 00 00 00 26 c5 d0"
         )
     if log.passed_over:
-        found.notes.append(f"lines that are no frames: {log.passed_over:,}")
-    return found
+        captured.notes.append(f"lines that are no frames: {log.passed_over:,}")
+    return captured
 
 
 def _lines(file: BinaryIO) -> Iterator[str]:
@@ -182,9 +182,9 @@ def _lines(file: BinaryIO) -> Iterator[str]:
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 
 
-def _add(found: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
-    found.exchanges.extend(exchanges)
-    if len(found.exchanges) > EXCHANGES_MAX:
+def _add(captured: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
+    captured.exchanges.extend(exchanges)
+    if len(captured.exchanges) > EXCHANGES_MAX:
         raise ValueError(f"it has more than {EXCHANGES_MAX:,} exchanges: cut it into parts")
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from struct import Struct
 
 from scanrack.traces.format.layout import SlotInfo, block_layout
-from scanrack.traces.format.tagplan import TagPlan, plan_of
+from scanrack.traces.format.tagplan import Tag, TagPlan, plan_of
 from scanrack.traces.write.recorder import ScanRecorder
 
-from .device_values import ALWAYS, SAYS, Values, tag_of
+from .device_values import ALWAYS, VALUES, Values
 from .pairing import PairedExchange
 
 SCAN_PERIOD_NS = 1_000_000
@@ -47,7 +47,7 @@ class Statement:
 def statements_of(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
     """Return the exchanges with a controller, `pcl601` or `pmc006`, and the values that they show."""
     words: dict[int, int] = {}
-    return [Statement(each, SAYS[controller](each, words)) for each in exchanges]
+    return [Statement(each, VALUES[controller](each, words)) for each in exchanges]
 
 
 def value_names(*traces: Sequence[Statement]) -> list[str]:
@@ -66,7 +66,7 @@ def record(target: Path, controller: str, statements: Sequence[Statement], names
     """
     slot = SlotInfo(1, controller)
     images = bytes(block_layout([slot]).size)
-    tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]), images)
+    tags = ExchangeTags(plan_of([*(Tag(name, "DINT") for name in names), *ALWAYS]), images)
     begin_ns = statements[0].exchange.requested_ns
     facts = {"name": target.stem, "controller": controller, "source": "capture"}
     recorder = ScanRecorder(

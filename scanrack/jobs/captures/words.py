@@ -59,10 +59,10 @@ def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
     scans: list[WordScan] = []
     outputs, inputs = [0] * WORDS, [0] * WORDS
     for exchange in exchanges:
-        found = decoded(exchange)
-        if found is None:
+        pair = decoded(exchange)
+        if pair is None:
             continue
-        request, answer = found
+        request, answer = pair
         if _put(inputs, _read(request, answer)):
             scans.append(WordScan(exchange.answered_ns, list(outputs), list(inputs)))
         if _put(outputs, _written(request)) and scans:
@@ -91,10 +91,10 @@ def _written(request: ModbusPDU) -> Span:
 def _put(image: list[int], span: Span) -> bool:
     """Put words into an image; return whether any word belongs to the image."""
     first, words = span
-    found = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
-    for at, word in found.items():
+    placed = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
+    for at, word in placed.items():
         image[at] = word
-    return bool(found)
+    return bool(placed)
 
 
 SAMPLED, SAMPLED_APART = "sampled", "sampled apart"

@@ -98,34 +98,34 @@ def search(
         most: number of hypotheses at a time above which the search gives up.
         given: instants at which the transmissions act; None to search for them.
     """
-    found = Search()
+    result = Search()
     turns = _turns(moments)
     start = _start_of(moments, turns, model, timing)
     if start is None:
-        return found
+        return result
     live, waiting, adopted = [start.branch], list[SeenImage](), start.is_whole
     limits = [*(sent.window.low_ns for sent, _ in turns[1:]), None]
     for place, ((sent, seen), limit) in enumerate(zip(turns, limits, strict=True)):
         instants = (
             _instants(sent, timing, single=place <= start.turn) if given is None else given[place : place + 1]
         )
-        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), found, most)
-        found.after = sent
-        found.moving += 1
+        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), result, most)
+        result.after = sent
+        result.moving += 1
         if not live:
-            return found
+            return result
         waiting += start.judged(place, seen)
         adopted = adopted or (place > start.turn and _adopt(live, waiting))
-        live, waiting = _sift(live, waiting, limit, sent, timing, found)
+        live, waiting = _sift(live, waiting, limit, sent, timing, result)
         if not live:
-            return found
+            return result
         if all(each.rests for each in live):
-            found.moving = 0
+            result.moving = 0
         since_ns = min((each.window.low_ns for each in waiting), default=limit or NEVER)
         live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit)
-    found.left, found.instants = live, live[0].instants
-    found.fired_anywhere = set().union(*(each.fired for each in live))
-    return found
+    result.left, result.instants = live, live[0].instants
+    result.fired_anywhere = set().union(*(each.fired for each in live))
+    return result
 
 
 class _Start(NamedTuple):
@@ -208,25 +208,25 @@ def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) 
 
 
 def _spread(
-    live: list[Branch], sent: Transmission, instants: Sequence[int], keep_from: int, found: Search, most: int
+    live: list[Branch], sent: Transmission, instants: Sequence[int], keep_from: int, result: Search, most: int
 ) -> list[Branch]:
     """Return a branch for each instant at which a transmission may act; none if there would be too many."""
     if len(live) * len(instants) > most:
-        found.many = len(live) * len(instants)
+        result.many = len(live) * len(instants)
         return []
     children: list[Branch] = []
     for branch in live:
         branch.forget(keep_from)
-        mine = [instant for instant in instants if instant >= branch.now_ns]
+        later = [instant for instant in instants if instant >= branch.now_ns]
         try:
-            for instant in mine:
+            for instant in later:
                 branch.advance(instant)
-                children.append((branch if instant == mine[-1] else branch.child(keep_from)).act(sent))
+                children.append((branch if instant == later[-1] else branch.child(keep_from)).act(sent))
         except _BROKEN:
             continue
-    found.overlapping = not children
-    found.most = max(found.most, len(children))
-    found.runs += len(children)
+    result.overlapping = not children
+    result.most = max(result.most, len(children))
+    result.runs += len(children)
     return children
 
 
@@ -236,21 +236,21 @@ def _sift(
     limit: int | None,
     sent: Transmission,
     timing: Timing,
-    found: Search,
+    result: Search,
 ) -> tuple[list[Branch], list[SeenImage]]:
     """Judge the reads that the next transmission can't have changed; return remaining branches and reads."""
     due = list(takewhile(lambda each: limit is None or _end(each, sent, timing) <= limit, waiting))
     for seen in due:
         kept = [each for each in live if _explains(each, seen, timing)]
         if not kept:
-            found.unexplained = seen
-            found.fired_anywhere = set().union(*(each.fired for each in live))
-            found.instants = live[0].instants
-            found.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
+            result.unexplained = seen
+            result.fired_anywhere = set().union(*(each.fired for each in live))
+            result.instants = live[0].instants
+            result.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
             return [], []
         live = kept
-        found.reads += 1
-        if len(live) > 1 and found.reads % MERGE_READS == 0:
+        result.reads += 1
+        if len(live) > 1 and result.reads % MERGE_READS == 0:
             live = _merged(live, seen.window.low_ns - timing.lag_ns - 4 * GRID_NS, limit)
     return live, waiting[len(due) :]
 

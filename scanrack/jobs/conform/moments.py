@@ -123,8 +123,8 @@ def _row(moment: Moment) -> list[Any]:
     if isinstance(moment, SeenImage):
         return ["read", *moment.window, *moment.words]
     if isinstance(moment, KnownState):
-        given = (*moment.words, *moment.sent, *moment.configuration)
-        return ["state", *moment.window, *given, moment.inputs]
+        words = (*moment.words, *moment.sent, *moment.configuration)
+        return ["state", *moment.window, *words, moment.inputs]
     if moment.words is None:
         return ["inputs", *moment.window, moment.inputs]
     return ["write", *moment.window, *moment.words]

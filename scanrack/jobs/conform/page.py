@@ -102,9 +102,9 @@ def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: s
 
 def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
     """Yield the rules that differ: rule, section, text, and what the module does instead."""
-    for rule, found in result.rules.items():
-        if found.verdict is ConformVerdict.DIFFERS:
-            yield tuple(map(escape, (rule, RULES[rule].section, RULES[rule].text, found.why)))
+    for rule, finding in result.rules.items():
+        if finding.verdict is ConformVerdict.DIFFERS:
+            yield tuple(map(escape, (rule, RULES[rule].section, RULES[rule].text, finding.why)))
 
 
 def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
@@ -134,8 +134,8 @@ def _verdicts(result: ConformResult) -> str:
 
 
 def _difference(scene: SceneVerdict, result: ConformResult) -> str:
-    found = scene.difference
-    shown = "" if found is None else f"<pre>{escape(chr(10).join(difference_lines(found)))}</pre>"
+    difference = scene.difference
+    shown = "" if difference is None else f"<pre>{escape(chr(10).join(difference_lines(difference)))}</pre>"
     by = [
         *(f"{number}: {result.readings[number].why}" for number in scene.readings),
         *(f"without {rule}" for rule in scene.rules),

@@ -186,18 +186,18 @@ def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
 
 
 def _steps(text: str, where: str) -> list[SceneStep]:
-    found = []
+    steps = []
     for number, line in enumerate(text.splitlines(), start=1):
         words = line.partition("#")[0].split()
         if not words:
             continue
         try:
-            found.append(_step(words))
+            steps.append(_step(words))
         except StepsError as error:
             raise ValueError(f"{where}, line {number}: {error.reason}") from None
         except ValueError as error:
             raise ValueError(f"{where}, line {number}: {error}") from None
-    return found
+    return steps
 
 
 def _step(words: list[str]) -> SceneStep:

@@ -105,13 +105,13 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
         yield from _scene_lines(scene, result)
     yield ""
     yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
-    for rule, found in result.rules.items():
-        if found.verdict is ConformVerdict.DIFFERS:
-            yield f"    {rule} differs [{found.scene}]: {found.why} The manual: {RULES[rule].text}"
+    for rule, finding in result.rules.items():
+        if finding.verdict is ConformVerdict.DIFFERS:
+            yield f"    {rule} differs [{finding.scene}]: {finding.why} The manual: {RULES[rule].text}"
     yield from _counts("interpretations", {number: each.verdict for number, each in result.readings.items()})
-    for number, found in result.readings.items():
-        if found.verdict not in UNDECIDED:
-            yield f"    {number} {found.verdict} [{found.scene}]: {found.why}"
+    for number, finding in result.readings.items():
+        if finding.verdict not in UNDECIDED:
+            yield f"    {number} {finding.verdict} [{finding.scene}]: {finding.why}"
     yield f"{reads:,} images were read"
 
 
@@ -128,24 +128,24 @@ def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
         yield f"    explained by another scale: {either(scene.scales)}"
 
 
-def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
+def _counts(kind: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
     counts = counted(verdicts.values())
-    yield f"{what}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    yield f"{kind}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
 
 
 def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
     """Return the number of verdicts of each kind."""
-    found = Counter(verdicts)
-    return {verdict: found[verdict] for verdict in ConformVerdict}
+    counts = Counter(verdicts)
+    return {verdict: counts[verdict] for verdict in ConformVerdict}
 
 
-def difference_lines(found: Difference) -> Iterator[str]:
+def difference_lines(difference: Difference) -> Iterator[str]:
     """Yield the first read that differs, and what the model shows."""
-    yield f"{found.at_ns / 1e6:.1f} ms after the words {words_text(found.sent)}"
-    yield f"read   {_image(found.read)}"
-    yield f"model  {_image(found.shown[0])}"
-    if found.shown[1] != found.shown[0]:
-        yield f"to     {_image(found.shown[1])}"
+    yield f"{difference.at_ns / 1e6:.1f} ms after the words {words_text(difference.sent)}"
+    yield f"read   {_image(difference.read)}"
+    yield f"model  {_image(difference.shown[0])}"
+    if difference.shown[1] != difference.shown[0]:
+        yield f"to     {_image(difference.shown[1])}"
 
 
 def _image(words: ImageWords) -> str:
@@ -172,8 +172,8 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     if recorded.plan in BUILT_IN:
         yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
     if result.differs:
-        what = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
-        yield f"{what} has every word and image, and none of your names."
+        action = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
+        yield f"{action} has every word and image, and none of your names."
 
 
 def _explanations(scene: SceneVerdict) -> list[object]:
@@ -204,23 +204,23 @@ def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
 
 def fitted_scales(result: ConformResult) -> list[FittedScale]:
     """Return the factors that agree with the scenes; scenes that contradict each other keep their own."""
-    found: list[FittedScale] = []
+    scales: list[FittedScale] = []
     for scale in (each for scene in result.scenes for each in scene.scales):
-        for place, other in enumerate(found):
+        for place, other in enumerate(scales):
             both = other.within(scale)
             if both is not None:
-                found[place] = both
+                scales[place] = both
                 break
         else:
-            found.append(scale)
-    return found
+            scales.append(scale)
+    return scales
 
 
 def factor_sentences(result: ConformResult) -> list[str]:
     """Return each sentence about factors once; factors that a scene can't tell apart share one."""
-    found = fitted_scales(result)
+    scales = fitted_scales(result)
     steps = (
-        either([next(each for each in found if each.within(scale)) for scale in scene.scales])
+        either([next(each for each in scales if each.within(scale)) for scale in scene.scales])
         for scene in result.scenes
         if scene.scales
     )

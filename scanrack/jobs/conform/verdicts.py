@@ -69,37 +69,37 @@ class Judge:
 
     def judge(self, played: PlayedScene) -> SceneVerdict:
         """Judge a scene, and note what it says about rules and readings."""
-        found = self._search(played, None)
-        verdict = SceneVerdict(played.name, ConformVerdict.OPEN, found.reads, found.most, played.note)
+        result = self._search(played, None)
+        verdict = SceneVerdict(played.name, ConformVerdict.OPEN, result.reads, result.most, played.note)
         self.result.scenes.append(verdict)
-        if found.many:
-            verdict.why = _too_many(found, played, self._timing)
-        elif found.overlapping:
-            verdict.why = f"{_sent(found.after)} can't have acted after what was sent before: wrong times"
-        elif found.unexplained is not None:
-            verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(found)
-            self._explain(played, verdict, found)
-        elif not found.reads:
+        if result.many:
+            verdict.why = _too_many(result, played, self._timing)
+        elif result.overlapping:
+            verdict.why = f"{_sent(result.after)} can't have acted after what was sent before: wrong times"
+        elif result.unexplained is not None:
+            verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(result)
+            self._explain(played, verdict, result)
+        elif not result.reads:
             verdict.why = played.note or "no read after its configuration"
         else:
             if not played.note:
                 verdict.verdict = ConformVerdict.AS_MANUAL
-            self._confirm(played, found)
-        self._note_fired(verdict, found)
+            self._confirm(played, result)
+        self._note_fired(verdict, result)
         return verdict
 
-    def _note_fired(self, verdict: SceneVerdict, found: Search) -> None:
+    def _note_fired(self, verdict: SceneVerdict, result: Search) -> None:
         """Note the rules that fired and that no scene has decided yet."""
-        for rule in found.fired_anywhere:
+        for rule in result.fired_anywhere:
             finding = self.result.rules.get(rule)
             if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
                 finding.verdict, finding.scene = ConformVerdict.OPEN, verdict.name
                 finding.why = f"it may have fired in {verdict.name}, which is {_SCENES[verdict.verdict]}"
 
     def _search(
-        self, played: PlayedScene, alteration: Alteration | None, given: Sequence[int] | None = None
+        self, played: PlayedScene, alteration: Alteration | None, instants: Sequence[int] | None = None
     ) -> Search:
-        return search(played.moments, self._factory(alteration), self._timing, self._most, given)
+        return search(played.moments, self._factory(alteration), self._timing, self._most, instants)
 
     def _factory(self, alteration: Alteration | None) -> Callable[[], Amci3601]:
         if alteration is None:
@@ -108,8 +108,8 @@ class Judge:
 
     # -- scenes that are explained ------------------------------------------------------------
 
-    def _confirm(self, played: PlayedScene, found: Search) -> None:
-        scene = _Trail(played, found, _shown_in(played))
+    def _confirm(self, played: PlayedScene, result: Search) -> None:
+        scene = _Trail(played, result, _shown_in(played))
         for rule, finding in self.result.rules.items():
             if finding.verdict in UNDECIDED:
                 self._confirm_rule(rule, finding, scene)
@@ -157,32 +157,29 @@ class Judge:
 
     # -- scenes that differ -------------------------------------------------------------------
 
-    def _explain(self, played: PlayedScene, verdict: SceneVerdict, found: Search) -> None:
-        suspect = _Trail(played, found, _differing(found))
+    def _explain(self, played: PlayedScene, verdict: SceneVerdict, result: Search) -> None:
+        suspect = _Trail(played, result, _differing(result))
         for number, alteration in _all_rivals():
-            if self._may_explain(played, alteration, suspect, found):
+            if self._may_explain(played, alteration, suspect, result):
                 verdict.readings.append(number)
-                self._differs_by(number, alteration, played, found)
+                self._differs_by(number, alteration, played, result)
         if verdict.readings:
             return
-        fired = found.fired_anywhere
+        fired = result.fired_anywhere
         for name in [*sorted(fired), *(each for each in STATEMENTS if each not in fired)]:
             without_it = without(name, fired) if name in self.result.rules else None
-            if without_it is not None and self._may_explain(played, without_it, suspect, found):
+            if without_it is not None and self._may_explain(played, without_it, suspect, result):
                 verdict.rules.append(name)
                 self._differs(self.result.rules[name], played.name, without_it.sentence)
-        if not verdict.rules and _moves(found):
-            self._fit(played, verdict)
+        if not verdict.rules and _moves(result):
+            verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
-    def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, found: Search) -> None:
+    def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, result: Search) -> None:
         """Note, for a reading and its rules that fired, that an altered module explains a scene."""
         self._differs(self.result.readings[number], played.name, alteration.sentence)
-        for name in found.fired_anywhere & self.result.rules.keys():
+        for name in result.fired_anywhere & self.result.rules.keys():
             if number in RULES[name].reading:
                 self._differs(self.result.rules[name], played.name, f"{number}: {alteration.sentence}")
-
-    def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
-        verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
     def conclude(self) -> ConformResult:
         """Return the result once all scenes are judged; only together do they show which factors remain."""
@@ -194,13 +191,13 @@ class Judge:
         return self.result
 
     def _may_explain(
-        self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search
+        self, played: PlayedScene, alteration: Alteration, suspect: _Trail, result: Search
     ) -> bool:
         """Whether an alteration explains a scene; one without effect before the difference is not run."""
         if not suspect.touches(alteration):
             return False
-        once = self._search(played, alteration, found.instants)
-        if once.unexplained is found.unexplained and once.shown == found.shown:
+        once = self._search(played, alteration, result.instants)
+        if once.unexplained is result.unexplained and once.shown == result.shown:
             return False
         return self._search(played, alteration).explains_all
 
@@ -216,12 +213,12 @@ class _Trail:
         bits: status bits that may be affected.
     """
 
-    def __init__(self, played: PlayedScene, found: Search, bits: int) -> None:
-        self.played, self.fired, self.instants = played, found.fired, found.instants
+    def __init__(self, played: PlayedScene, result: Search, bits: int) -> None:
+        self.played, self.fired, self.instants = played, result.fired, result.instants
         self._sent = {
             each.words for each in played.moments if isinstance(each, Transmission) and each.words is not None
         }
-        self._bits, self._fired_anywhere = bits, found.fired_anywhere
+        self._bits, self._fired_anywhere = bits, result.fired_anywhere
 
     def touches(self, alteration: Alteration) -> bool:
         """Whether an alteration may show in the scene."""
@@ -235,22 +232,22 @@ class _Trail:
         return True
 
 
-def _moves(found: Search) -> bool:
+def _moves(result: Search) -> bool:
     """Return whether module or model moves around the first read that differs."""
-    assert found.unexplained is not None
-    return any(words[0] & MOVING for words in (found.unexplained.words, *found.shown))
+    assert result.unexplained is not None
+    return any(words[0] & MOVING for words in (result.unexplained.words, *result.shown))
 
 
-def _too_many(found: Search, played: PlayedScene, timing: Timing) -> str:
+def _too_many(result: Search, played: PlayedScene, timing: Timing) -> str:
     """Return why a scene has too many hypotheses: the time, what was sent, and how to have fewer."""
-    sent = found.after
+    sent = result.after
     assert sent is not None
     at_ns = sent.window.low_ns - played.moments[0].window.low_ns
     width_ns = sent.window.high_ns - sent.window.low_ns + timing.lag_ns
     fewer = "a counter of scans, see --print-counter," if timing.scan_ns else "a longer wait at rest before"
     return (
-        f"too many hypotheses: {found.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, which may act "
-        f"within {width_ns / 1e6:.1f} ms; it is number {found.moving} since the axis was at rest; "
+        f"too many hypotheses: {result.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, which may act "
+        f"within {width_ns / 1e6:.1f} ms; it is number {result.moving} since the axis was at rest; "
         f"{fewer} leaves fewer"
     )
 
@@ -266,22 +263,22 @@ def _shown_in(played: PlayedScene) -> int:
     return reduce(or_, (_status(each.words) for each in played.moments if isinstance(each, SeenImage)), 0)
 
 
-def _differing(found: Search) -> int:
+def _differing(result: Search) -> int:
     """Return the status bits in which the first differing read differs."""
-    assert found.unexplained is not None
-    read = _status(found.unexplained.words)
-    return reduce(or_, (_status(words) ^ read for words in found.shown), 0)
+    assert result.unexplained is not None
+    read = _status(result.unexplained.words)
+    return reduce(or_, (_status(words) ^ read for words in result.shown), 0)
 
 
 def _status(words: ImageWords) -> int:
     return words[0] & 0xFFFF | (words[1] & 0xFFFF) << 16
 
 
-def _difference(found: Search) -> Difference:
-    seen, sent = found.unexplained, found.after
+def _difference(result: Search) -> Difference:
+    seen, sent = result.unexplained, result.after
     assert seen is not None
     assert sent is not None
-    shown = (found.shown[0], found.shown[-1]) if found.shown else (seen.words, seen.words)
+    shown = (result.shown[0], result.shown[-1]) if result.shown else (seen.words, seen.words)
     return Difference(seen.window.low_ns - sent.window.low_ns, sent.words or (), seen.words, shown)
 
 

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 
 from .image_bench import ImageBench
-from .requests import TABLES, Request, Strict, Tables, read
+from .requests import Request, Strict
 
 Count = Annotated[int, Field(ge=1, le=1_000_000, strict=True)]
 
@@ -33,21 +33,11 @@ class AdapterRequest(Request):
         return self
 
 
-ADAPTER_TABLES: Tables = TABLES | {(): AdapterRequest, ("link",): LinkFault}
-
-
 class AdapterBench(ImageBench):
     """An adapter with its simulated controller on the bench."""
 
+    requests = AdapterRequest
     module: SimulatedAdapter[Any]
-
-    def answer_line(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests.
-
-        Raises:
-            RequestError: the request is illegal; nothing has changed.
-        """
-        return self.answer(read(line, AdapterRequest, ADAPTER_TABLES))
 
     def _befall(self, request: Request) -> None:
         assert isinstance(request, AdapterRequest)

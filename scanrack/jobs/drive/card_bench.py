@@ -12,7 +12,7 @@ from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.modules.record import ModuleRecord, NamedInputs
 
 from .image_bench import NS_PER_MS, time_ms
-from .requests import Level, Milliseconds, RequestError, Strict, Tables, Word, read
+from .requests import Level, Milliseconds, RequestError, Strict, Word, read
 
 
 class CardOptions(Strict):
@@ -32,9 +32,6 @@ class CardRequest(Strict):
     inputs: dict[str, Level] = Field(default_factory=dict)
     for_ms: Milliseconds = Decimal(0)
     changes: Annotated[bool, Field(strict=True)] = False
-
-
-CARD_TABLES: Tables = {(): CardRequest, ("new",): CardOptions}
 
 
 class CardBench:
@@ -59,13 +56,13 @@ class CardBench:
         self._outputs = Image(size=len(self.words.outputs))
         self._inputs = self.module.update(0, self._outputs)
 
-    def answer_line(self, line: str) -> dict[str, Any]:
+    def answer(self, line: str) -> dict[str, Any]:
         """Carry out one line of requests; return the reply that `drive` prints.
 
         Raises:
             RequestError: a value is illegal; nothing has changed, except that the bench may be new.
         """
-        request = read(line, CardRequest, CARD_TABLES)
+        request = read(line, CardRequest)
         if request.new is not None:
             self._renew(request.new)
         if request.out is not None and len(request.out) > len(self.words.outputs):

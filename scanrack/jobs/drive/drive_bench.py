@@ -5,7 +5,7 @@ from __future__ import annotations
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field
 from scanrack.io_images.drives.models import Model
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
 from scanrack.runtime.machine import Switch
@@ -13,21 +13,13 @@ from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 
 from .image_bench import NS_PER_MS, time_ms
-from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
+from .requests import Milliseconds, RequestError, Span, Strict, bytes_of, read
 
 
 class SwitchRange(Strict):
-    """A closed range of the shaft's steps from power-up, in which an input is on; null is open-ended."""
+    """The range of the shaft's steps from power-up in which an input is on."""
 
-    on_when_pos_in: tuple[Steps | None, Steps | None]
-
-    @field_validator("on_when_pos_in")
-    @classmethod
-    def _ordered(cls, value: tuple[int | None, int | None]) -> tuple[int | None, int | None]:
-        first, last = value
-        if first is not None and last is not None and first > last:
-            raise ValueError("the first end of the range must not be above the last")
-        return value
+    on_when_pos_in: Span
 
 
 Level = Literal["on", "off"] | SwitchRange
@@ -70,9 +62,6 @@ class DriveRequest(Strict):
     observe: list[Literal["position", "encoder_counts", "flash_writes"]] | None = None
 
 
-TABLES: Tables = {(): DriveRequest, ("new",): DriveNew, ("env",): DriveEnv}
-
-
 class DriveBench:
     """A stack of drives on the bench, driven request by request."""
 
@@ -95,7 +84,7 @@ class DriveBench:
         Raises:
             RequestError: the request is illegal; nothing has changed.
         """
-        request = read(line, DriveRequest, TABLES)
+        request = read(line, DriveRequest)
         frame = None if request.tx is None else _frame(request.tx)
         axes = len(self.axes) if request.new is None else request.new.axes
         if request.axis > axes:
@@ -130,11 +119,11 @@ class DriveBench:
     def _levels(self, env: DriveEnv) -> dict[str, Level]:
         """Return the inputs that a request sets; refuse inputs that the model lacks."""
         names = self.model.input_names
-        given = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
-        for name in given:
+        levels = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
+        for name in levels:
             if name not in names:
                 raise RequestError(f"env.{name}: the {self.model.title} has {', '.join(names)}")
-        return given
+        return levels
 
 
 INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
@@ -143,11 +132,7 @@ INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
 def _frame(text: str) -> bytes:
     """Return the frame of a request, b"" if no drive would answer it; raise RequestError for illegal text."""
     try:
-        data = bytes.fromhex(text)
-    except ValueError:
-        raise RequestError(f'tx: "{text[:60]}" is not allowed: bytes in hex are') from None
-    try:
-        frames, rest = split_frames(data)
+        frames, rest = split_frames(bytes_of(text))
     except NotModbusError:
         return b""
     return frames[0] if len(frames) == 1 and not rest else b""

@@ -19,7 +19,7 @@ from scanrack.runtime.loop.module import Module
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.record import ModuleRecord, Trait
 
-from .requests import Encoder, ImageBenchOptions, Request, RequestError, Until
+from .requests import Encoder, ImageBenchOptions, Request, RequestError, Until, read
 
 NS_PER_MS = 1_000_000
 
@@ -34,7 +34,13 @@ class BenchModule(Module, Protocol):
 
 
 class ImageBench:
-    """One module on the bench, driven request by request."""
+    """One module on the bench, driven request by request.
+
+    Attributes:
+        requests: the model of a request.
+    """
+
+    requests: type[Request] = Request
 
     def __init__(
         self, make: Callable[[ImageBenchOptions], BenchModule], profile: Profile = WORDS_3601
@@ -51,16 +57,17 @@ class ImageBench:
         self.scan_ns = int(options.scan_ms * NS_PER_MS)
         self.now_ns = 0
         self.scan = 0
-        self._wired = {name for name, _ in options.machine if getattr(options.machine, name) is not None}
+        self._wired = options.machine.wired
         self._outputs = Image()
         self._image = module.update(0, self._outputs)
 
-    def answer(self, request: Request) -> dict[str, Any]:
-        """Carry out one request; return the reply that `drive` prints.
+    def answer(self, line: str) -> dict[str, Any]:
+        """Carry out one line of requests; return the reply that `drive` prints.
 
         Raises:
-            RequestError: a value is illegal; nothing has changed.
+            RequestError: the request is illegal; nothing has changed.
         """
+        request = read(line, self.requests, self._profile)
         self._check(request)
         if request.new is not None:
             self._renew(request.new)
@@ -90,11 +97,7 @@ class ImageBench:
         """Apply further parts of a request before the words; subclasses override this."""
 
     def _check(self, request: Request) -> None:
-        wired = self._wired
-        if request.new is not None:
-            machine = request.new.machine
-            wired = {name for name, _ in machine if getattr(machine, name) is not None}
-        for name in wired:
+        for name in self._wired if request.new is None else request.new.machine.wired:
             if getattr(request.inputs, name) is not None:
                 raise RequestError(
                     f"inputs.{name}: this input follows the machine's switch; set the others only"
@@ -170,22 +173,12 @@ def time_ms(now_ns: int) -> int | float:
     return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
-def machine_of(options: ImageBenchOptions) -> MachineSpec:
-    """Return the machine of a fresh bench."""
-    return MachineSpec(
-        switches=tuple(
-            Switch(InputBit[name.upper()], ends[0], ends[1])
-            for name, ends in options.machine
-            if ends is not None
-        )
-    )
-
-
 def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:
     """Create a simulated module for a fresh bench."""
+    switches = (Switch(InputBit[name.upper()], *span) for name, span in options.machine.wired.items())
     return record.make(
         firmware=options.firmware,
-        machine=machine_of(options),
+        machine=MachineSpec(switches=tuple(switches)),
         seed=0,
         options=options.options,
         wiring=options.wiring if Trait.LINE not in record.traits else None,

@@ -141,4 +141,4 @@ def _on_off(bit: int) -> str:
 
 def pcl601_bench() -> WireBench[Pcl601BenchOptions, Pcl601Env]:
     """Return the bench of `drive pcl601`."""
-    return WireBench(_target, Pcl601BenchOptions, Pcl601Env, {("new", "encoder"): EncoderOptions})
+    return WireBench(_target, Pcl601BenchOptions, Pcl601Env)

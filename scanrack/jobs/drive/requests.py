@@ -8,9 +8,10 @@ from __future__ import annotations
 import difflib
 import json
 from decimal import Decimal
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -38,22 +39,31 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
+def _ordered(span: tuple[int | None, int | None]) -> tuple[int | None, int | None]:
+    first, last = span
+    if first is not None and last is not None and first > last:
+        raise ValueError("the first end of the range must not be above the last")
+    return span
+
+
+Span = Annotated[tuple[Steps | None, Steps | None], AfterValidator(_ordered)]
+"""A closed range of steps; null is open-ended."""
+
+
 class SwitchRanges(Strict):
-    """Closed ranges of the physical step count at which an input is energized; null is open-ended."""
+    """Closed ranges of the physical step count at which an input is energized."""
 
-    capture: tuple[Steps | None, Steps | None] | None = None
-    external: tuple[Steps | None, Steps | None] | None = None
-    home: tuple[Steps | None, Steps | None] | None = None
-    estop: tuple[Steps | None, Steps | None] | None = None
-    cw_limit: tuple[Steps | None, Steps | None] | None = None
-    ccw_limit: tuple[Steps | None, Steps | None] | None = None
+    capture: Span | None = None
+    external: Span | None = None
+    home: Span | None = None
+    estop: Span | None = None
+    cw_limit: Span | None = None
+    ccw_limit: Span | None = None
 
-    @field_validator("*")
-    @classmethod
-    def _ordered(cls, value: tuple[int | None, int | None] | None) -> tuple[int | None, int | None] | None:
-        if value is not None and None not in value and value[0] > value[1]:  # type: ignore[operator]
-            raise ValueError("the first end of the range must not be above the last")
-        return value
+    @property
+    def wired(self) -> dict[str, tuple[int | None, int | None]]:
+        """The ranges of the inputs that have a switch, by input."""
+        return {name: span for name, span in self if span is not None}
 
 
 class Levels(Strict):
@@ -135,33 +145,22 @@ class Request(Strict):
         return self
 
 
-Tables = dict[tuple[str, ...], type[BaseModel]]
-
-TABLES: Tables = {
-    (): Request,
-    ("new",): ImageBenchOptions,
-    ("new", "machine"): SwitchRanges,
-    ("inputs",): Levels,
-    ("encoder",): Encoder,
-    ("until",): Until,
-}
-"""The model of each object in a request, by its place."""
-
-
 class RequestError(ValueError):
     """The request is illegal; the message names the key, the value and the allowed values."""
 
 
-def parse(line: str, profile: Profile = WORDS_3601) -> Request:
-    """Read one line for an image target; for errors, see `read`."""
-    return read(line, Request, TABLES, profile)
+def bytes_of(text: str) -> bytes:
+    """Return the bytes of `tx`; raise RequestError for text that is not hex."""
+    try:
+        return bytes.fromhex(text)
+    except ValueError:
+        raise RequestError(f'tx: "{text[:60]}" is not allowed: bytes in hex are') from None
 
 
-def read(line: str, model: type[Model], tables: Tables, profile: Profile = WORDS_3601) -> Model:
+def read(line: str, model: type[Model], profile: Profile = WORDS_3601) -> Model:
     """Read one line.
 
     Args:
-        tables: the models of the objects in the line, by place; errors name their keys.
         profile: profile of the module, with the names of its status bits.
 
     Raises:
@@ -176,18 +175,31 @@ def read(line: str, model: type[Model], tables: Tables, profile: Profile = WORDS
     try:
         return model.model_validate(data, context=profile)
     except ValidationError as error:
-        raise RequestError("; ".join(_explain(fault, tables) for fault in error.errors())) from None
+        raise RequestError("; ".join(_explain(fault, model) for fault in error.errors())) from None
 
 
 def _no_constant(name: str) -> Any:
     raise ValueError(f"{name} is not a number")
 
 
-def _explain(fault: Any, tables: Tables) -> str:
+def _table(model: type[BaseModel], place: tuple[str, ...]) -> type[BaseModel] | None:
+    """Return the model of the object at a place in a request; None if the value there has no single model."""
+    for name in place:
+        if name not in model.model_fields:
+            return None
+        kind = model.model_fields[name].annotation
+        inner = [each for each in (kind, *get_args(kind)) if hasattr(each, "model_fields")]
+        if len(inner) != 1:
+            return None
+        model = inner[0]
+    return model
+
+
+def _explain(fault: Any, model: type[BaseModel]) -> str:
     """Return a validation error as one line of text: key, value, allowed values."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
-        table = tables.get(fault["loc"][:-1])
+        table = _table(model, fault["loc"][:-1])
         allowed = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
         return f"{key}: unknown key{allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"

@@ -17,7 +17,6 @@ from .drive_bench import DriveBench
 from .image_bench import ImageBench, on_bench
 from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
-from .requests import parse
 
 Answer = Callable[[str], dict[str, Any]]
 """Answers a line of a session; raises RequestError if the line is illegal."""
@@ -26,11 +25,10 @@ Answer = Callable[[str], dict[str, Any]]
 def module_bench(record: ModuleRecord) -> Answer:
     """Return a fresh bench for a kind of module."""
     if Trait.LINE in record.traits:
-        return AdapterBench(partial(on_bench, record)).answer_line
+        return AdapterBench(partial(on_bench, record)).answer
     if is_stepper(words := record.words({})):
-        bench = ImageBench(partial(on_bench, record), words)
-        return lambda line: bench.answer(parse(line, words))
-    return CardBench(record).answer_line
+        return ImageBench(partial(on_bench, record), words).answer
+    return CardBench(record).answer
 
 
 def _drive_bench(model: Model) -> Answer:

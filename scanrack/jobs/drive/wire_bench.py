@@ -22,7 +22,7 @@ from scanrack.runtime.line.wire import ControllerDevice, LineFormat, SerialBus
 from scanrack.runtime.loop.events import JsonValue
 
 from .image_bench import NS_PER_MS, time_ms
-from .requests import Milliseconds, RequestError, Strict, Tables, read
+from .requests import Milliseconds, RequestError, Strict, bytes_of, read
 
 New = TypeVar("New", bound=BaseModel)
 Env = TypeVar("Env", bound=BaseModel)
@@ -84,10 +84,7 @@ class WireRequest(Strict, Generic[New, Env]):
     def bytes_to_send(self) -> bytes | None:
         """Return the bytes to send, or None; raise RequestError for illegal bytes."""
         if self.tx is not None:
-            try:
-                data = bytes.fromhex(self.tx)
-            except ValueError:
-                raise RequestError(f'tx: "{self.tx[:60]}" is not allowed: bytes in hex are') from None
+            data = bytes_of(self.tx)
         elif self.tx_text is not None:
             try:
                 data = self.tx_text.encode("latin-1")
@@ -107,19 +104,11 @@ class WireBench(Generic[New, Env]):
         make: creates a target from the options of a fresh bench; raises ValueError for illegal options.
         new: model of the options, all of which have defaults.
         env: model of the controller's environment; every key defaults to None.
-        inner: models of the objects within `new` and `env`, by place; errors name their keys.
     """
 
-    def __init__(
-        self,
-        make: Callable[[New], WireTarget[Env]],
-        new: type[New],
-        env: type[Env],
-        inner: Tables | None = None,
-    ) -> None:
+    def __init__(self, make: Callable[[New], WireTarget[Env]], new: type[New], env: type[Env]) -> None:
         self._make = make
         self._model: type[WireRequest[New, Env]] = WireRequest[new, env]  # type: ignore[valid-type]
-        self._tables: Tables = {(): self._model, ("new",): new, ("env",): env, **(inner or {})}
         self._renew(make(new()))
 
     def _renew(self, target: WireTarget[Env]) -> None:
@@ -133,7 +122,7 @@ class WireBench(Generic[New, Env]):
         Raises:
             RequestError: the request is illegal; nothing has changed.
         """
-        request = read(line, self._model, self._tables)
+        request = read(line, self._model)
         data = request.bytes_to_send()
         fresh = self._checked(request)
         if fresh is not None:

@@ -101,22 +101,22 @@ def first_run(
         begins: how the program begins.
     """
     missing = (each for each in _modules(imported) if each.module is None)
-    found = FirstRun(modules=[_module_row(each) for each in missing])
+    run = FirstRun(modules=[_module_row(each) for each in missing])
     try:
         job = load_job(str(rack_of_export(export, imported, begins)))
         opened = bench_of(job, watched=True)
     except (LadderError, ValueError, OSError, RecursionError) as error:
-        found.problem = str(error)
-        return found
+        run.problem = str(error)
+        return run
     with opened as bench:
         debugger: Debugger = bench.program
         inputs = _Inputs(debugger)
-        _scan(bench, found, scans, inputs.look)
-        found.stubs = job.stubs
-        found.inputs, found.others = inputs.unchanged(module=True), inputs.unchanged(module=False)
-        if bench.scans and not found.fault:
-            found.waits = conditions(debugger)
-    return found
+        _scan(bench, run, scans, inputs.look)
+        run.stubs = job.stubs
+        run.inputs, run.others = inputs.unchanged(module=True), inputs.unchanged(module=False)
+        if bench.scans and not run.fault:
+            run.waits = conditions(debugger)
+    return run
 
 
 def _modules(imported: L5xImport | SlcImport) -> list[ExportSlot]:
@@ -129,14 +129,14 @@ STRIDE = 20
 """Number of scans between two checks of the inputs."""
 
 
-def _scan(bench: Bench, found: FirstRun, scans: int, look: Any) -> None:
+def _scan(bench: Bench, run: FirstRun, scans: int, look: Any) -> None:
     try:
         for begin in range(0, scans, STRIDE):
             bench.scan(min(STRIDE, scans - begin))
             look()
     except CpuFault as error:
-        found.fault = str(error)
-    found.scans, found.time_ns = bench.scans, bench.now_ns
+        run.fault = str(error)
+    run.scans, run.time_ns = bench.scans, bench.now_ns
 
 
 class _Inputs:

@@ -50,9 +50,9 @@ class Condition:
 
 def conditions(debugger: Debugger) -> list[Condition]:
     """Return the first conditions that are false after the last scan."""
-    found = sorted(_blocked(debugger), key=lambda each: not each[0])
+    blocked = sorted(_blocked(debugger), key=lambda each: not each[0])
     conditions: list[Condition] = []
-    for _, routine, line, step in found:
+    for _, routine, line, step in blocked:
         condition = _condition(debugger, routine, line, step)
         if condition is not None and condition.tag not in [each.tag for each in conditions]:
             conditions.append(condition)
@@ -73,9 +73,9 @@ def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, Lowered
         find = _false_in_rung if routine.body is None else _false_head
         for line in routine.lines:
             power = truths[line.number] if line.number < len(truths) else None
-            found = find(steps_of(line.nodes, copies=False), power) if power else None
-            if found is not None:
-                yield found[0], routine, line, found[1]
+            step = find(steps_of(line.nodes, copies=False), power) if power else None
+            if step is not None:
+                yield step[0], routine, line, step[1]
 
 
 def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:

@@ -61,10 +61,10 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
     left = {each.upper(): each for each in named}
     found = []
     for slot in slots:
-        given = left.pop(slot.name.upper(), None) if slot.name else None
-        given = left.pop(str(slot.number), given)
-        why = f"--stepper {given} says so"
-        found.append(slot if given is None else replace(slot, module=STEPPER, why=why))
+        stepper = left.pop(slot.name.upper(), None) if slot.name else None
+        stepper = left.pop(str(slot.number), stepper)
+        why = f"--stepper {stepper} says so"
+        found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
     if left:
         there = ", ".join(f"{each.name or each.catalog} in slot {each.number}" for each in found) or "none"
         raise ValueError(

@@ -98,19 +98,19 @@ def _stubs(imported: L5xImport) -> Iterator[str]:
 def _stub_lines(imported: L5xImport) -> dict[str, str]:
     """Return the stubs for unimplemented instructions and missing routines of an export."""
     report = imported.report
-    found = {name: text(stub) for name, stub in report.stubs.items()}
+    stubs = {name: text(stub) for name, stub in report.stubs.items()}
     called = dict.fromkeys(map(_instruction, report.refused))
     for name in (name for name in called if name and name not in BY_NAME):
-        found.setdefault(name, text("false"))
+        stubs.setdefault(name, text("false"))
     for name in (each.routine for each in report.objects if each.routine):
-        found.setdefault(name, f"{text('false')}    # a routine that is not imported")
-    return found
+        stubs.setdefault(name, f"{text('false')}    # a routine that is not imported")
+    return stubs
 
 
 def _instruction(refused: Refusal) -> str:
     """Return the instruction at the refused column of a rung; "" if there is none."""
-    found = _CALL.search(refused.text, refused.column - 1)
-    return found[1].upper() if found else ""
+    match = _CALL.search(refused.text, refused.column - 1)
+    return match[1].upper() if match else ""
 
 
 def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:

@@ -8,13 +8,13 @@ import re
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def text(said: str) -> str:
+def text(value: str) -> str:
     r"""Return a text as a TOML basic string.
 
     >>> print(text('a "name"\x85'))
     "a \"name\"\u0085"
     """
-    return escaped(json.dumps(said, ensure_ascii=False))
+    return escaped(json.dumps(value, ensure_ascii=False))
 
 
 def key(name: str) -> str:
@@ -26,18 +26,18 @@ def key(name: str) -> str:
     return name if _BARE.fullmatch(name) else text(name)
 
 
-def comment(said: str) -> str:
+def comment(line: str) -> str:
     r"""Return a TOML comment on one line.
 
     >>> print(comment("slot 1\n[stubs]"))
     # slot 1\u000a[stubs]
     """
-    return f"# {escaped(said)}"
+    return f"# {escaped(line)}"
 
 
-def escaped(said: str) -> str:
+def escaped(value: str) -> str:
     r"""Return a text with every unprintable character as a TOML escape."""
-    return said if said.isprintable() else "".join(map(_escaped, said))
+    return value if value.isprintable() else "".join(map(_escaped, value))
 
 
 def _escaped(character: str) -> str:

@@ -12,10 +12,10 @@ from .loading import LoadedRack
 
 def claims_of(spec: RackSpec) -> list[Claim]:
     """Return the assumptions and properties of a rack file, in file order."""
-    given = spec.prove
-    assumed = [Claim(f"assume {text}", ClaimKind.ASSUME, text) for text in given.assume]
+    table = spec.prove
+    assumed = [Claim(f"assume {text}", ClaimKind.ASSUME, text) for text in table.assume]
     return assumed + [
-        Claim(each.name, ClaimKind(each.claim), each.condition, each.assume) for each in given.property
+        Claim(each.name, ClaimKind(each.claim), each.condition, each.assume) for each in table.property
     ]
 
 

@@ -58,10 +58,10 @@ def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
 
     from ..imports.l5x_rack import rack_of
 
-    found = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
-    if not found.parts.programs:  # only an add-on instruction or data type was exported
+    result = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
+    if not result.parts.programs:  # only an add-on instruction or data type was exported
         raise ProgramError(f"{program} contains no program")
-    return rack_of(found, program, recorded=False, export=export)
+    return rack_of(result, program, recorded=False, export=export)
 
 
 def _slc_text(program: Path, imported: Any) -> str:

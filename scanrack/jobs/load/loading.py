@@ -213,8 +213,8 @@ def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]
     try:
         file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
     except MissingNameError as error:
-        says = f'a program is run by a rack file that names it: program = "{path.name}"'
-        raise RackFileError(f"{error}; {says}") from error
+        hint = f'a program is run by a rack file that names it: program = "{path.name}"'
+        raise RackFileError(f"{error}; {hint}") from error
     return _call(file), file.path
 
 
@@ -388,14 +388,14 @@ def _stubs(place: _RackPlace) -> Stubs:
     """Read the stubs of a rack; raise RackFileError if a stub is illegal or its function can't be loaded."""
     spec, folder = place.spec, place.path.parent
     read: dict[str, Stub] = {}
-    for name, given in spec.stubs.items():
+    for name, stub in spec.stubs.items():
         if name in STUB_SETTINGS:
             continue
         try:
-            if isinstance(given, str):
-                read.update(load_stubs({name: given}, folder).by_name)
+            if isinstance(stub, str):
+                read.update(load_stubs({name: stub}, folder).by_name)
             else:
-                read[name.upper()] = stub_of_table(given, folder, place.world)
+                read[name.upper()] = stub_of_table(stub, folder, place.world)
         except (ValueError, LadderError) as error:
             raise place.refusal("stubs", error, name) from error
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
@@ -467,8 +467,8 @@ def _call(file: LoadedProgram) -> RackSpec:
     except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)
         line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)
-        what = f"{type(error).__name__}: {error}"
-        raise RackFileError(f"{file.path}:{line}: {file.name}() raised {what}") from error
+        problem = f"{type(error).__name__}: {error}"
+        raise RackFileError(f"{file.path}:{line}: {file.name}() raised {problem}") from error
     if not isinstance(spec, RackSpec):
         raise RackFileError(f"{file.path}: {file.name}() returned {type(spec).__name__}, not a RackSpec")
     return spec

@@ -28,7 +28,6 @@ from scanrack.io_images.input_files import read_input
 from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import LIMITS, TextKind, shortened
 from scanrack.ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
-from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from scanrack.ladder.python.sequences.logic import Logic
 from scanrack.runtime.modules import record as module_records
@@ -172,13 +171,12 @@ def executed_again(program: LoadedProgram) -> Callable[..., Any]:
     return function
 
 
-def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
+def load_stubs(texts: Mapping[str, str], folder: Path | str) -> Stubs:
     """Read the stubs of a rack file.
 
     Args:
         texts: stub text by instruction or message tag, see `stubs`; or `path:function` of a Python function.
         folder: base of a relative path.
-        missing_tags: see `Stubs`.
 
     Raises:
         ProgramError: a function can't be loaded.
@@ -192,7 +190,7 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
             read[name.upper()] = InPython(text, function.function)
         else:
             read[name.upper()] = parse_stub(text)
-    return Stubs(read, missing_tags)
+    return Stubs(read)
 
 
 def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_records.ModuleRecord]:
@@ -208,15 +206,15 @@ def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_recor
     Raises:
         ProgramError: a file can't be executed, or lacks the record.
     """
-    found = {}
+    records = {}
     for name, address in named.items():
         file, attribute = split_address(address, default="RECORD")
         source = path.parent / file
         record = getattr(_execute(source, _read(source)), attribute, None)
         if not isinstance(record, module_records.ModuleRecord):
             raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
-        found[name] = replace(record, name=name)
-    return found
+        records[name] = replace(record, name=name)
+    return records
 
 
 def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
@@ -315,20 +313,27 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
     return isinstance(value, type) and issubclass(value, Logic) and value.__module__ == module.__name__
 
 
+@contextmanager
+def _refused(where: str = "") -> Iterator[None]:
+    """Raise a ProgramError in place of the error of a parser or a build."""
+    try:
+        yield
+    except SiteError as error:
+        raise ProgramError(f"{where}{error}") from error
+
+
 def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
     from scanrack.ladder.files.rungfile import parse_program, parse_structured
 
     data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
     _check_text(path, data)
-    try:
-        text = data.decode("utf-8")
-        program: LadderLogic
+    text = data.decode("utf-8")
+    program: LadderLogic
+    with _refused():
         if path.suffix == STRUCTURED_SUFFIX:
             program = parse_structured(text, path.stem, file=str(path), stubs=stubs)
         else:
             program = parse_program(text, file=str(path), stubs=stubs)
-    except LadderError as error:
-        raise ProgramError(str(error)) from error
     build(path, program)
     return LoadedProgram(path, program.name, program, data)
 
@@ -338,10 +343,8 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: E
     from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are not L5X
 
     data = _read(path, TextKind.EXPORT)
-    try:
+    with _refused():
         imported = import_l5x(path, stubs, slots, memory_mib=export.memory_mib)
-    except LadderError as error:
-        raise ProgramError(str(error)) from error
     controller = imported.controller
     loaded = _whole(path, data, controller, imported.report, imported.document.modules, stubs)
     if export.keep_values:
@@ -368,10 +371,8 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Loaded
     from scanrack.rockwell.slc import import_slc  # most programs are not SLC
 
     data = _read(path, TextKind.EXPORT)
-    try:
+    with _refused():
         imported = import_slc(path, stubs, slots)
-    except LadderError as error:
-        raise ProgramError(str(error)) from error
     modules = tuple(imported.document.slots.values())
     return _whole(path, data, imported.program, imported.report, modules, stubs)
 
@@ -408,21 +409,17 @@ def _whole(
 def _load_steps(path: Path) -> LoadedProgram:
     data = _read(path, TextKind.STEPS)
     _check_text(path, data)
-    from scanrack.ladder.files.steps import StepsError, parse_steps
+    from scanrack.ladder.files.steps import parse_steps
 
-    try:
+    with _refused():
         return LoadedProgram(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
-    except StepsError as error:
-        raise ProgramError(str(error)) from error
 
 
 def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
     """Build a program with the stubs and modules of its rack; raise ProgramError if it can't be built."""
-    try:
+    with _refused(f"{path}: "):
         program.take_stubs(stubs)
         program.build()
-    except LadderError as error:
-        raise ProgramError(f"{path}: {error}") from error
 
 
 def _read(path: Path, kind: TextKind = TextKind.PYTHON) -> bytes:
@@ -494,9 +491,9 @@ def _while_loading(path: Path, error: BaseException) -> ProgramError:
     """Return the error with the innermost line of the program's own file."""
     steps = traceback.extract_tb(error.__traceback__)
     lines = [step.lineno for step in steps if step.filename == str(path)]
-    what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
+    problem = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
     site = Site(file=str(path), line=lines[-1] if lines else 1)
-    return ProgramError.at(site, f"the program can't be loaded: {what}")
+    return ProgramError.at(site, f"the program can't be loaded: {problem}")
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:

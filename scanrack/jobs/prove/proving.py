@@ -24,7 +24,7 @@ from scanrack.runtime.loop.pace import wall_ns
 from scanrack.traces.files.guard import Used
 from scanrack.traces.files.portable import no_device
 
-from ..check.rungs.structure import own_routines
+from ..check.rungs.view import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
 from ..load.loading import SCENARIO, SCENARIO_TRACE, LoadedRack

@@ -27,17 +27,17 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
 
     A session has orders. A bench has the fields that a test set, and edits if their files are in the trace.
     """
-    found = []
+    orders = []
     for event in events:
         known = event.topic == ORDERS.name or is_set(event)
         if known or is_edit_with_files(event.topic, event.fields):
             try:
                 order = action_of(parsed(str(event.fields.get("order"))), RECORDED)
             except ValueError as error:
-                says = f"the order before scan {event.scan} can't be given again: {error}"
-                raise ValueError(says) from error
-            found.append(RecordedOrder(event.scan, order))
-    return found
+                problem = f"the order before scan {event.scan} can't be given again: {error}"
+                raise ValueError(problem) from error
+            orders.append(RecordedOrder(event.scan, order))
+    return orders
 
 
 def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:

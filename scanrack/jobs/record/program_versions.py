@@ -62,9 +62,9 @@ class ProgramVersion:
 
 def version_of(job: LoadedRack) -> ProgramVersion:
     """Return the version for a job just loaded from disk; raise OSError if a file can't be read."""
-    made, paths = made_by(job), files_of(job)
+    facts, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
-    return ProgramVersion(made["rack_file"], made["program_file"], files, paths, job.retained)
+    return ProgramVersion(facts["rack_file"], facts["program_file"], files, paths, job.retained)
 
 
 class ProgramVersions:
@@ -185,15 +185,15 @@ def edits_of(trace: Trace) -> list[AppliedAction]:
     for span, name in trace.attachment_names():
         if number := edit_number(name):
             starts.setdefault(number, span.offset)
-    found = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
-    return [each for each in found if each is not None]
+    edits = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
+    return [each for each in edits if each is not None]
 
 
 def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
     """Return an edit; its order is in the chunks after its files."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
-        if section.span.offset > offset and trace.may_tell(section, topics):
+        if section.span.offset > offset and trace.may_contain(section, topics):
             for each in orders_of(trace.events_in(section, topics)):
                 if isinstance(each.order, Edit) and each.order.number == number:
                     return each
@@ -201,12 +201,12 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
 
 
 def versions_of(
-    trace: Trace, given: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
+    trace: Trace, edits: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
 ) -> ProgramVersions:
     """Return the programs of a recorded session, as far as their use is allowed.
 
     Args:
-        given: orders of the session.
+        edits: orders of the session.
         job: first program of the session.
         trust: run Python of the trace, see `trust`.
 
@@ -217,7 +217,7 @@ def versions_of(
     files = attached_files(trace)
     rack = trace.head.metadata.get("rack_file", "")
     known = {}
-    for each in given:
+    for each in edits:
         if isinstance(each.order, Edit):
             number, program = each.order.number, each.order.program
             known[number] = _recorded(files, number, rack, program, trust=trust)
@@ -233,8 +233,8 @@ def _recorded(
     own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
     if not own:
         raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
-    given = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
-    return ProgramVersion(rack, program, admitted(own, given, trust=trust))
+    run_files = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
+    return ProgramVersion(rack, program, admitted(own, run_files, trust=trust))
 
 
 def forget(folders: Iterable[Path]) -> None:

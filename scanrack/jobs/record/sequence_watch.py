@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
 
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
@@ -30,21 +29,8 @@ def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
     return sequences_of(inside) if isinstance(inside, Logic) else ()
 
 
-class Waiting(Protocol):
-    """A sequence or list of steps, which waits at a line of the program."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102
-    @property
-    def file(self) -> str | None: ...  # noqa: D102
-    @property
-    def line(self) -> int | None: ...  # noqa: D102
-    @property
-    def waits_for(self) -> str: ...  # noqa: D102
-    @property
-    def since_ns(self) -> int: ...  # noqa: D102
-    @property
-    def resumed(self) -> int: ...  # noqa: D102
+Waiting = Sequence | Steps
+"""A sequence or list of steps, which waits at a line of the program."""
 
 
 def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:

@@ -65,12 +65,12 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
     """
     known = list(_all_values(namespace))
     names = NamesByPattern(each.name for each in known)
-    found: dict[str, NamedValue] = {}
+    chosen: dict[str, NamedValue] = {}
     for pattern in patterns:
         matches = [known[place] for place in names.places(pattern)]
         matches = matches or [_at_address(namespace, known, pattern)]
-        found.update((each.name, each) for each in matches if each.name not in found)
-    return list(found.values())
+        chosen.update((each.name, each) for each in matches if each.name not in chosen)
+    return list(chosen.values())
 
 
 def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
@@ -80,9 +80,9 @@ def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text:
         except (AttributeError, LookupError, NameError, TypeError):
             pass
         else:
-            made = _named(text, None, value)
-            if made is not None:
-                return made
+            named = _named(text, None, value)
+            if named is not None:
+                return named
             raise ValueError(
                 f"tag {text!r} is {type(value).__name__}; recorded are bool, int, float, str and Enum"
             )
@@ -126,9 +126,9 @@ def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
 
 def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:
     """Yield a value, or the values of an object's attributes."""
-    made = _named(name, hint, value)
-    if made is not None:
-        yield made
+    named = _named(name, hint, value)
+    if named is not None:
+        yield named
     elif depth and _is_own(value) and id(value) not in above:
         hints = _hints(value)
         names = dict.fromkeys([*hints, *getattr(value, "__dict__", ())])

@@ -193,11 +193,11 @@ class WatchedTags:
 def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
     """Return a tag with its expression in an edited program."""
     try:
-        found = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
+        matching = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
     except LadderError:
-        found = []
+        matching = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
-    return found[0] if found else RecordedTag(tag, zeros)
+    return matching[0] if matching else RecordedTag(tag, zeros)
 
 
 def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeGuard
@@ -25,8 +25,10 @@ from ..record.sequence_watch import WatchesSequences, waiting_in
 
 if TYPE_CHECKING:  # most runs are neither operated nor edited
     from scanrack.ladder.debug import Debugger
+    from scanrack.ladder.python.online.editing import LogicEdit
+    from scanrack.ladder.run import edit as rung_editing
     from scanrack.runtime.live.actions import Edit
-    from scanrack.runtime.live.operator_actions import OperatorActions, WritableTags
+    from scanrack.runtime.live.operator_actions import OperatorActions
 
     from ..record.program_versions import ProgramVersions
 
@@ -114,16 +116,11 @@ class RunProgram:
         from scanrack.runtime.live.operator_actions import OperatorActions
 
         edit = None if self.editions is None else partial(self._edit, cpu, self.editions)
-        return OperatorActions(cpu, rack, self.desk, edit)
-
-    @property
-    def desk(self) -> WritableTags | None:
-        """The values of the program that can be set and forced; None if it has none."""
-        return self.operated
+        return OperatorActions(cpu, rack, self.operated, edit)
 
     @property
     def operated(self) -> Debugger | Fields | None:
-        """The same object, as the one that reports values set and forced from outside."""
+        """The values of the program that can be set and forced; None if it has none."""
         if self.debugger is not None:
             return self.debugger
         return self._fields if isinstance(self.logic, Logic) else None
@@ -174,20 +171,13 @@ class RunProgram:
         """Continue with the program of a job; return its name, a sentence, and the affected tags."""
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
-            done: Changes = self.debugger.edit(logic)
+            done: rung_editing.Edit | LogicEdit = self.debugger.edit(logic)
             return logic.name, str(done), tags_in(done)
         if self.debugger is not None or is_rungs(logic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
         if self._continues(logic, cpu, restart):
-            from scanrack.ladder.python.online.editing import edit_logic
-
-            forces = self._fields.forces
-            done = edit_logic(self._own_logic(), logic, restart)
+            done = continue_as(self._own_logic(), logic, restart, self._fields, self._followers)
             self._edits += 1
-            if self._fields.forces != forces:
-                self._fields.on_outside()
-            for each in self._followers:
-                each.watch(waiting_in(self.logic))
             return job.program.name, str(done), tags_in(done)
         text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
@@ -230,25 +220,33 @@ def _debugger_of(logic: ScanLogic, remembered: int) -> Debugger | None:
     return Debugger(logic, remembered=remembered)
 
 
-class Changes(Protocol):
-    """The effects of an edit on tags or fields."""
-
-    @property
-    def new(self) -> tuple[str, ...]:
-        """Names of new tags or fields."""
-
-    @property
-    def changed(self) -> tuple[str, ...]:
-        """Names of tags or fields with another initial value."""
-
-    @property
-    def dropped(self) -> tuple[str, ...]:
-        """Names of removed tags or fields."""
-
-
-def tags_in(edit: Changes) -> dict[str, list[str]]:
+def tags_in(edit: rung_editing.Edit | LogicEdit) -> dict[str, list[str]]:
     """Return the tags or fields that an edit affects, in the form of an event."""
     return {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
+
+
+def continue_as(
+    logic: Logic,
+    edited: Logic,
+    restart: Sequence[str],
+    fields: Fields,
+    followers: Iterable[WatchesSequences],
+) -> LogicEdit:
+    """Change a running Python program into an edited one; return the effects.
+
+    Args:
+        fields: the fields of `logic`; their users learn of released forces.
+        followers: listeners that receive the sequences of the program.
+    """
+    from scanrack.ladder.python.online.editing import edit_logic
+
+    forces = fields.forces
+    done = edit_logic(logic, edited, restart)
+    if fields.forces != forces:
+        fields.on_outside()
+    for follower in followers:
+        follower.watch(waiting_in(logic))
+    return done
 
 
 class RecordsEdits:

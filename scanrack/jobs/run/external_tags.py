@@ -19,7 +19,7 @@ class OperatedProgram(Protocol):
         """The forced tags with their values."""
 
 
-def tell_cpu(program: OperatedProgram, cpu: Cpu) -> None:
+def report_external_tags(program: OperatedProgram, cpu: Cpu) -> None:
     """Make a program report to the CPU every tag that is set, forced or released between scans."""
     program.on_outside = lambda: cpu.tags_from_outside(forced_tags(program))
 

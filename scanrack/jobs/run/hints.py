@@ -55,10 +55,10 @@ class IgnoredParameters:
 class SlotHints:
     """Watches one module for ignored actions."""
 
-    def __init__(self, slot: Slot, wired: int, tell: Callable[[str], object]) -> None:
+    def __init__(self, slot: Slot, wired: int, warn: Callable[[str], object]) -> None:
         self.number = slot.number
         self.unheard: IgnoredParameters | None = None
-        self._slot, self._wired, self._tell = slot, wired, tell
+        self._slot, self._wired, self._warn = slot, wired, warn
         self._raw = slot.outputs.raw
         self._before = bytes(self._raw)
         self._words: list[int] = list(slot.outputs)
@@ -96,7 +96,7 @@ class SlotHints:
             self._configures = False
             for bit in InputBit:
                 if bit.value & self._wired & ~msw & ALL_INPUTS:
-                    self._tell(not_configured(self.number, bit))
+                    self._warn(not_configured(self.number, bit))
 
 
 class Hints(QuietListener):
@@ -110,12 +110,12 @@ class Hints(QuietListener):
         self,
         rack: Rack,
         spec: RackSpec,
-        tell: Callable[[str], object],
+        warn: Callable[[str], object],
         places: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         machines = {slot.number: slot.machine for slot in spec.slot}
         self.slots = [
-            SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), tell))
+            SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), warn))
             for slot in rack.slots.values()
             if is_stepper(slot.words)
         ]
@@ -140,9 +140,9 @@ class Hints(QuietListener):
         return [f"slot {number}: {unheard}" for number, unheard in unheard_slots]
 
 
-def _at(place: str | None, tell: Callable[[str], object]) -> Callable[[str], object]:
+def _at(place: str | None, warn: Callable[[str], object]) -> Callable[[str], object]:
     """Return a warning function that appends a place."""
-    return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
+    return warn if place is None else lambda hint: warn(f"{hint} [{place}]")
 
 
 def not_configured(slot: int, bit: InputBit) -> str:

@@ -25,10 +25,12 @@ RULES_OF_START = frozenset({"CER-01", "POS-01"})
 
 
 @dataclass(slots=True)
-class SeenError:
-    """A rule of the manual that set an error bit."""
+class ErrorCount:
+    """An error of a module."""
 
-    sentence: str  # the rule, with its bits, its words and the first scan that shows it
+    slot: JsonValue
+    rule: JsonValue  # rule of the manual, such as "CMD-03"; for an adapter, the kind of observation
+    text: str  # the rule, with its bits, its words and the first scan that shows it
     count: int = 0
 
 
@@ -44,8 +46,8 @@ class RunCounters(QuietListener):
 
     scans: int = 0
     moves: Counter[tuple[JsonValue, JsonValue, JsonValue]] = field(default_factory=Counter)
-    errors: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
-    of_start: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+    errors: dict[tuple[JsonValue, JsonValue], ErrorCount] = field(default_factory=dict)
+    of_start: dict[tuple[JsonValue, JsonValue], ErrorCount] = field(default_factory=dict)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Count a move or an error."""
@@ -56,8 +58,8 @@ class RunCounters(QuietListener):
         elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
             key = fields["slot"], fields["name"]
             starts = fields["name"] in RULES_OF_START and key not in self.of_start
-            seen = self.of_start if starts else self.errors
-            seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
+            errors = self.of_start if starts else self.errors
+            errors.setdefault(key, ErrorCount(*key, describe(topic, scan, fields))).count += 1
 
     def end(self, rack: Rack) -> None:
         """Count the moves in progress at the end of the run."""
@@ -94,16 +96,6 @@ class MoveCount:
 
 
 @dataclass(frozen=True, slots=True)
-class ErrorCount:
-    """An error of a module."""
-
-    slot: JsonValue
-    rule: JsonValue  # rule of the manual, such as "CMD-03"; for an adapter, the kind of observation
-    text: str  # the rule, with its bits, its words and the first scan that shows it
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
 class RunResult:
     """The result of a run."""
 
@@ -120,10 +112,7 @@ def result_of(run: JobRun, tally: RunCounters, trace: Path | None) -> RunResult:
     """Return the result of a finished run."""
     tally.end(run.rack)
     moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
-    errors, every_start = (
-        [ErrorCount(slot, rule, seen.sentence, seen.count) for (slot, rule), seen in each.items()]
-        for each in (tally.errors, tally.of_start)
-    )
+    errors, every_start = list(tally.errors.values()), list(tally.of_start.values())
     time_ns = tally.scans * run.cpu.period_ns
     return RunResult(tally.scans, time_ns, moves, errors, every_start, run.hints.sentences(), trace)
 

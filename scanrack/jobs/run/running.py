@@ -26,7 +26,7 @@ from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
 from ..record.sequence_watch import declared_axes, standing, waiting_in
 from .editing import RunProgram
-from .external_tags import tell_cpu
+from .external_tags import report_external_tags
 from .hints import Hints
 
 if TYPE_CHECKING:  # imported late, since the controllers of units take time to import
@@ -96,16 +96,14 @@ class JobRun:
         self.steps: list[str] = []
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         beside = _beside(units, options.trace)
-        recorded = (
-            None if recorder is None else self.program.recorded(recorder)
-        )  # closed last, since it reads all files
+        recorded = None if recorder is None else self.program.recorded(recorder)
         optional = filter(None, (beside, recorded))  # closed last, since it reads all files
         listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
         if self.program.operated is not None:
-            tell_cpu(self.program.operated, self.cpu)
+            report_external_tags(self.program.operated, self.cpu)
         self._hold(options)
         self.repeated: OrderRepeater | None = None
         if options.orders is not None:

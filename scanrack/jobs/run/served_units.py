@@ -78,16 +78,16 @@ def addresses_in(texts: list[str]) -> list[int]:
     Args:
         texts: addresses, or ranges such as "1-3".
     """
-    found: list[int] = []
+    addresses: list[int] = []
     for text in texts:
         first, _, last = text.partition("-")
         if not (first.isdecimal() and (last or first).isdecimal()) or int(last or first) > 255:
             raise ValueError(f"--address {text}: an address is a number, such as 7, or several, such as 1-3")
-        found += range(int(first), int(last or first) + 1)
-    for address in found:
-        if found.count(address) > 1:
+        addresses += range(int(first), int(last or first) + 1)
+    for address in addresses:
+        if addresses.count(address) > 1:
             raise ValueError(f"--address {address} is given twice: two units can't share an address")
-    return found
+    return addresses
 
 
 def pcl601_units(

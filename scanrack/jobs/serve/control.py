@@ -77,8 +77,8 @@ class ControlChannel:
     def _admit(self, request: object) -> None:
         """Check the key in constant time."""
         key = request.get("key") if isinstance(request, dict) else None
-        given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
-        if not hmac.compare_digest(given, self.key.encode()):
+        key_bytes = key.encode("utf-8", "replace") if isinstance(key, str) else b""
+        if not hmac.compare_digest(key_bytes, self.key.encode()):
             problem = 'the first line must be {"key": TEXT} with the key that was printed'
             raise EndOfTalkError(json.dumps({"error": problem}))
 

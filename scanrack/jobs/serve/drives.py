@@ -65,7 +65,7 @@ class DriveService(LineService):
         self._scanned = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
         self.units = [self._unit(at, drive) for at, drive in enumerate(self.axes, 1)]
         if memory is not None:
-            memory.follow([partial(_memory_of, each) for each in self.axes])
+            memory.follow([partial(getattr, axis, "memory") for axis in self.axes])
 
     @property
     @override
@@ -153,13 +153,13 @@ def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> D
 
 def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
     """Return the slots whose machines the axes move, by axis number."""
-    found: dict[int, SlotSpec] = {}
+    slots: dict[int, SlotSpec] = {}
     for text in texts:
         axis, file = addressed_file(text, list(range(1, axes + 1)))
-        if axis in found:
+        if axis in slots:
             raise ValueError(f"--machine {text}: axis {axis} has a machine already")
-        found[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
-    return found
+        slots[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
+    return slots
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
@@ -172,10 +172,6 @@ def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence
         for rule in () if each.configuration is None else broken_rules(each.configuration, model, build):
             raise ValueError(f"{memory.path}: units.{number}.configuration: {rule.text} [{rule.id}]")
     return flash
-
-
-def _memory_of(drive: DriveUnit) -> DriveMemory:
-    return drive.memory
 
 
 def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, str]:

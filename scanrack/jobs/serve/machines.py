@@ -97,13 +97,13 @@ def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
     Raises:
         ValueError: a file or its machine can't be used, or it belongs to no unit.
     """
-    found = {unit.address: unit for unit in units}
+    by_address = {unit.address: unit for unit in units}
     for text in texts:
-        address, file = addressed_file(text, list(found))
-        if isinstance(found[address].device, DeviceOnMachine):
+        address, file = addressed_file(text, list(by_address))
+        if isinstance(by_address[address].device, DeviceOnMachine):
             raise ValueError(f"--machine {text}: unit {address} has a machine already")
-        found[address] = _on_machine(found[address], Path(file))
-    return list(found.values())
+        by_address[address] = _on_machine(by_address[address], Path(file))
+    return list(by_address.values())
 
 
 def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
@@ -146,11 +146,11 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
     """
     slots = load_rack_file(file).spec.slot
     for module in modules:
-        found = [each for each in slots if each.module == module]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise ValueError(f"--machine {file}: {len(found)} of its slots have an {module}; must be one")
+        matching = [each for each in slots if each.module == module]
+        if len(matching) == 1:
+            return matching[0]
+        if matching:
+            raise ValueError(f"--machine {file}: {len(matching)} of its slots have an {module}; must be one")
     raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
 
 

@@ -12,7 +12,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
-from types import TracebackType
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -88,10 +87,10 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         if not self.path.exists() or not self.path.stat().st_size:
             return ()
         try:
-            given = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
-            if isinstance(given, dict) and given.get("controller", self._controller) != self._controller:
-                raise ValueError(f"it is that of a {given['controller']}, not of a {self._controller}")
-            units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(given).units
+            data = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
+            if isinstance(data, dict) and data.get("controller", self._controller) != self._controller:
+                raise ValueError(f"it is that of a {data['controller']}, not of a {self._controller}")
+            units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(data).units
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             where = ".".join(map(str, first["loc"]))
@@ -100,9 +99,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
             raise ValueError(f"{self.path}: {error}") from None
         return units
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._lock.close()
 
     def restore(self, units: list[Unit], *, addressed: bool) -> None:
@@ -147,13 +144,13 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
             self.known = now
 
     def _write(self, units: tuple[UnitMemory, ...]) -> None:
-        given = {
+        data = {
             "format": FORMAT,
             "controller": self._controller,
             "units": [each.model_dump(mode="json") for each in units],
         }
         with new_file(self.path, MEMORY, used=self._used, locked=True) as file:
-            file.write(json.dumps(given, indent=1).replace("{\n ", "{", 1) + "\n")
+            file.write(json.dumps(data, indent=1).replace("{\n ", "{", 1) + "\n")
 
 
 def _restore(memory: UnitMemory, device: ControllerDevice) -> None:

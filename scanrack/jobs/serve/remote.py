@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from scanrack.io_images.image import signed_word
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import exact_ns
 from scanrack.runtime.line.ports import ModbusTcpPort
@@ -75,7 +76,7 @@ class ExternalPlc(QuietListener):
         """Copy the words that the PLC wrote last into the output image, all at once."""
         outputs = scan.slot[self.slot].outputs
         for at, word in enumerate(self.words.outputs):
-            outputs[at] = word if word < 1 << 15 else word - (1 << 16)
+            outputs[at] = signed_word(word)
 
     def answer(self, pdu: bytes) -> bytes:
         """Answer a Modbus request between two scans."""
@@ -94,15 +95,15 @@ class ExternalPlc(QuietListener):
             self.cpu.mode = CpuMode.PROGRAM
             self.silences += 1
             after_ms = (now_ns - heard_ns) // 1_000_000
-            self._tell("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
+            self._announce("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
         if self.words.torn != self._torn_reported:
             self._torn_reported = self.words.torn
-            self._tell(
+            self._announce(
                 "torn write",
                 f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_reported:,}",
             )
 
-    def _tell(self, name: str, text: str) -> None:
+    def _announce(self, name: str, text: str) -> None:
         self.cpu.announce(Event(self._now_ns, "remote", name, text, {"torn": self.words.torn}))
 
 
@@ -143,9 +144,9 @@ def remote_job(
             rack = str(Path(folder) / "remote-io.toml")
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
-        found = _slot_of({each.number: each.module for each in spec.slot}, slot)
+        number = _slot_of({each.number: each.module for each in spec.slot}, slot)
         silence_ns = exact_ns(silence_ms, "ms", "--silence")
-        plc = ExternalPlc(found, spec.words[found], silence_ns, whole=whole)
+        plc = ExternalPlc(number, spec.words[number], silence_ns, whole=whole)
         yield load_rack(rack, plc), plc
 
 

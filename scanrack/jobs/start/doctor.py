@@ -66,6 +66,13 @@ class Diagnosis:
     mend: str = ""  # how to fix it, or what it would add
 
 
+def _diagnosis(
+    name: str, text: str, lack: str = "", mend: str = "", state: Health = Health.ABSENT
+) -> Diagnosis:
+    """Return a line of the report: `text`, or `lack` with its state and its remedy."""
+    return Diagnosis(name, state, lack, mend) if lack else Diagnosis(name, Health.GOOD, text)
+
+
 def examined() -> list[Diagnosis]:
     """Examine the installation; return the lines of the report in order."""
     return [each for part in PARTS for each in part()]
@@ -75,42 +82,41 @@ def _python() -> Iterator[Diagnosis]:
     oldest, newest = (".".join(map(str, each)) for each in PYTHONS)
     fits = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
     mend = "" if fits else f"use Python {oldest} to {newest}"
-    says = f"{platform.python_version()} in {sys.executable}"
-    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, says, mend)
+    text = f"{platform.python_version()} in {sys.executable}"
+    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, text, mend)
 
 
 def _package() -> Iterator[Diagnosis]:
-    missing = [each for each in _required("") if not _installed(each)]
-    says = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
-    if missing:
-        says, mend = f"{says}, without {', '.join(missing)}", how_to_install()
-        yield Diagnosis(PACKAGE, Health.BROKEN, says, mend)
-    else:
-        yield Diagnosis(PACKAGE, Health.GOOD, says)
+    missing = _missing("")
+    text = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
+    lack = missing and f"{text}, without {missing}"
+    yield _diagnosis(PACKAGE, text, lack, how_to_install(), Health.BROKEN)
 
 
 def _extras() -> Iterator[Diagnosis]:
     for extra, gives in GIVES.items():
-        missing = [each for each in _required(extra) if not _installed(each)]
-        if missing:
-            mend = f"{how_to_install(extra)} for {gives}"
-            yield Diagnosis(f"extra {extra}", Health.ABSENT, f"{', '.join(missing)} missing", mend)
-        else:
-            yield Diagnosis(f"extra {extra}", Health.GOOD, gives)
+        missing = _missing(extra)
+        mend = f"{how_to_install(extra)} for {gives}"
+        yield _diagnosis(f"extra {extra}", gives, missing and f"{missing} missing", mend)
 
 
 def _required(extra: str) -> list[str]:
     """Return the distributions that scanrack or one of its extras requires."""
     expected = f'extra == "{extra}"' if extra else ""
-    project, found = own_project(), []
+    project, names = own_project(), []
     if project is not None:
         rows = project["optional-dependencies"][extra] if extra else project["dependencies"]
         return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
     for row in requires(PACKAGE) or ():
         name, _, marker = row.replace("'", '"').partition(";")
         if marker.strip() == expected:
-            found.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
-    return found
+            names.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
+    return names
+
+
+def _missing(extra: str) -> str:
+    """Return the required distributions that are not installed, see `_required`."""
+    return ", ".join(each for each in _required(extra) if not _installed(each))
 
 
 def _installed(distribution: str) -> bool:
@@ -125,11 +131,9 @@ def _ports() -> Iterator[Diagnosis]:
         mend = "plug in the adapter of a controller; simulated ones need none"
         yield Diagnosis("serial ports", Health.ABSENT, "there is none", mend)
     for device in devices:
-        if os.access(device, os.R_OK | os.W_OK):
-            yield Diagnosis("serial port", Health.GOOD, device)
-        else:
-            mend = 'add your user to its group, such as "dialout", and log in again'
-            yield Diagnosis("serial port", Health.ABSENT, f"{device} can't be opened", mend)
+        lack = "" if os.access(device, os.R_OK | os.W_OK) else f"{device} can't be opened"
+        mend = 'add your user to its group, such as "dialout", and log in again'
+        yield _diagnosis("serial port", device, lack, mend)
 
 
 def _real_time() -> Iterator[Diagnosis]:
@@ -137,32 +141,23 @@ def _real_time() -> Iterator[Diagnosis]:
         granted = list(outcomes)
     for each in granted:
         state = Health.ABSENT if each.refusal else Health.GOOD
-        says = f"{each.name}: {each.refusal}" if each.refusal else each.name
-        yield Diagnosis("real time", state, says, each.advice)
+        text = f"{each.name}: {each.refusal}" if each.refusal else each.name
+        yield Diagnosis("real time", state, text, each.advice)
 
 
 def _browser() -> Iterator[Diagnosis]:
-    found = next(filter(None, map(shutil.which, BROWSERS)), None) or _system_browser()
-    if found:
-        yield Diagnosis("browser", Health.GOOD, found)
-    else:
-        mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
-        yield Diagnosis("browser", Health.ABSENT, "none is found", mend)
-
-
-def _system_browser() -> str:
-    """Return what opens pages on macOS and Windows, where no browser program is on the path."""
-    return {"darwin": "the system's", "win32": "the system's"}.get(sys.platform, "")
+    browser = next(filter(None, map(shutil.which, BROWSERS)), "")
+    if sys.platform in ("darwin", "win32"):  # no browser program is on the path
+        browser = browser or "the system's"
+    mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
+    yield _diagnosis("browser", browser, "" if browser else "none is found", mend)
 
 
 def _programs() -> Iterator[Diagnosis]:
     for name, gives in PROGRAMS.items():
-        found = shutil.which(name)
-        if found:
-            yield Diagnosis(name, Health.GOOD, found)
-        else:
-            mend = f"a package of your system; it {gives}"
-            yield Diagnosis(name, Health.ABSENT, "not on the path", mend)
+        path = shutil.which(name) or ""
+        lack = "" if path else "not on the path"
+        yield _diagnosis(name, path, lack, f"a package of your system; it {gives}")
 
 
 PARTS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (

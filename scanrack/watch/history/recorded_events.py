@@ -50,8 +50,8 @@ class RecordedEvents:
     def _find(self) -> None:
         sections = self._trace.sections
         self._sections = len(sections)
-        self._telling = [place for place, each in enumerate(sections) if self._trace.may_tell(each)]
-        self._forcing = [each for each in self._telling if self._trace.may_tell(sections[each], {FORCES})]
+        self._telling = [place for place, each in enumerate(sections) if self._trace.may_contain(each)]
+        self._forcing = [each for each in self._telling if self._trace.may_contain(sections[each], {FORCES})]
 
     def tick(self) -> bool:
         """Read one more chunk; return whether there may be more."""
@@ -143,7 +143,7 @@ class RecordedEvents:
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
         trace, topics = self._trace, {topic}
         begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
-        sections = [each for each in trace.sections[begin : end + 1] if trace.may_tell(each, topics)]
+        sections = [each for each in trace.sections[begin : end + 1] if trace.may_contain(each, topics)]
         found = (event for each in sections for event in trace.events_in(each, topics))
         return (each for each in found if first <= each.scan <= last)
 

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.moment import Question, ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.reader import open_trace
@@ -28,7 +28,7 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
     """
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         at = ScanChoice(at=str(more.scan[-1]))
-        queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
+        queried = why_of_trace(trace, Path(folder), Question(what, at), trust=True, more=more)
     lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
     chain = [] if queried.chain is None else links_of(queried.chain)
     return {

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.complaints import reported_mistakes
-from scanrack.terminal.reading import itself, tell_notes
+from scanrack.terminal.reading import itself, print_notes
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
 from scanrack.traces.files.guard import check_output
@@ -159,7 +159,7 @@ def _share_command(
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
         wish = ShareOptions(
-            scan, time_ns, before, after, whole, recording=recording, trust=trust, told=tell_notes
+            scan, time_ns, before, after, whole, recording=recording, trust=trust, told=print_notes
         )
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish)

@@ -8,7 +8,8 @@ import sys
 
 import forked
 import pytest
-from scanrack.commands.wire.drive import bench_for, converse
+from scanrack.commands.wire.drive import converse
+from scanrack.jobs.drive.targets import BENCHES
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]
 IDLE = [0] * 8
@@ -19,7 +20,7 @@ def session(*requests, target="amci3601"):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(bench_for(target), [line + "\n" for line in lines], out)
+    status = converse(BENCHES[target](), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 

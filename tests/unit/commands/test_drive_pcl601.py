@@ -6,7 +6,8 @@ import io
 import json
 
 import pytest
-from scanrack.commands.wire.drive import bench_for, converse
+from scanrack.commands.wire.drive import converse
+from scanrack.jobs.drive.targets import BENCHES
 
 IDENT = "01 11 c0 2c"
 IDENTITY = "01 11 05 01 31 2e 30 30 c7 b2"
@@ -17,7 +18,7 @@ def session(*requests):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(bench_for("pcl601"), [line + "\n" for line in lines], out)
+    status = converse(BENCHES["pcl601"](), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 

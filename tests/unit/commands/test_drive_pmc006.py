@@ -7,12 +7,13 @@ import json
 from typing import Any
 
 import pytest
-from scanrack.commands.wire.drive import bench_for, converse
+from scanrack.commands.wire.drive import converse
+from scanrack.jobs.drive.targets import BENCHES
 
 
 def driven(*requests: dict[str, Any]) -> list[dict[str, Any]]:
     out = io.StringIO()
-    converse(bench_for("pmc006"), (json.dumps(request) for request in requests), out)
+    converse(BENCHES["pmc006"](), (json.dumps(request) for request in requests), out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 

@@ -9,7 +9,7 @@ import pytest
 import zstandard
 from scanrack import open_bench
 from scanrack.jobs.bench import of_trace
-from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.moment import Question, ScanChoice
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.state.snapshots import SavedValues, snapshot
@@ -40,7 +40,7 @@ def answers(run: Path, folder: Path, tags: tuple[str, ...] = TAGS, at: str | Non
     """Return the answers about some tags."""
     with open_trace(run) as trace:
         moment = ScanChoice(at=at)
-        return [of_trace.why_of_trace(trace, folder, tag, moment, trust=True).text for tag in tags]
+        return [of_trace.why_of_trace(trace, folder, Question(tag, moment), trust=True).text for tag in tags]
 
 
 def without_snapshots(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -335,11 +335,11 @@ def test_only_the_machine_operates_a_cam() -> None:
         module.set_input("a", True)
     cams = {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 0}]}
     with pytest.raises(RequestError, match="no other slot on this bench"):
-        CardBench(MODULES["1769-IQ16"]).answer_line(json.dumps({"new": {"options": cams}}))
+        CardBench(MODULES["1769-IQ16"]).answer(json.dumps({"new": {"options": cams}}))
 
 
 def test_the_bench_knows_the_terminals_of_the_second_word() -> None:
     bench = CardBench(MODULES["1769-IQ32"])
     request = {"new": {"options": {"inputs": {"gate": 20}}}, "inputs": {"gate": 1}}
-    reply = bench.answer_line(json.dumps(request))
+    reply = bench.answer(json.dumps(request))
     assert (reply["in"][:2], reply["bits"]) == ([0, 16], ["gate"])

@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.commands.wire.drive import bench_for, converse
+from scanrack.commands.wire.drive import converse
 from scanrack.io_images.image import Image
+from scanrack.jobs.drive.targets import BENCHES
 from scanrack.runtime import RackFileError, parse_rack_file
 from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
@@ -158,7 +159,7 @@ def test_a_test_presses_its_buttons(rack: Path) -> None:
 def drive(*requests: object) -> list[dict[str, object]]:
     """Return the replies of a session."""
     out = io.StringIO()
-    converse(bench_for("discrete16"), [json.dumps(each) for each in requests], out)
+    converse(BENCHES["discrete16"](), [json.dumps(each) for each in requests], out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 

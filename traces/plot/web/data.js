@@ -1,5 +1,5 @@
 "use strict";
-// What the page shows, and of which part of it. Time is in ns since power-up, x and y in CSS pixels.
+// The data of the page and the part in view. Time is in ns since power-up, x and y in CSS pixels.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 const canvas = document.getElementById("chart");
@@ -10,8 +10,8 @@ const MARKS = 50, HEAD = 30, LEAST_POSITION = 150, SPEED = 96, NUMBER = 56, LANE
 let POSITION = LEAST_POSITION; // grows with the window
 const INSTANTS = 120; // most lines through the curves for marks
 const MARK_FONT = "11px system-ui", SMALL = "11px system-ui", NAME_FONT = "11px ui-monospace, monospace";
-const LEAST_LABEL = 40; // pixels of a band's label that must be seen
-const GROUP = 64; // rows of which least and greatest are kept at hand
+const LEAST_LABEL = 40; // smallest visible part of a band's label, pixels
+const GROUP = 64; // number of rows with a stored least and greatest value
 const MISSING = -2147483648;
 const LEAST_SPAN = 1e5; // ns across the chart when zoomed in as far as it goes
 const ALL = { start: data.start, end: Math.max(data.end, data.start + 1) };
@@ -34,7 +34,7 @@ const KINDS = {
   Int32: Int32Array, Float32: Float32Array, Float64: Float64Array, BigInt64: BigInt64Array, BigUint64: BigUint64Array,
 };
 
-// 64-bit integers are drawn as doubles and told as they are.
+// 64-bit integers are drawn as doubles; the readout shows them exactly.
 async function unpackCurve(packed) {
   const values = await unpack(packed.curve, KINDS[packed.kind], packed.differences);
   return packed.kind.startsWith("Big") ? { ...curve(Float64Array.from(values, Number)), whole: values } : curve(values);
@@ -83,4 +83,5 @@ function above(list, value) {
 
 const rowAt = moment => Math.max(0, above(time, moment) - 1);
 const stepAt = (lane, row) => Math.max(0, above(lane.rows, row) - 1);
-const valueAt = (lane, row) => lane.values ? lane.values[stepAt(lane, row)] : (stepAt(lane, row) + lane.first) % 2;
+const stepValue = (lane, step) => lane.values ? lane.values[step] : (step + lane.first) % 2;
+const valueAt = (lane, row) => stepValue(lane, stepAt(lane, row));

@@ -8,6 +8,7 @@ const curvesHeight = panel => panel.curves.reduce((sum, _, place) => sum + curve
 const headHeight = panel => panel.marks.length ? MARKS : HEAD;
 const rows = panel => panel.lanes.length + panel.bands.length + (panel.ramp ? 1 : 0) + (panel.unchanged.length ? 1 : 0);
 const panelHeight = panel => headHeight(panel) + curvesHeight(panel) + LANE * rows(panel) + AXIS;
+const chartHeight = () => TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
 
 // The scheme of colors: as light, or dark with every color of the chart made lighter.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -24,10 +25,10 @@ function shade(color) {
 
 const gridColor = () => dark.matches ? style("--edge") : data.colors.grid;
 
-// The curves of position share what the window has left, if the readout is beside the chart.
+// The curves of position share the rest of the window, if the readout is beside the chart.
 function fit() {
   POSITION = LEAST_POSITION;
-  const needed = TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
+  const needed = chartHeight();
   const room = window.innerHeight - canvas.getBoundingClientRect().top - window.scrollY;
   const beside = canvas.clientWidth < canvas.parentElement.clientWidth;
   const axes = data.panels.filter(panel => panel.ramp).length;
@@ -37,7 +38,7 @@ function fit() {
 function draw() {
   fit();
   const scale = window.devicePixelRatio || 1;
-  const height = TOP + data.panels.reduce((sum, panel) => sum + panelHeight(panel), 0);
+  const height = chartHeight();
   canvas.style.height = `${height}px`;
   canvas.width = canvas.clientWidth * scale;
   canvas.height = height * scale;
@@ -79,11 +80,11 @@ function drawHead(panel, base) {
   else text(panel.about, 18 + pen.measureText(panel.name).width, base, soft(), "12px system-ui");
 }
 
-// A text in so many pixels of the pen's font, with its end left out, or its beginning.
-function fitted(says, room, tail) {
-  if (pen.measureText(says).width <= room) return says;
-  let low = 0, high = says.length;
-  const cut = kept => tail ? `…${says.slice(says.length - kept)}` : `${says.slice(0, kept)}…`;
+// A text that fits into `room` pixels of the pen's font, without its end or, with `tail`, its beginning.
+function fitted(label, room, tail) {
+  if (pen.measureText(label).width <= room) return label;
+  let low = 0, high = label.length;
+  const cut = kept => tail ? `…${label.slice(label.length - kept)}` : `${label.slice(0, kept)}…`;
   while (low < high) {
     const middle = (low + high + 1) >> 1;
     if (pen.measureText(cut(middle)).width <= room) low = middle; else high = middle - 1;
@@ -91,11 +92,11 @@ function fitted(says, room, tail) {
   return cut(low);
 }
 
-function text(says, x, y, color, font, align = "left") {
+function text(label, x, y, color, font, align = "left") {
   pen.fillStyle = color;
   pen.font = font;
   pen.textAlign = align;
-  pen.fillText(says, x, y);
+  pen.fillText(label, x, y);
 }
 
 function inside(top, height, paint) {
@@ -128,7 +129,7 @@ function drawTicks(top, bottom) {
 
 const unit = () => view.end < 12e10 ? "s" : view.end < 36e11 ? "min:s" : "h:min:s";
 
-// A time as a clock shows it, with as many decimals as a step of so many ns needs.
+// A time as on a clock, with the decimals that a step of `step` ns needs.
 function clock(moment, step) {
   let decimals = 0;
   while (decimals < 9 && step % 10 ** (9 - decimals)) decimals++;
@@ -166,7 +167,7 @@ function rangeOf(least, most, fractional) {
   return [least - pad, most + pad];
 }
 
-// A value on an axis: 12 digits at most, so that 0.1 + 0.2 is 0.3; few of what is too long for the margin.
+// A value on an axis: 12 digits at most, so that 0.1 + 0.2 is 0.3; few digits if it is too long for the margin.
 const axisNumber = value => Math.abs(value) >= 1e15 ? value.toExponential(3) : number(Number(value.toPrecision(12)));
 
 function drawCurve({ name, curve, fractional }, top, height, isTag) {
@@ -253,7 +254,7 @@ function drawMarks(panel, top, bottom, deepest) {
 
 const isBroken = mark => mark.kind === "broken";
 
-// Places of the labels of marks that find room in one of the rows; what is broken has the first one.
+// Places of the labels of marks that fit into one of the rows; broken invariants have the first row.
 // A label is behind its mark (at), or before it where it would be cut at the right edge.
 function placed(marks) {
   pen.font = MARK_FONT;

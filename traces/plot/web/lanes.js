@@ -1,10 +1,10 @@
-// Draws the lanes of a panel: ramp, bands, bits, and in one line what does not change.
+// Draws the lanes of a panel: ramp, bands, bits, and the unchanged tags in one line.
 
 // Calls paint(x0, x1, value) for each stretch of a lane, changes on one pixel taken together: first and last.
 function stretches(lane, paint) {
   const right = LEFT + width();
   let step = stepAt(lane, rowAt(view.start));
-  let value = lane.values ? lane.values[step] : (step + lane.first) % 2;
+  let value = stepValue(lane, step);
   let x = LEFT - 2;
   while (x < right) {
     const row = lane.rows[step + 1];
@@ -13,7 +13,7 @@ function stretches(lane, paint) {
     if (row === undefined) return;
     const last = above(lane.rows, rowAt(timeAt(Math.floor(next) + 1))) - 1; // of the changes on this pixel
     step = Math.max(step + 1, last);
-    value = lane.values ? lane.values[step] : (step + lane.first) % 2;
+    value = stepValue(lane, step);
     x = next;
   }
 }
@@ -45,7 +45,7 @@ function drawRamp(lane, top) {
   }));
 }
 
-// Steps and texts: a color for each value, and what it stands for where there is room.
+// Steps and texts: a color for each value, and its meaning if there is room.
 function drawBand(band, top) {
   pen.font = NAME_FONT;
   text(fitted(band.name, LEFT - 12, true), LEFT - 6, top + LANE - 4, shade(data.colors.lanes.tag), NAME_FONT, "right");
@@ -53,9 +53,9 @@ function drawBand(band, top) {
     pen.fillStyle = bandColor(value);
     pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
     pen.font = SMALL;
-    const left = Math.max(x0, LEFT), room = x1 - left - 7, says = band.texts[value];
-    if (room >= Math.min(pen.measureText(says).width, LEAST_LABEL)) {
-      text(fitted(says, room, false), left + 4, top + LANE - 5, ink(), SMALL);
+    const left = Math.max(x0, LEFT), room = x1 - left - 7, label = band.texts[value];
+    if (room >= Math.min(pen.measureText(label).width, LEAST_LABEL)) {
+      text(fitted(label, room, false), left + 4, top + LANE - 5, ink(), SMALL);
     }
   }));
 }
@@ -66,7 +66,7 @@ const bandColor = value => {
   return tints[value % tints.length];
 };
 
-// What does not change, in one line; the readout has all of it.
+// The unchanged values in one line; the readout has all of them.
 function drawUnchanged(pairs, top) {
   pen.font = SMALL;
   const line = fitted(pairs.map(pair => pair.join(" ")).join("   "), width() - 6, false);

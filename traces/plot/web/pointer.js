@@ -1,4 +1,4 @@
-// Wheel, mouse and keys change the view; then everything begins.
+// Changes the view by wheel, mouse and keys; starts the page.
 
 function show(start, end) {
   const span = Math.min(ALL.end - ALL.start, Math.max(LEAST_SPAN, end - start));
@@ -12,7 +12,7 @@ let waiting = false;
 function refresh() {
   if (waiting) return;
   waiting = true;
-  requestAnimationFrame(() => { waiting = false; draw(); tell(); });
+  requestAnimationFrame(() => { waiting = false; draw(); showReadout(); });
 }
 
 function zoom(moment, factor) {
@@ -47,7 +47,7 @@ function listen() {
   canvas.addEventListener("pointerleave", () => { cursor = null; refresh(); });
   canvas.addEventListener("dblclick", () => show(ALL.start, ALL.end));
   window.addEventListener("resize", refresh);
-  window.addEventListener("hashchange", () => { showAsked(); refresh(); });
+  window.addEventListener("hashchange", () => { showAddress(); refresh(); });
   dark.addEventListener("change", () => { drawLegend(); refresh(); });
   window.addEventListener("keydown", event => {
     const span = view.end - view.start, middle = (view.start + view.end) / 2;
@@ -58,8 +58,8 @@ function listen() {
   });
 }
 
-// Shows what the address asks for, and everything where that is not a time.
-function showAsked() {
+// Shows the times in the address; shows everything if they are not times.
+function showAddress() {
   const asked = new URLSearchParams(location.hash.slice(1));
   const [from, to] = ["from", "to"].map(name => asked.has(name) ? Number(asked.get(name) || NaN) * 1e9 : NaN);
   if (from < to) show(from, to);
@@ -74,9 +74,9 @@ async function begin() {
   }
   drawLegend();
   listen();
-  showAsked();
+  showAddress();
   draw();
-  tell();
+  showReadout();
   document.body.dataset.ready = "yes";
 }
 

@@ -1,13 +1,13 @@
-// Tells the scan under the pointer, and what the colors mean.
+// Shows the values of the scan under the pointer, and the meaning of the colors.
 
-function tell() {
+function showReadout() {
   const row = rowAt(cursor === null ? view.start : cursor);
   const parts = [pairs([["time", `${(time[row] / 1e9).toFixed(6)} s`], ["scan", number(scan[row])]])];
-  for (const panel of data.panels) parts.push(...tellPanel(panel, row));
+  for (const panel of data.panels) parts.push(...panelReadout(panel, row));
   readout.replaceChildren(...parts);
 }
 
-function tellPanel(panel, row) {
+function panelReadout(panel, row) {
   const shown = ({ name, curve, fractional }) => {
     const [title, unit] = name.split(", "), value = curve.values[row];
     if (curve.isMissing(value)) return [title, fractional ? String(value) : "–"];
@@ -40,12 +40,12 @@ function tellPanel(panel, row) {
 const number = value => Math.abs(value) >= 1e15 || (value && Math.abs(value) < 1e-4)
   ? value.toExponential() : value.toLocaleString("en", { maximumFractionDigits: 9 });
 
-// A value with the digits that its type has.
+// A value with the digits of its type.
 const exact = (value, values) => number(Number(value.toPrecision(values instanceof Float32Array ? 7 : 15)));
 
-function element(kind, says) {
+function element(kind, label) {
   const made = document.createElement(kind);
-  made.textContent = says;
+  made.textContent = label;
   return made;
 }
 
@@ -59,10 +59,10 @@ function drawLegend() {
   document.getElementById("legend").replaceChildren();
   const entries = data.groups.map(group => [shade(data.colors.lanes[group]), group === "tag" ? "tags" : `${group} bits`]);
   if (data.panels.some(panel => panel.ramp)) data.ramp.forEach((state, place) => { if (place) entries.push([data.colors.ramp[place], state]); });
-  for (const [color, says] of entries) {
+  for (const [color, label] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");
     square.style.background = color;
-    entry.append(square, says);
+    entry.append(square, label);
     document.getElementById("legend").append(entry);
   }
 }

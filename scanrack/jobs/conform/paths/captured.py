@@ -20,7 +20,7 @@ from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
 
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
-from ...replay.replaying import forced_rows, score_of
+from ...replay.replaying import forced_rows, plan_of
 from ...replay.resumed import ResumedModule, configuration_in, words_of
 from ...replay.resumed_operation import ResumedOperation
 from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
@@ -38,14 +38,16 @@ class CapturedScenes(NamedTuple):
     captured_at: str  # date and time of the capture, if known
 
 
-def scenes_of(path: Path, slot: int, timing: Timing, given: Sequence[int] | None = None) -> CapturedScenes:
+def scenes_of(
+    path: Path, slot: int, timing: Timing, configuration: Sequence[int] | None = None
+) -> CapturedScenes:
     """Return the firmware that a trace names, its scenes, its defects, and the assumptions.
 
     Each scan is a read of input words. Changed output words were sent between that scan and the next one.
 
     Args:
         timing: the times of the path.
-        given: configuration words in effect at the beginning; None for the first ones that the trace shows.
+        configuration: configuration words in effect at the beginning; None = the first in the trace.
 
     Raises:
         ValueError: it is not a trace, has no words of a 3601 in the slot, or never shows the module's state.
@@ -56,9 +58,9 @@ def scenes_of(path: Path, slot: int, timing: Timing, given: Sequence[int] | None
             raise ValueError(
                 f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
             )
-        found = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, timing, given)
-        found.notes[:0] = trace.notes
-        return found
+        scenes = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, timing, configuration)
+        scenes.notes[:0] = trace.notes
+        return scenes
 
 
 def scenes_in(
@@ -66,7 +68,7 @@ def scenes_in(
     facts: Mapping[str, str],
     slot: int,
     timing: Timing,
-    given: Sequence[int] | None = None,
+    configuration: Sequence[int] | None = None,
 ) -> CapturedScenes:
     """Return the scenes of a recording, see `scenes_of`.
 
@@ -75,8 +77,10 @@ def scenes_in(
     """
     firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
     captured, sampled = facts.get("source") == "capture", is_sampled(facts)
-    rows = forced_rows(score_of(recording))
-    resumed = ResumedOperation(recording, {slot: firmware}, rows, given, captured=captured, sampled=sampled)
+    rows = forced_rows(plan_of(recording))
+    resumed = ResumedOperation(
+        recording, {slot: firmware}, rows, configuration, captured=captured, sampled=sampled
+    )
     module = resumed.around(slot, Amci3601(firmware), exact_inputs=False)
     follows = module if isinstance(module, ResumedModule) else None
     since_last = sampled

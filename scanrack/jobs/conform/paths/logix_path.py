@@ -75,8 +75,8 @@ def connect(path: str) -> TagClient:
         client.get_tag_list()
     except (library.PycommError, OSError) as error:
         raise ValueError(f"{path}: no Logix controller answers: {error}") from None
-    found: TagClient = client
-    return found
+    connected: TagClient = client
+    return connected
 
 
 def is_real(client: TagClient) -> bool:
@@ -192,13 +192,13 @@ def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
         ValueError: a text is not such a pair.
     """
     names = {str(bit.name): bit for bit in InputBit}
-    found: dict[InputBit, str] = {}
+    wiring: dict[InputBit, str] = {}
     for pair in pairs:
         name, equals, tag = pair.partition("=")
         if not equals or not tag or name.upper() not in names:
             raise ValueError(f"--wire {pair!r} is not allowed: INPUT=TAG, the input of {', '.join(names)}")
-        found[names[name.upper()]] = tag
-    return found
+        wiring[names[name.upper()]] = tag
+    return wiring
 
 
 def counter_of(text: str | None) -> tuple[str, int]:

@@ -103,11 +103,6 @@ AT_START, AT_RESET, AT_PRESET = CLEARED_BY_A_MOVE, RESETTABLE, POSITION_INVALID
 """What the model clears at the start of a move, by Reset Errors, and by Preset Position."""
 
 
-def always(_host: Host, _command: CommandWords) -> bool:
-    """Refuse every command."""
-    return True
-
-
 def is_invalid(host: Host, _command: CommandWords) -> bool:
     """Whether the position is invalid."""
     return bool(host.state.latches.bits & POSITION_INVALID)

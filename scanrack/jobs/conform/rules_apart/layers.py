@@ -151,8 +151,8 @@ class ErrorWithoutConfiguration(AlteredLayer):
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
         before = self.state.command.msw
         super()._obey(now_ns, words)
-        given = self.state.command
-        if self.state.configuration is None and not given.configures and given.msw & ~before:
+        command = self.state.command
+        if self.state.configuration is None and not command.configures and command.msw & ~before:
             self.state.latches.bits |= COMMAND_ERROR
 
 

@@ -102,7 +102,9 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     for number, scales in enumerate(scenes):
         for each in scales:
             explains.setdefault(each.what, set()).add(number)
-    lesser = {what for what, mine in explains.items() if any(mine < other for other in explains.values())}
+    lesser = {
+        kind for kind, explained in explains.items() if any(explained < other for other in explains.values())
+    }
     return [[each for each in scales if each.what not in lesser] for scales in scenes]
 
 
@@ -123,10 +125,10 @@ def fitted(trial: Trial) -> Iterator[FittedScale]:
     for what, row in SCALED.items():
         if len(row.fields) > 1 and alone:
             continue
-        found = _Fit(what, trial).found()
-        if found is not None:
+        scale = _Fit(what, trial).found()
+        if scale is not None:
             alone = True
-            yield found
+            yield scale
 
 
 class _Fit:

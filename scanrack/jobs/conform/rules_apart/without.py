@@ -10,6 +10,8 @@ from collections.abc import Collection, Mapping
 
 from scanrack.io_images.amci3601 import RULES, StatusLsw, StatusMsw
 from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.image import signed_word
+from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.modules.amci3601.altered import Alteration, ImageWords
 from scanrack.runtime.modules.amci3601.latches import bits_of
 
@@ -30,13 +32,8 @@ _PROFILE = d.ABSOLUTE | d.RELATIVE | d.RESUME
 _MOVES = _PROFILE | d.MANUAL
 
 
-def _split(value: int) -> tuple[int, int]:
-    sign = -1 if value < 0 else 1
-    return sign * (abs(value) // 1000), sign * (abs(value) % 1000)
-
-
 def _set(words: list[int], place: int, value: int) -> None:
-    words[place], words[place + 1] = _split(value)
+    words[place], words[place + 1] = split_reported(value)
 
 
 def _value(words: list[int], place: int) -> int:
@@ -91,11 +88,11 @@ def _less(bits: int) -> d.Hearing:
 
 
 def _mirrors_nothing(words: ImageWords) -> ImageWords:
-    return (_signed(words[0] & 0xE000), 0, 0, 0, *words[4:]) if words[0] < 0 else words
+    return (signed_word(words[0] & 0xE000), 0, 0, 0, *words[4:]) if words[0] < 0 else words
 
 
 def _mirrors_all(words: ImageWords) -> ImageWords:
-    return (_signed(words[0] & 0xBFFF), *words[1:]) if words[0] < 0 else words
+    return (signed_word(words[0] & 0xBFFF), *words[1:]) if words[0] < 0 else words
 
 
 def _no_revision(words: ImageWords) -> ImageWords:
@@ -104,10 +101,6 @@ def _no_revision(words: ImageWords) -> ImageWords:
 
 def _no_position(words: ImageWords) -> ImageWords:
     return words if words[0] < 0 else (*words[:2], 0, 0, *words[4:])
-
-
-def _signed(word: int) -> int:
-    return word - 0x10000 if word > 0x7FFF else word
 
 
 _NO_EDGES = ruled("It takes a bit that stays set for a new command.", layers.EdgeOfNothing)

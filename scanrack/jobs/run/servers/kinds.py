@@ -115,20 +115,20 @@ class ServerAddress:
         at = (self.host, self.port)
         with ExitStack() as opened:
             try:
-                found = [opened.enter_context(socket.create_server(at, family=family, backlog=64))]
+                sockets = [opened.enter_context(socket.create_server(at, family=family, backlog=64))]
                 if self.kind.answers_datagrams:
-                    found.append(opened.enter_context(socket.socket(family, socket.SOCK_DGRAM)))
-                    found[1].bind((self.host, found[0].getsockname()[1]))
+                    sockets.append(opened.enter_context(socket.socket(family, socket.SOCK_DGRAM)))
+                    sockets[1].bind((self.host, sockets[0].getsockname()[1]))
             except OSError as error:
                 text = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
                 where = f"{self.protocol}:{join_address(*at)}"
                 raise ValueError(f"--server {where}: {text}: choose another port") from error
             opened.pop_all()
-        return found
+        return sockets
 
 
 def addresses(
-    given: Sequence[str] | None, security: str | None = None, users: Path | None = None
+    texts: Sequence[str] | None, security: str | None = None, users: Path | None = None
 ) -> tuple[ServerAddress, ...]:
     """Return the server addresses for options.
 
@@ -140,13 +140,13 @@ def addresses(
         ValueError: an address is not allowed, a protocol occurs twice, or there is no OPC UA server to
             secure.
     """
-    found = [ServerAddress.parse(each) for each in given or ()]
-    names = [each.protocol for each in found]
+    servers = [ServerAddress.parse(each) for each in texts or ()]
+    names = [each.protocol for each in servers]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"--server {name} is given twice: a rack has one of each")
     _check_security(names, security, users)
-    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in found)
+    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in servers)
 
 
 def _check_security(names: Sequence[str], security: str | None, users: Path | None) -> None:

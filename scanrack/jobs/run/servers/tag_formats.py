@@ -87,9 +87,9 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
     A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, `Text.DATA/82` a
     text.
     """
-    made = TagFile()
+    file = TagFile()
     table: list[list[object]] = [[*_KEPWARE_HEAD.split(",")]]
-    for row in _with_arrays(made, rows):
+    for row in _with_arrays(file, rows):
         kind = _KEPWARE[row.type_name] + (" Array" if row.dims else "")
         address = row.enip + "".join(f"{{{size}}}" for size in row.dims)
         if row.type_name == "STRING" and not row.in_files:
@@ -97,14 +97,14 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
         access = "R/W" if row.writable else "RO"
         shown = line_text(row.description)
         table.append([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
-    made.text = csv_text(table)
-    return made
+    file.text = csv_text(table)
+    return file
 
 
-def _with_arrays(made: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
+def _with_arrays(file: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
     for row in rows:
         whole = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
-        yield from [row] if whole else made.single([row], _KEPWARE)
+        yield from [row] if whole else file.single([row], _KEPWARE)
 
 
 def _plain(name: str, separator: str) -> str:
@@ -148,18 +148,18 @@ def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
     Tags are digital, analog or string, with `::[PLC]Name` as address; a dot in a name makes a folder. Texts
     are quoted, numbers are not. Column D, whether the tag may be edited in the database, is always set.
     """
-    made = TagFile()
+    file = TagFile()
     folders: dict[str, None] = {}
     lines = []
-    for row in made.single(rows, _FACTORYTALK):
+    for row in file.single(rows, _FACTORYTALK):
         name = _plain(row.name, "\\")
         parts = name.split("\\")[:-1]
         folders |= dict.fromkeys("\\".join(parts[: end + 1]) for end in range(len(parts)))
         lines.append(_hmi_tag(row, name))
     head = [_FACTORYTALK_HEAD, _FACTORYTALK_FIRST, "", ";Folders Section (Must define folders before tags)"]
     head += [_cells("F", each, "", "F") for each in folders]
-    made.text = "\n".join([*head, "", ";Tag Section", *lines]) + "\n"
-    return made
+    file.text = "\n".join([*head, "", ";Tag Section", *lines]) + "\n"
+    return file
 
 
 def _hmi_tag(row: TagRow, name: str) -> str:
@@ -211,18 +211,18 @@ def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
 
     The connection to `opc.tcp://127.0.0.1:4840/scanrack` must be named `scanrack`.
     """
-    made = TagFile()
+    file = TagFile()
     root: dict[str, Any] = {"name": title, "tagType": "Folder", "tags": []}
     known = {"": root}
     for row in rows:
         if not row.node:
-            made.left_out.append(row.name)
+            file.left_out.append(row.name)
             continue
-        for each in [row] if len(row.dims) < 2 else made.single([row], _IGNITION):
+        for each in [row] if len(row.dims) < 2 else file.single([row], _IGNITION):
             folder, _, last = _plain(each.name, "/").rpartition("/")
             _folder(known, folder)["tags"].append(_opc_tag(each, last))
-    made.text = json.dumps(root, indent=2) + "\n"
-    return made
+    file.text = json.dumps(root, indent=2) + "\n"
+    return file
 
 
 def _folder(known: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
@@ -234,7 +234,7 @@ def _folder(known: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
 
 
 def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
-    made = {
+    tag = {
         "name": name,
         "tagType": "AtomicTag",
         "valueSource": "opc",
@@ -243,7 +243,7 @@ def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
         "dataType": _IGNITION[row.type_name] + ("Array" if row.dims else ""),
         "readOnly": not row.writable,
     }
-    return made | ({"documentation": row.description} if row.description else {})
+    return tag | ({"documentation": row.description} if row.description else {})
 
 
 # --- Node-RED
@@ -257,13 +257,13 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
     Its nodes skip members that are arrays with several dimensions, and find an element of a BOOL array only
     as a BIT_STRING (`Tag` of ethernet-ip 1.2).
     """
-    made = TagFile()
+    file = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
     outs = []
     rows = list(rows)
     grids = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
-    made.left_out += [row.name for row in grids]
-    for row in made.single((row for row in rows if row not in grids), _NODE_RED):
+    file.left_out += [row.name for row in grids]
+    for row in file.single((row for row in rows if row not in grids), _NODE_RED):
         program, name = _program_and_name(row.enip)
         kind = "BIT_STRING" if row.type_name == "BOOL" and name.endswith("]") else row.type_name
         table.setdefault(program, {})[name] = {"type": kind}
@@ -290,19 +290,19 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
         flow.append(
             _node(f"rack-out-{number}", "eth-ip out", number, [], variable=name, program=program, name="")
         )
-    made.text = json.dumps(flow, indent=2) + "\n"
-    return made
+    file.text = json.dumps(flow, indent=2) + "\n"
+    return file
 
 
 def _program_and_name(path: str) -> tuple[str, str]:
     """Return the program in a name, "" for the controller, and the name within it."""
-    found = re.fullmatch(r"Program:(\w+)\.(.+)", path)
-    return (found[1], found[2]) if found else ("", path)
+    match = re.fullmatch(r"Program:(\w+)\.(.+)", path)
+    return (match[1], match[2]) if match else ("", path)
 
 
 def _node(ident: str, kind: str, row: int, wires: list[list[str]], **more: object) -> dict[str, Any]:
-    made = {"id": ident, "type": kind, "z": "rack-flow", "x": 160, "y": 60 + 60 * row, "wires": wires, **more}
-    return made | ({"endpoint": "rack-endpoint"} if kind.startswith("eth-ip") else {})
+    node = {"id": ident, "type": kind, "z": "rack-flow", "x": 160, "y": 60 + 60 * row, "wires": wires, **more}
+    return node | ({"endpoint": "rack-endpoint"} if kind.startswith("eth-ip") else {})
 
 
 FORMATS: Mapping[str, Callable[[Iterable[TagRow], str], TagFile]] = {

@@ -119,9 +119,9 @@ class TagService:
         """Return a sentence about who can reach the tags without a password."""
         is_trusting = self._security is not None and self._security.trusted is not None
         who = "each trusted client" if is_trusting else "anyone who reaches this address"
-        what = f"all {'mapped ' if self._where.kind.maps else ''}tags"
+        tags = f"all {'mapped ' if self._where.kind.maps else ''}tags"
         also = " and writes the listed ones" if writes else ""
-        return f"{who} reads {what}{also}: the server asks for no password"
+        return f"{who} reads {tags}{also}: the server asks for no password"
 
     def serve(self, run: JobRun) -> TagDesk:
         """Serve the tags of a run; return its desk, which is a listener of the run."""
@@ -181,11 +181,11 @@ class TagService:
 
     def _start(self) -> None:
         assert self._their_waker is not None
-        mine, theirs = socket.socketpair()
+        ours, theirs = socket.socketpair()
         handed: list[Handed] = [theirs, self._their_waker, self._mailbox.memory, *self._sockets]
         self._process = launch(self._where.kind.main, handed=handed, own_session=True)
         theirs.close()
-        self._pipe = Connection(mine.detach())
+        self._pipe = Connection(ours.detach())
         with suppress(OSError):  # it has died at once, which the keeper notices
             self._pipe.send_bytes(pickle.dumps(self._setup))
 
@@ -309,10 +309,10 @@ def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
     """Return a sentence for each name in `writable` or a server's map that has no tag."""
     server = job.spec.server
     database = Database(listing, server.writable)
-    found = unknown_patterns(database, server.writable)
+    unknown = unknown_patterns(database, server.writable)
     if protocol == MODBUS_TCP and server.modbus is not None:
-        found += RegisterMap(database, server.modbus).problems
-    return found
+        unknown += RegisterMap(database, server.modbus).problems
+    return unknown
 
 
 def _packed(host: str) -> bytes:

@@ -1,0 +1,111 @@
+"""The options of `scanrack fuzz`."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.jobs.fuzz import STANDARD
+from scanrack.jobs.fuzz.scenarios.kinds import Kind
+from scanrack.terminal.as_json import JsonOption
+from scanrack.terminal.shared_options import TrustOption
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FuzzOptions:
+    """The argument and the options of `scanrack fuzz`."""
+
+    rack: Annotated[
+        str,
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
+        ),
+    ]
+    invariants: Annotated[
+        list[Path] | None,
+        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with invariants."),
+    ] = None
+    check: Annotated[
+        list[str] | None,
+        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
+    ] = None
+    duration: Annotated[
+        str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
+    ] = None
+    runs: Annotated[
+        int,
+        typer.Option(
+            "--runs",
+            metavar="N",
+            min=1,
+            help="How many scenarios to try, excluding shrinking and the corpus.",
+        ),
+    ] = 500
+    time: Annotated[
+        str | None,
+        typer.Option("--budget", metavar="TIME", help="Search for this time instead, such as '2 h'."),
+    ] = None
+    scans: Annotated[
+        int | None,
+        typer.Option("--scans", metavar="N", min=1, help="Search for this number of scans instead."),
+    ] = None
+    processor: Annotated[
+        str | None,
+        typer.Option("--processor", metavar="TIME", help="Search for this processor time instead."),
+    ] = None
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
+    ] = None
+    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
+        None
+    )
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
+    ] = None
+    dask: Annotated[
+        str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
+        ),
+    ] = None
+    begin_with: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
+        ),
+    ] = None
+    scenario: Annotated[
+        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
+    ] = None
+    tests: Annotated[
+        Path | None,
+        typer.Option(
+            "--write-tests",
+            metavar="FOLDER",
+            help="Write pytest tests that reach the same parts of the program.",
+        ),
+    ] = None
+    trust: TrustOption = False
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
+    ] = False
+    as_json: JsonOption = False
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
+
+    @property
+    def tasks_at_a_time(self) -> int | None:
+        """Number of tasks at a time; None if a cluster chooses it."""
+        return self.jobs or (None if self.dask is not None else os.cpu_count() or 1)
+
+    @property
+    def reports(self) -> bool:
+        """Whether there is a summary."""
+        return self.as_json or not self.quiet
