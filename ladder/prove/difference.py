@@ -8,8 +8,8 @@
 
 All values that exist in both programs and that either one writes are compared. Values of only one program are
 listed. A value that can differ comes with a run that both compiled programs confirm, unless none was found
-within the limits. Runs are compared up to the first major fault; a fault in only one program is a difference,
-too.
+within the limits. Runs are compared up to the first major fault. A fault in only one program is also a
+difference.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Difference:
         fault: a major fault that can stop only one of the programs; None if there is none.
         removed: values that only the old program writes.
         added: values that only the new program writes.
-        uncompared: arrays, by path, of which an instruction without a model writes elements beyond the limit.
+        uncompared: paths of arrays that an instruction without a model writes beyond the limit of elements.
         unfollowed: places where the relation does not follow the programs; after them, all values may differ.
         compared: number of values that are compared.
         held: numbers and bits that nothing writes; they are assumed to keep their values.

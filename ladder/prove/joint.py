@@ -54,7 +54,7 @@ def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[
     todo = [*_parts(list(formulas), GROUP)]
     while todo:
         part = todo.pop()
-        answer = solver.check(_joined(solver, "or", [formulas[t] for t in part]))
+        answer = solver.check(solver.joined("or", [formulas[t] for t in part]))
         if answer == SAT:
             holding = {t for t in part if solver.found(formulas[t], t)} or {part[0]}
             can |= holding
@@ -64,11 +64,6 @@ def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[
         elif answer == UNKNOWN:
             gave_up |= {*part}
     return can, gave_up
-
-
-def _joined(solver: Solver, op: str, made: Sequence[Any]) -> Any:
-    """Return the conjunction or disjunction of one or more conditions."""
-    return solver.apply(op, made) if len(made) > 1 else made[0]
 
 
 def _parts(truths: Sequence[T], size: int) -> Iterator[list[T]]:
@@ -149,7 +144,7 @@ class _JointInduction:
             if k < first:
                 solver.check()  # its model is the start of the search in a longer run
             else:
-                breaking = {t: _joined(solver, "and", [made[t], *unbroken[t]]) for t in unbroken}
+                breaking = {t: solver.joined("and", [made[t], *unbroken[t]]) for t in unbroken}
                 can, late = satisfiable(solver, breaking)
                 proved |= {t: k for t in breaking if t not in can and t not in late}
                 gave_up |= late

@@ -11,7 +11,7 @@ If a condition can't be computed, because a subscript is out of range, its line 
 broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
 on the state that it left.
 
-A routine `NEVER` is a monitor, too. No controller runs it, because nothing calls it. Each of its rungs claims
+A routine `NEVER` is also a monitor. No controller runs it, because nothing calls it. Each of its rungs claims
 that power never reaches its end. In structured text, each bit that a statement sets is claimed never to be 1.
 The routine may have timers and one-shots. A rung that only prepares others ends with `AFI()`.
 

@@ -1,4 +1,4 @@
-"""Unknown values of two programs: which of them are equal, and how the others are related.
+"""Unknown values of two programs: finds the equal ones, and relates the others.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
 terms as arguments in both programs, both share one value. For any other pair of values of one function, equal

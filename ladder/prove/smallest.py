@@ -1,7 +1,8 @@
 """Reduces a run to the inputs that are needed to break a claim, without the solver's arbitrary choices.
 
-Whole values are dropped first, each in all scans, then single bits of modules' words. The program decides
-which of them are needed. The result is a part of the run that the prover found.
+Whole values are dropped first, each in all scans, then single bits of modules' words. After each step, the
+program runs again: a step that loses the failure is undone. The result is a part of the run that the prover
+found.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from scanrack.ladder import LadderFault
 from scanrack.ladder.instructions.slc.processor import MINOR_AT_END
 from scanrack.ladder.prove.algebra.meaning import BOOL, meaning
 from scanrack.ladder.prove.algebra.terms import FALSE, TRUE, forget, or_, reach
+from scanrack.ladder.prove.relation.noting import NotingMachine
 from scanrack.ladder.prove.relation.places import AGE, CLOCK
-from scanrack.ladder.prove.relation.turning import TurningMachine
 
 SCAN_MS = (1, 2, 10, 37, 100)
 
@@ -46,7 +46,7 @@ class Relation:
         self._terms = KnownValues(roots, self.machine.havocs)
 
     def _scanned(self, known):
-        machine = TurningMachine(self.program.build(), (1, 1000), known)
+        machine = NotingMachine(self.program.build(), (1, 1000), known)
         machine.scan_terms()
         return machine
 

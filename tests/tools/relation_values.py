@@ -28,7 +28,6 @@ from relation_corpus import machine_text
 from relation_programs import PROVED_WRONGLY, drawn
 from relation_rows import BLOCKS, ROWS, SLC_ROWS, drawn_rows
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.state.lowered import steps_of
 
 SCANS = 8
 
@@ -86,7 +85,8 @@ def compare(values: int, first: int = 0) -> int:
         relation = Relation(program)
         found = relation.differences(Random(first + number), SCANS, count)
         count["programs"] += 1
-        met |= {step.name for line, _, _ in relation.machine.rungs for step in steps_of(line.nodes)}
+        machine = relation.machine
+        met |= {step.name for step in machine.lowered.all_steps if step.site in machine.passages}
         if found:
             print(f"program {number} from seed {first} on: {found[0]}")
             return 1

@@ -1,7 +1,7 @@
 """One scan of a program on terms: the interpreter's rows, forked inside an instruction and merged after it.
 
-`ScanMachine` is an interpreter whose values are terms. Power, and whether a place in the program is reached
-(`active`), are terms too. A row that only reads and writes through the machine needs nothing else. A row that
+`ScanMachine` is an interpreter whose values are terms. Power is a term, and so is `active`: whether a place
+in the program is reached. A row that only reads and writes through the machine needs nothing else. A row that
 jumps, calls or loops has `Spec.prove`. An instruction that neither covers is a havoc: each place that it may
 write gets a new variable, which may have any value.
 

@@ -9,6 +9,7 @@ from typing import Any
 from ...model.errors import STRING_NUMBER_CODE
 from ...model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
 from ...model.operators import RELATIONS
+from ...model.tags import Leaf
 from ...model.types import ULINT, Elementary, Field
 from ..algebra.meaning import BOOL, F32, F64, INT
 from ..algebra.numbers import bitop, clip, eq, fop, least, lt, to_float, to_int, wrap
@@ -200,8 +201,7 @@ class TermValues(TermCopies):
         """Return the characters of a string."""
         if not isinstance(operand, Group):
             return super().text(operand)
-        store, layout, path, at = self.string(operand)
-        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        store, data, counter, at = self._string_leaves(operand)
         room: int = data.dims[-1]
         codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
         length = clip(term_of(store.read(counter, at), INT), 0, room)
@@ -209,8 +209,7 @@ class TermValues(TermCopies):
 
     def set_text(self, target: Group, value: Any) -> None:
         """Set a string to characters that are truncated to its size and padded with 0."""
-        store, layout, path, at = self.string(target)
-        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        store, data, counter, at = self._string_leaves(target)
         room: int = data.dims[-1]
         text = TermText.of(self.symbol, value)
         length = least(text.length, room)
@@ -218,6 +217,11 @@ class TermValues(TermCopies):
         for number in range(room):
             code = ite(lt(const(number), length), wrap(text.at(number), data.type.wraps), const(0))
             store.write(data, at * room + number, self.symbol(code))
+
+    def _string_leaves(self, string: Group) -> tuple[Any, Leaf, Leaf, Any]:
+        """Return the store of a string, the leaves of its DATA and LEN, and its index."""
+        store, layout, path, at = self.string(string)
+        return store, layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN"), at
 
     def characters(self, name: str) -> Callable[..., Any]:
         """Return the function that a string instruction computes."""

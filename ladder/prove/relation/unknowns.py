@@ -62,7 +62,7 @@ def named(step: LoweredStep, leaves: tuple[Leaf, ...], world: Hashable) -> Hasha
         world: what else decides what instructions do, see `shapes.world_of`.
     """
     if any(isinstance(operand, (Call, AddOnCall)) for operand in step.operands):
-        return None  # the called routine decides, too
+        return None  # the called routine also decides the effects
     shapes = tuple(map(shape_of, step.operands))
     return step.spec, shapes, tuple((leaf.path.upper(), leaf.type, leaf.dims) for leaf in leaves), world
 

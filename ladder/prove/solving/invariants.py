@@ -184,7 +184,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
         yield Invariant(or_(not_(enabled), or_(done, counted)), f"{stem} has counted its time")
 
 
-# --- search for those that hold
+# --- search for the candidates that hold
 
 
 @dataclass
@@ -234,7 +234,8 @@ class _Search:
         solver, broken = frame.solver, set[int]()
         while left := sorted(group - broken):
             self.rounds += 1
-            answer = solver.check(_some_broken(solver, [made[number] for number in left]))
+            all_hold = solver.joined("and", [made[number] for number in left])
+            answer = solver.check(solver.apply("not", [all_hold]))
             if answer == UNSAT:
                 break
             if answer != SAT or self.rounds > MOST_ROUNDS:
@@ -262,7 +263,3 @@ class _Search:
     def _next(self) -> Evaluator:
         """Computes the states after a scan."""
         return Evaluator([*self.system.next.values()])
-
-
-def _some_broken(solver: Solver, made: Sequence[Any]) -> Any:
-    return solver.apply("not", [solver.apply("and", list(made)) if len(made) > 1 else made[0]])

@@ -198,6 +198,10 @@ class Solver:
         operands = [self._modes[each] if isinstance(each, str) else self._terms[each] for each in args]
         return self._number(self._manager.mk_term(self._kinds[op], operands, list(indices)))
 
+    def joined(self, op: str, conditions: Sequence[int]) -> int:
+        """Return the conjunction (`and`) or disjunction (`or`) of one or more conditions."""
+        return self.apply(op, conditions) if len(conditions) > 1 else conditions[0]
+
     def state(self, formula: int) -> None:
         """Assert a condition permanently."""
         self._solver.assert_formula(self._terms[formula])

@@ -64,8 +64,7 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     """Return masks of the bits of variables that terms read, by name.
 
     Args:
-        kept: next values of numbers of which only bits are written; keeping a bit does not count as reading
-            it.
+        kept: next values of numbers with bits that nothing writes; to keep a bit does not count as reading.
     """
     needed: dict[int, int] = {}
     every = [*roots, *kept]

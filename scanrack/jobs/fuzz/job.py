@@ -69,7 +69,7 @@ class Setup:
 
     @property
     def words(self) -> list[str]:
-        """Return the invariants and checks as command-line options."""
+        """The invariants and checks as command-line options."""
         words = [word for file in self.invariants for word in ("--invariants", str(file))]
         return words + [word for check in self.checks for word in ("--check", check)]
 

@@ -117,13 +117,13 @@ class _RackParts:
         """Return the parts of a rack."""
         axes = [slot.number for slot in spec.slot if slot.has(Trait.MACHINE)]
         return cls(
-            axes or [slot.number for slot in spec.slot],
-            with_trait(spec, Trait.STOPS_ANSWERING),
-            {slot.number: len(slot.words.outputs) for slot in spec.slot},
-            with_trait(spec, Trait.LINE),
-            with_trait(spec, Trait.SLIPS),
-            card_signals(spec),
-            masters(spec),
+            axes=axes or [slot.number for slot in spec.slot],
+            answering=with_trait(spec, Trait.STOPS_ANSWERING),
+            outputs={slot.number: len(slot.words.outputs) for slot in spec.slot},
+            lines=with_trait(spec, Trait.LINE),
+            slipping=with_trait(spec, Trait.SLIPS),
+            signals=card_signals(spec),
+            masters=masters(spec),
         )
 
 

@@ -20,7 +20,7 @@ class Confirmation:
     setup: Setup
 
     def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
-        """Repeat the failure in another process; return whether it occurs there, too.
+        """Repeat a failure in another process; return whether it also occurs there.
 
         Raises:
             NondeterministicError: the failure does not occur there because of the program.

@@ -16,6 +16,7 @@ import pickle
 import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor
+from contextlib import closing
 from importlib import import_module
 from queue import SimpleQueue
 from threading import Thread
@@ -56,11 +57,9 @@ def run_in_other_environment(function: Callable[P, Result], *args: P.args, **kwa
 
 
 def _once(worker: Worker, function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
-    try:
+    with closing(worker):
         result: Result = worker.run(function, args, kwargs)
         return result
-    finally:
-        worker.close()
 
 
 class Worker:
@@ -68,7 +67,7 @@ class Worker:
 
     Args:
         first: modules to load before all others, in this order.
-        environment: environment variables of the process; None = those of this process.
+        environment: environment variables of the process; None = the variables of this process.
     """
 
     def __init__(self, first: Sequence[str] = (), environment: dict[str, str] | None = None) -> None:

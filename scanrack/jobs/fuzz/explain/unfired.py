@@ -218,7 +218,7 @@ def unfired(
     Args:
         fired: ids of the rules that have fired.
         given: contents of each module's words, by slot.
-        oldest: oldest firmware of each module in the search, by slot; newer ones are tried, too.
+        oldest: oldest firmware of each module in the search, by slot; the search also tries newer versions.
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
