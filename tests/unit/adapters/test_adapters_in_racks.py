@@ -97,6 +97,4 @@ def test_the_closing_summary_has_the_reason_of_a_refusal():
         "text": "too fast",
     }
     tally.event(7, 14_000_000, "/events", fields)
-    assert [error.sentence for error in tally.errors.values()] == [
-        "COMMAND_ERROR at scan 7: too fast [speed]"
-    ]
+    assert [error.text for error in tally.errors.values()] == ["COMMAND_ERROR at scan 7: too fast [speed]"]
