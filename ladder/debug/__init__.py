@@ -1,4 +1,4 @@
-"""Debugging a running program: observe, stop, force, and ask for causes."""
+"""Debugging a running program: observe, stop, force, and explain."""
 
 from .answer_text import answer_text
 from .chains import Chains

@@ -1,8 +1,8 @@
 """The causes of a change: values that the instruction read and that differ from the previous scan.
 
-Both scans are run again. If all contacts in series conduct, all of them were needed, and those that changed
-are the causes. If some do not conduct, each of them alone is enough. Branches work the other way round. If
-nothing differs, as when a timer ends, the latest change is the cause.
+Both scans are run again. If all contacts in series conduct, all of them were needed, and the contacts that
+changed are the causes. If some do not conduct, each of them alone is enough. In branches it is the other way
+round. If nothing differs, as when a timer ends, the latest change is the cause.
 """
 
 from __future__ import annotations
@@ -68,8 +68,7 @@ class Causes:
         """Return a cell after a scan; a bit as a bool."""
         if self._past.at != scan and not self._past.show(scan):
             raise ValueError(f"scan {scan:,} can no longer be repeated")
-        value = self._engine.memory.read(cell.leaf, cell.index)
-        return value if cell.mask is None else bool(int(value) & cell.mask)
+        return cell.read(self._engine.memory)
 
     def execution(self, scan: int) -> Execution:
         """Return an executed scan; raise a ValueError if it can't be repeated."""
@@ -132,8 +131,7 @@ class Causes:
             return 0
         place = [leaf.ident for leaf in self._past.images].index(cell.leaf.ident)
         data = inputs.images[place][2 * cell.index : 2 * cell.index + 2]
-        word = int.from_bytes(data, "little", signed=True)
-        return word if cell.mask is None else bool(word & cell.mask)
+        return cell.in_value(int.from_bytes(data, "little", signed=True))
 
     # --- changes
 

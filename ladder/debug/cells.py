@@ -6,10 +6,19 @@ from collections.abc import Iterator
 
 from scanrack.io_images.dataclass import dataclass
 
-from ..model.operands import Constant, Group, Place, fixed_index_in, leaves_in
+from ..model.operands import Calculation, Constant, Group, Place, fixed_index_in, leaves_in
 from ..model.tags import Leaf
 from ..model.types import COUNTER, HIDDEN, TIMER, count_of
 from ..state.memory import Memory, Value, element_text
+
+
+def places_in(operand: object) -> Iterator[Place]:
+    """Yield the single values that an operand or a condition reads."""
+    if isinstance(operand, Place):
+        yield operand
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from places_in(each)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +38,14 @@ class Cell:
     def of(self, value: Value) -> Value:
         """Return the cell's part of a value of the leaf."""
         return value if self.mask is None else int(value) & self.mask
+
+    def in_value(self, value: Value) -> Value:
+        """Return the cell's value in a value of the leaf; a bit as a bool."""
+        return value if self.mask is None else bool(int(value) & self.mask)
+
+    def read(self, memory: Memory) -> Value:
+        """Return the cell's present value; a bit as a bool."""
+        return self.in_value(memory.read(self.leaf, self.index))
 
     def overlaps(self, other: Cell) -> bool:
         """Whether two cells share memory."""

@@ -19,7 +19,7 @@ from .cells import Cell, cells_of
 from .executed import StepRun
 from .links import CauseLink, Operand, kind_at, linked
 from .motions import COMPLETE, Motions, motion_text
-from .never import NO_BLOCKS, AtRest, Blocks, Never, at_rest_unknown
+from .never import AtRest, Blocks, Never
 from .watched import shown
 
 EARLIER = "earlier scans are not kept"
@@ -33,11 +33,6 @@ NESTED = 8
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
 """Returns a link that explains an input, given the cell's change, name and value; None if it can't."""
-
-
-def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink | None:
-    """Return None, so that chains end at the images."""
-    return None
 
 
 class _NestedError(Exception):
@@ -54,20 +49,20 @@ class Chains:
     Args:
         causes: finds the causes of changes in its past.
         deep: whether rungs inside add-on instructions are links; if not, the calls are the links.
-        outside: explains inputs that changed.
+        outside: explains inputs that changed; by default, chains end at the images.
         most: maximum depth of a chain, in links, including links through modules.
         at_rest: explains inputs that have not changed.
-        blocks: explains the blocks of an axis.
+        blocks: explains the blocks of an axis; None = no blocks.
         run_mode: returns what preceded the first scan in run mode; "" if it is unknown.
     """
 
     lowered: LoweredProgram
     causes: Causes
     deep: bool = False
-    outside: Outside = outside_unknown
+    outside: Outside = lambda _origin, _name, _value: None
     most: int = DEEPEST
-    at_rest: AtRest = at_rest_unknown
-    blocks: Blocks = NO_BLOCKS
+    at_rest: AtRest = lambda _cell, _name, _value, _scan: None
+    blocks: Blocks | None = None
     run_mode: Callable[[int], str] = lambda _scan: ""
     _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
     _depth: int = 0
@@ -153,13 +148,13 @@ class Chains:
             origin = motions.attributed(origin)
         write = origin.write
         assert write is not None
-        value = _value(origin.cell, write.after)
+        value = origin.cell.in_value(write.after)
         if write.by is None:
             moved = self._of_motion(motions, origin, name, value)
             return moved or self._of_no_instruction(origin, name, value, now_ns)
         if self._depth > self.most:
             return CauseLink("unknown", name, value, scan, now_ns, f"more than {self.most} links")
-        return self._of_instruction(origin, write.by, name, value, _value(origin.cell, write.before))
+        return self._of_instruction(origin, write.by, name, value, origin.cell.in_value(write.before))
 
     def _of_instruction(
         self, origin: CellChange, entry: StepRun, name: str, value: Value, before: Value
@@ -187,7 +182,7 @@ class Chains:
     def _refusals(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
         """Return the module's rule that ended a block with an error; [] for any other change."""
         path, _, member = origin.cell.leaf.path.rpartition(".")
-        if member.upper() not in ("ERROR", "ERRORID") or not value:
+        if self.blocks is None or member.upper() not in ("ERROR", "ERRORID") or not value:
             return []
         busy = self.lowered.layout.leaves.get(f"{path}.Busy".upper())
         begun = (
@@ -270,7 +265,7 @@ class Chains:
             is_forced = self.causes.force(cell, scan) is not None
             text = "forced" if is_forced else "its force was removed"
             return CauseLink("force", name, None, scan, now_ns, text)
-        value = _value(cell, written[-1])
+        value = cell.in_value(written[-1])
         if self.causes.force(cell, scan) is not None:
             return CauseLink("force", name, value, scan, now_ns, f"forced to {shown(value)}")
         if leaf.slot is None:
@@ -338,10 +333,6 @@ def where(cell: Cell) -> str:
     if cell.mask is None:
         return f"slot {cell.leaf.slot} {side} word {cell.index}"
     return f"slot {cell.leaf.slot} {side} {16 * cell.index + cell.mask.bit_length() - 1}"
-
-
-def _value(cell: Cell, value: Value) -> Value:
-    return value if cell.mask is None else bool(int(value) & cell.mask)
 
 
 def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:

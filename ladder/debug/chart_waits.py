@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..model.operands import Calculation, Constant, Group, Place
+from ..model.operands import Constant, Group, Place
 from ..run.view import Tags
 from ..state.lowered import ChartNode, ChartTransition, LoweredChart, LoweredProgram
+from .cells import places_in
 from .watched import shown
 
 
@@ -40,15 +41,11 @@ def _transition(each: ChartTransition, tags: Tags) -> str:
     sources = [
         f"{node.name} {'is' if tags[node.bits['X'].text] else 'is not'} active" for node in each.sources
     ]
-    values = [f"{place.text} = {shown(tags[place.text])}" for place in dict.fromkeys(_read(each.condition))]
+    places = [
+        place
+        for place in dict.fromkeys(places_in(each.condition))
+        if all(isinstance(index, Constant) for index in place.indices)  # computed ones are left out
+    ]
+    values = [f"{place.text} = {shown(tags[place.text])}" for place in places]
     read = f" [{', '.join(values)}]" if values else ""
     return f"transition {each.name}, {' and '.join(sources)}: {each.text}{read}"
-
-
-def _read(condition: object) -> Iterator[Place]:
-    """Yield the single values that a condition reads, without computed subscripts."""
-    if isinstance(condition, Calculation):
-        for each in condition.operands:
-            yield from _read(each)
-    elif isinstance(condition, Place) and all(isinstance(each, Constant) for each in condition.indices):
-        yield condition

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from typing import Any, Literal
 
 from scanrack.io_images.dataclass import dataclass
@@ -11,7 +10,7 @@ from scanrack.io_images.times import seconds
 
 from ..compiler.observed import LineKey
 from ..lowering.runnable import LadderLogic
-from ..model.errors import LadderError, LadderFault
+from ..model.errors import LadderError
 from ..model.operands import FAULT, Constant, Group, Place
 from ..model.resolver import Resolver, address_in
 from ..model.routine import Routine
@@ -28,12 +27,12 @@ from .chains import Chains
 from .chart_waits import waits_of
 from .crossref import CrossReference
 from .executed import TracedEngine
-from .forces import Forces
+from .forces import Force
 from .inquiry import Inquiry
 from .journal import MOST, Journal, RecordedPast
 from .links import CauseLink
 from .remedies import Remedies, of_input
-from .replay import Replayer, Truths, input_leaves
+from .replay import Replayer, Truths, image_bytes, input_leaves, repeat
 from .rung_values import with_values
 from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
@@ -112,7 +111,7 @@ class Debugger:
         self._lines: tuple[LineKey, ...] = ()
         self._pictured: int | None = None
         self._use(program, WatchedEngine(program.build(), program.scanner))
-        self._forces: dict[str, Value] = {}
+        self._forces: dict[str, tuple[Place, Value]] = {}  # by tag
         self._cross_reference: CrossReference | None = None
         self._truths: Truths = {}
         self._truths_of: int | None = None
@@ -152,7 +151,7 @@ class Debugger:
         engine = WatchedEngine(program.build(), program.scanner)
         edit = carry_over(self._engine, engine)
         engine.scans = self._engine.scans
-        forces, self._forces = self._forces, {}
+        forces, self._forces = self.forces, {}
         self._lines = ()
         self.clear_breakpoints()
         self._use(program, engine)
@@ -218,19 +217,12 @@ class Debugger:
         A fault ends a scan, as in the recording.
         """
         engine, journal = self._engine, self._journal
-        cells = [cell.cell_contents.cast("B") for cell in self._images]
+        images = image_bytes(engine.memory)
         engine.memory.outside = None
         engine.note(())
         for each in scans:
             journal.note(each)
-            if each.images is None:
-                engine.scans += 1
-            else:
-                for cell, image in zip(cells, each.images, strict=True):
-                    cell[:] = image
-                engine.outside = each.writes
-                with suppress(LadderFault):
-                    engine.do(each.now_ns, first=each.first)
+            repeat(engine, images, each)
             journal.begin(engine.memory, engine.scans)
             yield
         engine.memory.outside = self._outside
@@ -312,7 +304,7 @@ class Debugger:
     # --- breakpoints
 
     def note_lines(self, lines: Iterable[LineKey]) -> None:
-        """Until an edit, note the power of these lines in every scan, besides those with breakpoints."""
+        """Until an edit, also note the power of these lines in every scan, as of lines with breakpoints."""
         self._lines = tuple(lines)
         self._settle()
 
@@ -409,25 +401,26 @@ class Debugger:
             ValueError: no such tag, it is an image or not a single value, or the value does not fit.
         """
         place = self._single(tag)
-        key, mask = self._key(place)
-        forces = dict(self._engine.memory.forces)
-        bit = place.bit
-        if bit is None:
-            entry: tuple[int | None, Value] = (None, checked(tag, place.type, value))
-        else:
-            assert mask is not None
-            known = forces.get(key, (0, 0))
-            on = mask if checked(tag, place.type, value) else 0
-            entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
-        forces[key] = entry
-        self._hold(forces)
-        self._forces[self._forced_name(tag)] = checked(tag, place.type, value)
+        held, name = checked(tag, place.type, value), self._forced_name(tag)
+        self._forces.pop(name, None)
+        self._forces[name] = place, held
+        self._hold()
         if place.leaf.slot is None:
             self.tags[tag] = value
         else:
             self._engine.memory.write(place.leaf, 0, self._engine.memory.read(place.leaf))
 
-    def _hold(self, forces: Forces) -> None:
+    def _hold(self) -> None:
+        """Let the engine hold all forces; several forced bits of a value are one force of the engine."""
+        forces: dict[tuple[str, int], Force] = {}
+        for place, value in self._forces.values():
+            cell = cell_of(place)
+            key, mask = (cell.leaf.ident, cell.index), cell.mask
+            if mask is None:
+                forces[key] = None, value
+            else:
+                forced, bits = forces.get(key, (0, 0))
+                forces[key] = (forced or 0) | mask, int(bits) & ~mask | (mask if value else 0)
         self.news += 1
         self._engine.hold(forces)
 
@@ -435,26 +428,19 @@ class Debugger:
         """Release one force, or all; tags keep their values. Raise a ValueError if the tag is not forced."""
         if tag is None:
             self._forces.clear()
-            self._hold({})
-            self.on_outside()
-            return
-        name = self._forced_name(tag) if tag in self.tags else tag
-        if name not in self._forces:
-            forced = ", ".join(self._forces) or "none"
-            raise ValueError(f"{tag} is not forced; forced are {forced}")
-        del self._forces[name]
-        key, mask = self._key(self._single(tag))
-        forces = dict(self._engine.memory.forces)
-        kept, value = forces.pop(key)
-        if mask is not None and kept is not None and kept & ~mask:
-            forces[key] = (kept & ~mask, int(value) & ~mask)
-        self._hold(forces)
+        else:
+            name = self._forced_name(tag) if tag in self.tags else tag
+            if name not in self._forces:
+                forced = ", ".join(self._forces) or "none"
+                raise ValueError(f"{tag} is not forced; forced are {forced}")
+            del self._forces[name]
+        self._hold()
         self.on_outside()
 
     @property
     def forces(self) -> dict[str, Value]:
         """The forced tags and their values."""
-        return dict(self._forces)
+        return {name: value for name, (_place, value) in self._forces.items()}
 
     def _forced_name(self, tag: str) -> str:
         return address_in(self._resolver, tag) or self._resolver.base_name(tag)
@@ -471,12 +457,6 @@ class Debugger:
         """Return the address of the word or bit of an image that a tag names; None for any other name."""
         address = address_in(self._resolver, tag)
         return None if address is None or FAULT in address else address
-
-    def _key(self, place: Place) -> tuple[tuple[str, int], int | None]:
-        index = place.fixed_index
-        assert index is not None
-        mask = 1 << int(place.bit.value) if isinstance(place.bit, Constant) else None
-        return (place.leaf.ident, index), mask
 
     # --- power and causes
 

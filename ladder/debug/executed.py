@@ -294,11 +294,8 @@ class TracedInterpreter(WatchedInterpreter):
 
     @override
     def put(self, place: Place, value: Value) -> None:
-        noted, self.memory.noted = self.memory.noted, None
-        try:
-            super().put(place, value)  # reading a bit reads its word, which is not the cause
-        finally:
-            self.memory.noted = noted
+        with self.memory.unnoted():  # to set a bit, its word is read, which is not the cause
+            super().put(place, value)
 
 
 class TracedEngine(WatchedEngine):

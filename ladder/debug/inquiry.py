@@ -49,7 +49,7 @@ class Inquiry:
     def why(self, tag: str) -> str:
         """Explain a tag's value: the scan and rung of its last change, and the false conditions there.
 
-        For a step of a chart, the answer also says what would begin or end it.
+        For a step of a chart, the answer also has what would begin or end it.
         """
         waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
         return "\n".join([self._why(tag), *waits])

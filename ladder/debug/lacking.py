@@ -6,14 +6,14 @@ statement, it lacked the first false condition around it; for an expression, the
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from itertools import chain
 from typing import Any, TypeVar
 
 from scanrack.io_images.dataclass import dataclass
 
+from ..interpreter.place_values import COMPARISONS
 from ..model.operands import Calculation, Place
 from ..model.operators import RELATIONS
 from ..state.lowered import (
@@ -33,6 +33,7 @@ from ..state.lowered import (
 )
 from ..state.memory import Value
 from .causes import decides, prefix
+from .cells import places_in
 from .crossref import Mention
 from .executed import Execution, LineRun, Read, StepRun
 
@@ -191,13 +192,7 @@ def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Pl
         return list(chain.from_iterable(parts)) if all_needed else _fewest(parts)
     if part.name in RELATIONS and _holds(part, values) is required:
         return []
-    return list(_places(part))
-
-
-_RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
-    "=": operator.eq, "<>": operator.ne,
-    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
-}  # fmt: skip
+    return list(places_in(part))
 
 
 def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
@@ -211,12 +206,4 @@ def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
     one, other = sides
     assert one is not None
     assert other is not None
-    return _RELATIONS[part.name](one, other)
-
-
-def _places(part: Any) -> Iterator[Place]:
-    if isinstance(part, Place):
-        yield part
-    elif isinstance(part, Calculation):
-        for each in part.operands:
-            yield from _places(each)
+    return COMPARISONS[part.name](one, other)

@@ -119,7 +119,7 @@ class Motions:
 def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
     """Return what a motion instruction did to a cell; "" for any other instruction.
 
-    The text names axis and control, `MAM(Feed,Go)`, and says whether the instruction was refused, with its
+    The text names axis and control, `MAM(Feed,Go)`, and, if so, that the instruction was refused, with its
     error, or ended the motion of another instruction.
 
     Args:

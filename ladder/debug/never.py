@@ -1,8 +1,8 @@
 """Why a value never changed: what the instructions that could write it lack, back to inputs at rest.
 
 The instruction that lacks the fewest contacts came closest, see `lacking`. A lacking contact that changed at
-some time has its own chain of causes. For any other contact, the same question is asked, until the answer is
-an input, a running timer, or a tag that was never set.
+some time has its own chain of causes. Any other contact is explained in the same way, down to an input, a
+running timer, or a tag that was never set.
 """
 
 from __future__ import annotations
@@ -49,26 +49,6 @@ class Blocks(Protocol):
         """Return the module's rule that ended a block with an error between two scans, or None."""
 
 
-class NoBlocks:
-    """Explains no blocks."""
-
-    def waiting(self, _path: str, _scan: int) -> CauseLink | None:
-        """Return None."""
-        return None
-
-    def failed(self, _path: str, _since: int, _scan: int) -> CauseLink | None:
-        """Return None."""
-        return None
-
-
-NO_BLOCKS: Blocks = NoBlocks()
-
-
-def at_rest_unknown(_cell: Cell, _name: str, _value: Value, _scan: int) -> CauseLink | None:
-    """Return None, so that chains end at the images."""
-    return None
-
-
 @dataclass(slots=True)
 class Never:
     """Explains values that have not changed by the end of a scan.
@@ -78,14 +58,14 @@ class Never:
         scan: the scan at whose end the values are explained.
         chain_of: builds the chain of a change.
         at_rest: explains inputs.
-        blocks: explains the blocks of an axis.
+        blocks: explains the blocks of an axis; None = no blocks.
     """
 
     causes: Causes
     scan: int
     chain_of: ChainOfChange
-    at_rest: AtRest = at_rest_unknown
-    blocks: Blocks = NO_BLOCKS
+    at_rest: AtRest
+    blocks: Blocks | None
     _lacking: Lacking | None = None
     _reference: CrossReference | None = None
 
@@ -116,7 +96,7 @@ class Never:
             return None
         busy, error = self._member(path, "Busy", cell.index), self._member(path, "Error", cell.index)
         if busy is not None and busy[1]:
-            return self.blocks.waiting(path, self.scan)
+            return None if self.blocks is None else self.blocks.waiting(path, self.scan)
         if error is not None and error[1] and error[0] not in seen:
             return self._of_read(Read(error[0], error[1], error[0].name), seen)
         return None
@@ -235,8 +215,8 @@ class Never:
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
         """Return the scan in which an instruction came closest to acting, and what it lacked then.
 
-        A pulse may have occurred while something else was lacking. So for each false contact that was last
-        true for only one or two scans, the last such scan is tried, too.
+        A pulse may have occurred while something else was lacking. So the last scan in which a false contact
+        was true is also tried, if the contact was true for only one or two scans.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():

@@ -24,10 +24,10 @@ MOST_TRIES = 3_000
 """Maximum number of sets to try."""
 
 MOST_CANDIDATES = 64
-"""Maximum number of inputs to try, those nearest to the tag."""
+"""Maximum number of inputs to try, the nearest to the tag."""
 
 MOST_VALUES = 12
-"""Maximum number of values to try for a number, those nearest to its present value."""
+"""Maximum number of values to try for a number, the nearest to its present value."""
 
 
 @dataclass(frozen=True, slots=True)

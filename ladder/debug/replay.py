@@ -84,7 +84,7 @@ class Replayer:
         self.truths: Truths = {}  # the power in the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # the leaves of `ScanInputs.images`
-        self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
+        self._images = image_bytes(engine.memory)
 
     def show(self, scan: int) -> bool:
         """Run to a scan and note its power; return whether the scan could be repeated."""
@@ -155,7 +155,7 @@ class Replayer:
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan up to `end` that changed one of the cells; None if there is none.
 
-        Results are cached, because `why` and a chain ask for the same cells.
+        Results are cached, because `why` and a chain search for the same cells.
         """
         until, found = self._found.get(tuple(cells), (-1, None))
         none_left = found is None and self._stretches is not None and end < until
@@ -230,7 +230,7 @@ class Replayer:
 
     @cached_property
     def _lanes(self) -> Any:
-        from .lanes import Lanes  # most runs ask nothing
+        from .lanes import Lanes  # most runs search nothing
 
         return Lanes(self.engine.lowered, self.engine.memory, self.images)
 
@@ -298,19 +298,31 @@ class Replayer:
         self.engine.note(())
 
     def _do(self, inputs: ScanInputs) -> bool:
-        """Repeat one scan; return whether the logic ran in it."""
-        engine = self.engine
-        if inputs.forces is not None:
-            engine.hold(inputs.forces)
-            engine.outside = inputs.writes
-        if inputs.images is None:
-            engine.scans += 1
-            return False
-        for cell, image in zip(self._images, inputs.images, strict=True):
-            cell[:] = image
-        with suppress(LadderFault):  # the fault stopped the original scan, too
-            engine.do(inputs.now_ns, first=inputs.first)
-        return True
+        return repeat(self.engine, self._images, inputs)
+
+
+def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInputs) -> bool:
+    """Repeat a scan on its inputs; return whether the logic ran in it. A fault ends the scan, as it did.
+
+    Args:
+        images: the program's input images as bytes, see `image_bytes`.
+    """
+    if inputs.forces is not None:
+        engine.hold(inputs.forces)
+        engine.outside = inputs.writes
+    if inputs.images is None:
+        engine.scans += 1
+        return False
+    for own, image in zip(images, inputs.images, strict=True):
+        own[:] = image
+    with suppress(LadderFault):
+        engine.do(inputs.now_ns, first=inputs.first)
+    return True
+
+
+def image_bytes(memory: Memory) -> list[memoryview]:
+    """Return the input images that a program uses, as bytes to be written."""
+    return [memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(memory)]
 
 
 def input_leaves(memory: Memory) -> list[Leaf]:
@@ -320,7 +332,7 @@ def input_leaves(memory: Memory) -> list[Leaf]:
 
 def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
     """Return the inputs of scans as arrays; None if they are not plain."""
-    import numpy as np  # most runs ask nothing
+    import numpy as np  # most runs search nothing
 
     images = [each.images for each in inputs if each.images is not None and each.is_plain]
     if not images or len(images) < len(inputs):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import field
 from itertools import islice
 from typing import Any
@@ -16,14 +15,14 @@ from typing import Any
 from scanrack.io_images.dataclass import dataclass
 
 from ..model.arithmetic import wrap
-from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place
 from ..state.memory import Value
 from ..state.snapshots import restore, snapshot
 from .cells import Cell, cell_of
 from .crossref import CrossReference, Mention, overlap
 from .remedies import MOST_CANDIDATES, Candidate, InputChange, Remedies, Search, bit, number
-from .replay import Replayer
+from .replay import Replayer, image_bytes, repeat
+from .stretch import ScanInputs
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]
@@ -91,12 +90,11 @@ class Trials:
                 data[at : at + 2] = _merged(word, each).to_bytes(2, "little")
             else:
                 self._set(each)
+        own, given = image_bytes(engine.memory), list(map(bytes, contents))
         for scan in range(1, self.scans + 1):
-            for leaf, data in zip(images, contents, strict=True):
-                engine.memory.cells[leaf.ident].cell_contents.cast("B")[:] = data
-            with suppress(LadderFault):
-                engine.do(self.live.now_ns + scan * self._period_ns, first=False)
-            if _read(engine.memory, cell) == requested:
+            now_ns = self.live.now_ns + scan * self._period_ns
+            repeat(engine, own, ScanInputs(now_ns, first=False, images=given))
+            if cell.read(engine.memory) == requested:
                 return scan
         return None
 
@@ -153,7 +151,7 @@ class Trials:
         if not isinstance(where, Place) or where.can_fault:
             return
         cell, kind, place = cell_of(where), where.leaf.type, self._place_of_input(where)
-        now = _read(self.live.memory, cell)
+        now = cell.read(self.live.memory)
         if place is not None and isinstance(now, bool):
             yield bit(cell, where.text, place, now)
         elif place is not None:
@@ -205,8 +203,3 @@ def _merged(word: int, change: InputChange) -> int:
 def terminal(slot: int, word: int, bit: int | None) -> str:
     """Return the place of an input bit or word as text."""
     return f"slot {slot} input word {word}" if bit is None else f"slot {slot} input {16 * word + bit}"
-
-
-def _read(memory: Any, cell: Cell) -> Value:
-    value: Value = memory.read(cell.leaf, cell.index)
-    return value if cell.mask is None else bool(int(value) & cell.mask)

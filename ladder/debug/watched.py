@@ -13,13 +13,14 @@ from typing_extensions import override
 
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault
-from ..model.operands import Calculation, Place
+from ..model.operands import Place
 from ..model.spec import InstructionKind
 from ..model.tags import OWN, Leaf
 from ..model.types import HIDDEN
 from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel
 from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Passed, Value, same
 from ..state.tag_bytes import TagBytes
+from .cells import places_in
 from .forces import ForcedValue, Forces, HeldBytes, HeldList, held_values, in_lists, in_variables
 
 
@@ -256,7 +257,7 @@ class WatchedInterpreter(Interpreter):
     def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:
         """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
-        places = [place for each in read for place in _places(each)]
+        places = [place for each in read for place in places_in(each)]
         shown_places = [each for place in places for each in (place, *self._beside(place))]
         site = self.site
         self.site = step.site
@@ -292,11 +293,3 @@ class WatchedInterpreter(Interpreter):
     def present(self) -> Site | None:
         """The current instruction; None outside rungs."""
         return self.lowered.sites[self.site] if self.running or self.mode else None
-
-
-def _places(operand: object) -> Iterator[Place]:
-    if isinstance(operand, Place):
-        yield operand
-    elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _places(each)

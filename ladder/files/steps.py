@@ -22,6 +22,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Protocol
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
@@ -31,6 +32,8 @@ from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text
 from scanrack.io_images.thousands import split_thousands
 from scanrack.io_images.times import parse_time, time_text
+
+from ..python.line_marks import WATCH
 
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
 _STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
@@ -105,6 +108,7 @@ class Steps:
     def __init__(self, steps: Sequence[Step], slot: int = 1, file: str = "") -> None:
         self.steps = tuple(steps)
         self.slot, self.file = slot, file
+        self._watch = WATCH.get()
         self._index = -1
         self.since_ns = self.resumed = 0
 
@@ -136,6 +140,7 @@ class Steps:
     def _begin(self, index: int, now_ns: int, outputs: Image) -> None:
         self._index, self.since_ns = index, now_ns
         self.resumed += 1
+        self._watch.begins(Path(self.file).name, self.line, None)
         self.steps[index].write(outputs)
 
 

@@ -11,10 +11,6 @@ from ..model.spec import Spec, Use, action, always, condition, do_nothing
 # --- contacts and coils
 
 
-def _ote(machine: Interpreter, power: bool, bit: Place) -> None:
-    machine.put(bit, power)
-
-
 def _write_ote(rungs: RungWriter, power: str, bit: Place) -> None:
     if bit.bit is not None or bit.leaf.dims:
         power = rungs.kept(power)
@@ -79,7 +75,7 @@ XIO = condition(
 OTE = always(
     "OTE",
     Use.COIL,
-    run=_ote,
+    run=lambda machine, power, bit: machine.put(bit, power),
     write=_write_ote,
     prescan=lambda machine, bit: machine.put(bit, False),
     symbol="( )",

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
-from ..model.operand_checks import OperandError, described
+from ..model.operand_checks import OperandError, mismatch
 from ..model.operands import DOUBLE, Group, Place, Resolved, is_integer
 from ..model.spec import Use, action, always, condition, do_nothing
 from ..model.tags import OVERRIDE
@@ -59,18 +59,13 @@ def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
     return resolver.checked(Use.DESTINATION, operand) if is_group else resolver.target(operand)
 
 
-def _jsr(machine: Interpreter, call: Call) -> None:
-    machine.take(call.returns, _call(machine, call))
-
-
 def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
     inputs = [machine.value(each) for each in call.inputs]
-    recursive = call.routine in machine.lowered.recursive
-    if recursive:
-        machine.fault_log.called(machine.site)
+    if call.routine not in machine.lowered.recursive:
+        return machine.call(call.routine, inputs)
+    machine.fault_log.called(machine.site)
     answers = machine.call(call.routine, inputs)
-    if recursive:
-        machine.fault_log.returned()
+    machine.fault_log.returned()
     return answers
 
 
@@ -150,10 +145,6 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
 # --- RET and SBR: return values and inputs of a routine
 
 
-def _ret(machine: Interpreter, *values: Resolved) -> None:
-    machine.leave(tuple(map(machine.value, values)))
-
-
 def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
     listed = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(values))
     rungs.writer.line(f"return ({listed})")
@@ -180,9 +171,9 @@ def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
     index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
     for operand, resolved in zip(given[1:], (index, *values), strict=True):
         if not is_integer(resolved):
-            raise OperandError(f"{operand} is {described(resolved)}, an integer is needed", "use a DINT")
+            raise mismatch(operand, resolved, "an integer", "use a DINT")
     if index.type != DINT:
-        raise OperandError(f"{given[1]} is {described(index)}, a DINT is needed", "count in a DINT")
+        raise mismatch(given[1], index, "a DINT", "count in a DINT")
     return (Call(routine, (), ()), index, *values)
 
 
@@ -268,7 +259,7 @@ JSR = action(
     Use.PARAMETERS,
     optional=1,
     resolve=_resolve_jsr,
-    run=_jsr,
+    run=lambda machine, call: machine.take(call.returns, _call(machine, call)),
     write=_write_jsr,
     prove=lambda machine, power, call: machine.call_with(power, call),
     prescan=_prescan_jsr,
@@ -279,7 +270,7 @@ RET = action(
     "RET",
     Use.PARAMETERS,
     resolve=lambda resolver, operands: tuple(_input(resolver, each) for each in operands),
-    run=_ret,
+    run=lambda machine, *values: machine.leave(tuple(map(machine.value, values))),
     write=_write_ret,
     prove=lambda machine, power, *values: machine.return_from(power, machine.values_of(values)),
     leaves=True,

@@ -17,9 +17,10 @@ def _tod(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.store_bits(target, to_digits(value))
 
 
-def _frd(machine: Interpreter, source: Resolved, target: Place) -> None:
-    machine.store(target, from_digits(machine.filled(source)))
-
-
 TOD = action("TOD/TO_BCD", Use.INTEGER, Use.INTEGER_TARGET, run=_tod, faults=False)
-FRD = action("FRD/BCD_TO", Use.INTEGER, Use.INTEGER_TARGET, run=_frd)
+FRD = action(
+    "FRD/BCD_TO",
+    Use.INTEGER,
+    Use.INTEGER_TARGET,
+    run=lambda machine, source, target: machine.store(target, from_digits(machine.filled(source))),
+)

@@ -10,7 +10,7 @@ from ..compiler.files import ByteEnd, byte_end, plus
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.arithmetic import real
-from ..model.operands import SINGLE, Constant, Place, Resolved, width_moved
+from ..model.operands import SINGLE, Constant, Place, Resolved, subscripts_of, width_moved
 from ..model.spec import Use, action
 from ..model.tags import Leaf
 from ..model.types import DINT, LINT
@@ -80,11 +80,8 @@ def _value_in(region: ArrayRegion, part: FieldSlice) -> Place:
     """Return the place of a value in the first element of a region with fixed subscripts."""
     first = region.fixed_first
     assert first is not None
-    flat, indices = first * part.per_element + part.field.index, list[Resolved]()
-    for length in reversed(part.leaf.dims):
-        flat, at = divmod(flat, length)
-        indices.insert(0, Constant(at, DINT))
-    return Place(part.leaf, tuple(indices), None, region.text)
+    flat = first * part.per_element + part.field.index
+    return Place(part.leaf, subscripts_of(part.leaf.dims, flat), None, region.text)
 
 
 def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:

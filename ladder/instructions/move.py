@@ -17,11 +17,8 @@ from .statements import set_text, write_set_text
 
 def _check_mov(source: Resolved, target: Resolved) -> None:
     if is_string(source) != is_string(target):
-        text, remedy = (
-            f"{described(source)} can't be moved to {described(target)}",
-            "convert it, as DTOS does",
-        )
-        raise OperandError(text, remedy)
+        text = f"{described(source)} can't be moved to {described(target)}"
+        raise OperandError(text, "convert it, as DTOS does")
 
 
 def _mov(machine: Interpreter, source: Resolved, target: Place | Group) -> None:
@@ -167,8 +164,7 @@ def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Sp
 
 def _write_not(rungs: RungWriter, source: Resolved, target: Place) -> None:
     bits = target.type.bits
-    direct = _bits(source) == bits
-    rungs.values.store_bits(target, f"~{rungs.values.filled(source, bits)}", direct=direct)
+    rungs.values.store_bits(target, f"~{rungs.values.filled(source, bits)}", direct=_bits(source) == bits)
 
 
 # --- the rows

@@ -13,7 +13,7 @@ from ..compiler.queues import write_load, write_shift, write_unload
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.arithmetic import wrap
-from ..model.operand_checks import OperandError, described
+from ..model.operand_checks import OperandError, described, mismatch
 from ..model.operands import Group, Place, Resolved, width_moved
 from ..model.spec import IN_RUNGS, Spec, Use, always, on_control
 from ..model.types import DINT, Elementary
@@ -25,7 +25,7 @@ from .prescans import prescan_sets
 def check_dints(array: Resolved, *_others: Resolved) -> None:
     """Raise an OperandError unless an array has type DINT."""
     if isinstance(array, (Place, Group)) and array.type != DINT:
-        raise OperandError(f"{array.text} is {described(array)}, an array of DINT is needed", "declare it so")
+        raise mismatch(array.text, array, "an array of DINT", "declare it so")
 
 
 def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], None]:

@@ -6,7 +6,6 @@ They are not in `FAMILIES`, because no rung names them. `lowering.statements` ma
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
@@ -52,54 +51,45 @@ def _select(machine: Interpreter, selector: Resolved, *labels: Resolved) -> bool
     return True
 
 
-def _write_select(rungs: RungWriter, selector: Resolved, *labels: Resolved) -> str:
-    return rungs.values.term(selector, width_of(selector, *labels)).text
-
-
 # --- the rows
 
 
 def assignment(target: Place | Group, *, retentive: bool) -> Spec:
     """Return the row of an assignment; prescan and postscan clear the target of `[:=]`."""
     kind = "text" if isinstance(target, Group) else "bit" if target.type.is_bool else "number"
-    return _ASSIGNMENTS[kind, retentive]
+    return _ASSIGNMENTS[kind, ":=" if retentive else "[:=]"]
 
 
-def _clear(machine: Interpreter, target: Place, _value: Resolved) -> None:
-    machine.put(target, target.type.zero)
-
-
-def _clear_text(machine: Interpreter, target: Group, _value: Resolved) -> None:
-    machine.set_text(target, b"")
+def _clear(machine: Interpreter, target: Place | Group, _value: Resolved) -> None:
+    if isinstance(target, Group):
+        machine.set_text(target, b"")
+    else:
+        machine.put(target, target.type.zero)
 
 
 _ASSIGNMENTS = {
-    (kind, retentive): action(
-        ":=" if retentive else "[:=]",
-        *uses,
-        run=run,
-        write=write,
-        prescan=None if retentive else clear,
-        postscan=None if retentive else clear,
+    (kind, name): action(name, *uses, run=run, write=write, prescan=clear, postscan=clear)
+    for kind, uses, run, write in (
+        ("bit", (Use.LATCH, Use.TRUTH), _set, _write_set),
+        ("number", (Use.TARGET, Use.EXPRESSION), CPT.run, CPT.write),
+        ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), set_text, write_set_text),
     )
-    for kind, uses, run, write, clear in (
-        ("bit", (Use.LATCH, Use.TRUTH), _set, _write_set, _clear),
-        ("number", (Use.TARGET, Use.EXPRESSION), CPT.run, CPT.write, _clear),
-        ("text", (Use.TARGET, Use.TEXT_OR_NUMBER), set_text, write_set_text, _clear_text),
-    )
-    for retentive in (True, False)
+    for name, clear in ((":=", None), ("[:=]", _clear))
 }
 
 CONDITION = condition("IF", Use.TRUTH, run=CMP.run, write=CMP.write)
 """The condition of IF, ELSIF, WHILE, UNTIL and FOR, or an expression passed to an add-on instruction."""
 
 
-def _prove_select(machine: Any, power: Any, selector: Resolved, *labels: Resolved) -> Any:
-    return machine.select(power, lambda: machine.number(selector, width_of(selector, *labels)))
-
-
 CASE = condition(
-    "CASE", Use.EXPRESSION, Use.PARAMETERS, run=_select, write=_write_select, prove=_prove_select
+    "CASE",
+    Use.EXPRESSION,
+    Use.PARAMETERS,
+    run=_select,
+    write=lambda rungs, *operands: rungs.values.term(operands[0], width_of(*operands)).text,
+    prove=lambda machine, power, *operands: machine.select(
+        power, lambda: machine.number(operands[0], width_of(*operands))
+    ),
 )
 EXIT = action(
     "EXIT",

@@ -64,20 +64,6 @@ def _time_on(machine: Interpreter, timer: Group) -> None:
     put(machine, timer, EN=True, TT=not done, DN=done)
 
 
-def _ton(machine: Interpreter, power: bool, timer: Group) -> None:
-    if power:
-        _time_on(machine, timer)
-    else:
-        put(machine, timer, EN=False, TT=False, DN=False, ACC=0)
-
-
-def _rto(machine: Interpreter, power: bool, timer: Group) -> None:
-    if power:
-        _time_on(machine, timer)
-    else:
-        put(machine, timer, EN=False, TT=False)
-
-
 def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
     if power:
         put(machine, timer, EN=True, TT=False, DN=True, ACC=0)
@@ -174,22 +160,6 @@ def _write_time_on(rungs: RungWriter, timer: Group) -> None:
     write_set(rungs, timer, EN="True")
 
 
-def _write_ton(rungs: RungWriter, power: str, timer: Group) -> None:
-    rungs.either(
-        power,
-        lambda: _write_time_on(rungs, timer),
-        lambda: write_set(rungs, timer, EN="False", TT="False", DN="False", ACC="0"),
-    )
-
-
-def _write_rto(rungs: RungWriter, power: str, timer: Group) -> None:
-    rungs.either(
-        power,
-        lambda: _write_time_on(rungs, timer),
-        lambda: write_set(rungs, timer, EN="False", TT="False"),
-    )
-
-
 def _write_tof(rungs: RungWriter, power: str, timer: Group) -> None:
     rungs.either(
         power,
@@ -265,6 +235,21 @@ def _timer(name: str, **parts: Any) -> Spec:
     )
 
 
+def _on_delay(name: str, **off: bool | int) -> Spec:
+    """Return the row of TON or RTO; a false rung sets members, and prescan sets DN in addition."""
+
+    def run(machine: Interpreter, power: bool, timer: Group) -> None:
+        if power:
+            _time_on(machine, timer)
+        else:
+            put(machine, timer, **off)
+
+    def write(rungs: RungWriter, power: str, timer: Group) -> None:
+        rungs.either(power, lambda: _write_time_on(rungs, timer), lambda: write_set(rungs, timer, **off))
+
+    return _timer(name, run=run, write=write, prescan=prescan_sets(0, **(off | {"DN": False})))
+
+
 def _counter(name: str, enable: str, by: int) -> Spec:
     return always(
         name,
@@ -283,9 +268,9 @@ def _counter(name: str, enable: str, by: int) -> Spec:
 _PRESETS = (Use.PRESET, Use.PRESET)
 _SHOWN = ("Preset", "Accum")
 
-TON = _timer("TON", run=_ton, write=_write_ton, prescan=prescan_sets(0, EN=False, TT=False, DN=False, ACC=0))
+TON = _on_delay("TON", EN=False, TT=False, DN=False, ACC=0)
 TOF = _timer("TOF", run=_tof, write=_write_tof, prescan=_prescan_tof, postscan=_prescan_tof)
-RTO = _timer("RTO", run=_rto, write=_write_rto, prescan=prescan_sets(0, EN=False, TT=False, DN=False))
+RTO = _on_delay("RTO", EN=False, TT=False)
 CTU = _counter("CTU", "CU", 1)
 CTD = _counter("CTD", "CD", -1)
 RES = action("RES", Use.RESETTABLE, run=_res, write=_write_res, symbol="(RES)")

@@ -268,10 +268,10 @@ class PlaceValues:
     def compare(self, relation: str, a: Resolved, b: Resolved) -> bool:
         """Compare numbers, or the characters of strings."""
         if isinstance(a, (Group, StringConstant)):
-            return _RELATIONS[relation](self.text(a), self.text(b))
+            return COMPARISONS[relation](self.text(a), self.text(b))
         width = width_of(a, b)
         left, right = self.number(a, width), self.number(b, width)
-        return _RELATIONS[relation](left, right)
+        return COMPARISONS[relation](left, right)
 
     def text(self, operand: Resolved) -> bytes:
         """Return the characters of a string."""
@@ -335,7 +335,7 @@ class PlaceValues:
         self.set_flags(stored)
 
 
-_RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
+COMPARISONS: Mapping[str, Callable[[Any, Any], bool]] = {
     "=": lambda a, b: a == b,
     "<>": lambda a, b: a != b,
     "<": lambda a, b: a < b,
@@ -343,9 +343,10 @@ _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
     ">": lambda a, b: a > b,
     ">=": lambda a, b: a >= b,
 }
+"""The comparisons of numbers, by their signs."""
 
 _TRUTH: Mapping[str, Callable[..., bool]] = {
-    **_RELATIONS,
+    **COMPARISONS,
     "AND": lambda a, b: a and b,
     "OR": lambda a, b: a or b,
     "XOR": lambda a, b: a != b,

@@ -72,8 +72,7 @@ def described(resolved: Resolved) -> str:
 def require_type(block: Group, kind: Structure) -> None:
     """Raise an OperandError unless a structure is of type `kind`."""
     if block.type != kind:
-        text = f"{block.text} is {described(block)}, a {kind.name} is needed"
-        raise OperandError(text, f"declare it as {kind.name}")
+        raise mismatch(block.text, block, f"a {kind.name}", f"declare it as {kind.name}")
 
 
 @dataclass(frozen=True, slots=True)

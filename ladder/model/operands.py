@@ -143,6 +143,19 @@ def fixed_index_in(dims: tuple[int, ...], indices: tuple[Resolved, ...]) -> int 
     return flat
 
 
+def subscripts_of(dims: tuple[int, ...], index: int) -> tuple[Constant, ...]:
+    """Return the subscripts of an element from its flat index.
+
+    >>> [each.value for each in subscripts_of((2, 3), 4)]
+    [1, 1]
+    """
+    subscripts: list[Constant] = []
+    for length in reversed(dims):
+        index, at = divmod(index, length)
+        subscripts.insert(0, Constant(at, DINT))
+    return tuple(subscripts)
+
+
 MOST_CHARACTERS = 8
 """Characters in a string constant used as a number: the bytes of a LINT."""
 

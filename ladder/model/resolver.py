@@ -62,7 +62,7 @@ from .tree import (
     WordStep,
     number,
 )
-from .types import DINT, INT, Elementary, Member, Structure
+from .types import DINT, INT, Elementary, Member, Structure, dims_text
 
 _NAMES_LISTED = 12  # tags listed in a message
 
@@ -471,7 +471,7 @@ def _bound(alias: Alias, module: Place | Group) -> Group:
 
 
 def _declared(member: Member) -> str:
-    return f"{member.name} : {member.type.name}" + "".join(f"[{length}]" for length in member.dims)
+    return f"{member.name} : {member.type.name}{dims_text(member.dims)}"
 
 
 def _meant(here: Group, name: str) -> tuple[Step, ...]:

@@ -61,6 +61,12 @@ class LineWatch:
         for each in self._modules:
             each.select()
 
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        """Call the observers of a line, see `Observer.begins`."""
+        for each in self.observers:
+            if each.lines is None or line in each.lines:
+                each.begins(file, line, frame)
+
     def files(self, folder: Path) -> list[Path]:
         """Return the files of its modules in a folder and its subfolders."""
         found = dict.fromkeys(Path(each.path).resolve() for each in self._modules)
@@ -100,9 +106,7 @@ class Lines(set[int]):
 
     def __call__(self, line: int) -> None:
         """Call the observers of a line."""
-        for each in self._watch.observers:
-            if each.lines is None or line in each.lines:
-                each.begins(self.file, line, sys._getframe(1))
+        self._watch.begins(self.file, line, sys._getframe(1))
 
 
 @lru_cache(maxsize=16)

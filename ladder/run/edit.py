@@ -21,7 +21,7 @@ from scanrack.io_images.times import seconds
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
 from ..model.tags import Layout, Leaf, Tag, tag_in
-from ..model.types import HIDDEN
+from ..model.types import HIDDEN, dims_text
 from ..state.lowered import LoweredProgram
 from .engine import Engine
 
@@ -227,4 +227,4 @@ def _stored(text: str) -> dict[str, list[Any]]:
 
 def type_text(tag: Tag) -> str:
     """Return the type of a tag as in a declaration: `DINT[2,3]`."""
-    return tag.type.name + (f"[{','.join(map(str, tag.dims))}]" if tag.dims else "")
+    return f"{tag.type.name}{dims_text(tag.dims)}"

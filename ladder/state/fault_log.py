@@ -75,7 +75,7 @@ class FaultLog:
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
         """Raise a fault: a subscript or a bit number is out of range."""
         text = f"subscript {index} is out of range; must be 0 to {length - 1}"
-        raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
+        self._stop(site, tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int, times: int = 1) -> None:
         """Count backward jumps; fault if there are too many. A count, unlike time, makes runs repeatable."""
@@ -93,16 +93,14 @@ class FaultLog:
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
         """Raise a fault: LEN or POS of a CONTROL is negative."""
-        text = f"LEN is {length}, POS is {position}; neither may be negative"
-        raise LadderFault(self._lowered.sites[site], tag, text, CONTROL_CODE)
+        self._stop(site, tag, f"LEN is {length}, POS is {position}; neither may be negative", CONTROL_CODE)
 
     def called(self, site: int) -> None:
         """Count a call of a recursive routine; fault if they nest too deeply."""
         self.depth += 1
         if self.depth > MOST_RECURSION:
-            at = self._lowered.sites[site]
             text = f"routines that call themselves go more than {MOST_RECURSION} deep"
-            raise LadderFault(at, "JSR", text, STACK_CODE)
+            self._stop(site, "JSR", text, STACK_CODE)
 
     def returned(self) -> None:
         """Count the return of a recursive routine."""
@@ -121,5 +119,7 @@ class FaultLog:
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Raise a fault: PRE or ACC of a timer is negative."""
-        text = f"PRE is {preset}, ACC is {accumulated}; neither may be negative"
-        raise LadderFault(self._lowered.sites[site], tag, text, TIMER_CODE)
+        self._stop(site, tag, f"PRE is {preset}, ACC is {accumulated}; neither may be negative", TIMER_CODE)
+
+    def _stop(self, site: int, tag: str, text: str, code: int) -> NoReturn:
+        raise LadderFault(self._lowered.sites[site], tag, text, code)

@@ -19,9 +19,10 @@ from scanrack.io_images.site import Site
 
 from ..model.arithmetic import real
 from ..model.errors import LadderError
+from ..model.operands import subscripts_of
 from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets, Tag, tag_in
-from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
+from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of, dims_text
 from .initials import load_bytes
 from .named_parts import meant_by
 from .tag_bytes import TagBytes, chars, set_chars
@@ -97,10 +98,8 @@ class Memory:
     def put_outputs(self, first: Mapping[int, bytes]) -> None:
         """Set the memory's own output images to initial values, by slot."""
         for leaf, image in self._own.items():
-            data = first.get(leaf.slot) if leaf.output and leaf.slot is not None else None
-            if data:
-                count = min(len(image.raw), len(data))
-                image.raw[:count] = data[:count]
+            if leaf.output and leaf.slot is not None and leaf.slot in first:
+                begin_with(image, first[leaf.slot])
 
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag in bytes at once; return False if that is impossible."""
@@ -377,6 +376,12 @@ class Memory:
         set_text_in(self, self.layout, path, at, value)
 
 
+def begin_with(image: Image, data: bytes) -> None:
+    """Set an image to initial bytes, as far as both reach."""
+    count = min(len(image.raw), len(data))
+    image.raw[:count] = data[:count]
+
+
 Column = tuple[list[Any], slice]
 """A list, and equidistant places in it."""
 
@@ -514,11 +519,7 @@ def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
     >>> element_text("Grid", (2, 3), 4)
     'Grid[1,1]'
     """
-    subscripts: list[str] = []
-    for length in reversed(dims):
-        index, at = divmod(index, length)
-        subscripts.insert(0, str(at))
-    return f"{path}[{','.join(subscripts)}]" if subscripts else path
+    return f"{path}{dims_text(tuple(int(each.value) for each in subscripts_of(dims, index)))}"
 
 
 def mask_of(kind: Elementary, bit: int) -> int:

@@ -27,6 +27,11 @@ class FieldSlice:
     leaf: Leaf
     per_element: int
 
+    def at(self, first: int, count: int) -> range:
+        """Return the flat indices of its values in elements of the region."""
+        begin = first * self.per_element + self.field.index
+        return range(begin, begin + count * self.per_element, self.per_element)
+
 
 @record
 class ArrayRegion:
@@ -137,8 +142,8 @@ def fill(target: End, length: int, value: Value) -> None:
             values, places = found
             values[places] = [filling] * count
             continue
-        for number in range(count):
-            store.write(part.leaf, (first + number) * part.per_element + part.field.index, filling)
+        for at in part.at(first, count):
+            store.write(part.leaf, at, filling)
 
 
 def filled(region: ArrayRegion, value: Value) -> bytes:
@@ -148,7 +153,7 @@ def filled(region: ArrayRegion, value: Value) -> bytes:
         return known
     data = bytearray(region.size)
     for each in fields_of(region.type):
-        _pack(data, each.offset, each, converted(each.type, value))
+        _pack(data, region.size, each, [converted(each.type, value)])
     if len(region.fillings) >= _MOST_FILLINGS:
         region.fillings.clear()
     region.fillings[text] = bytes(data)
@@ -189,11 +194,9 @@ def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
         found = _column(memory, part, first, count)
         if found is not None:
             values, places = found
-            _pack_all(data, region.size, part.field, values[places])
-            continue
-        for number in range(count):
-            value = memory.read(part.leaf, (first + number) * part.per_element + part.field.index)
-            _pack(data, number * region.size + part.field.offset, part.field, value)
+            _pack(data, region.size, part.field, values[places])
+        else:
+            _pack(data, region.size, part.field, [memory.read(part.leaf, at) for at in part.at(first, count)])
     return bytes(data)
 
 
@@ -206,14 +209,14 @@ def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes)
         tag.B[begin : begin + len(data)] = data
         return
     for part in region.parts:
+        unpacked = _unpack(data, region.size, part.field, count)
         found = _column(memory, part, first, count)
         if found is not None:
             values, places = found
-            values[places] = _unpack_all(data, region.size, part.field, count)
+            values[places] = unpacked
             continue
-        for number in range(count):
-            value = _unpack(data, number * region.size + part.field.offset, part.field)
-            memory.write(part.leaf, (first + number) * part.per_element + part.field.index, value)
+        for at, value in zip(part.at(first, count), unpacked, strict=True):
+            memory.write(part.leaf, at, value)
 
 
 def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
@@ -222,11 +225,15 @@ def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | 
     return store.column(part.leaf, begin, part.per_element, count) if count > 1 else None
 
 
-def _pack_all(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
+def _pack(data: bytearray, size: int, field: Field, values: list[Value]) -> None:
+    """Pack the values of a field into elements of this size."""
     if field.bit is not None:
         for number, value in enumerate(values):
             if value:
                 data[number * size + field.offset] |= 1 << field.bit
+        return
+    if len(values) == 1:
+        struct.pack_into(f"<{field.type.code}", data, field.offset, values[0])
         return
     packed = struct.pack(f"<{len(values)}{field.type.code}", *values)
     width = len(packed) // len(values)
@@ -237,9 +244,12 @@ def _pack_all(data: bytearray, size: int, field: Field, values: list[Value]) -> 
         data[field.offset + place :: size] = packed[place::width]
 
 
-def _unpack_all(data: bytes, size: int, field: Field, count: int) -> list[Value]:
+def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
+    """Return the values of a field in elements of this size."""
     if field.bit is not None:
         return [bool(each >> field.bit & 1) for each in data[field.offset :: size]]
+    if count == 1:
+        return list(struct.unpack_from(f"<{field.type.code}", data, field.offset))
     width = struct.calcsize(f"<{field.type.code}")
     if width == size:
         return list(struct.unpack(f"<{count}{field.type.code}", data))
@@ -247,20 +257,6 @@ def _unpack_all(data: bytes, size: int, field: Field, count: int) -> list[Value]
     for place in range(width):
         packed[place::width] = data[field.offset + place :: size]
     return list(struct.unpack(f"<{count}{field.type.code}", packed))
-
-
-def _pack(data: bytearray, offset: int, field: Field, value: Value) -> None:
-    if field.bit is None:
-        struct.pack_into(f"<{field.type.code}", data, offset, value)
-    elif value:
-        data[offset] |= 1 << field.bit
-
-
-def _unpack(data: bytes, offset: int, field: Field) -> Value:
-    if field.bit is not None:
-        return bool(data[offset] >> field.bit & 1)
-    value: Value = struct.unpack_from(f"<{field.type.code}", data, offset)[0]
-    return value
 
 
 MOST_COPIED_SINGLY = 40

@@ -116,10 +116,14 @@ def _all_checked(column: list[Any], like: Any) -> list[Any]:
 
 
 def _check_numbers(values: list[Any]) -> None:
-    if not {*map(type, values)} <= _NUMBERS or (
-        values and (max(values) > _LARGEST or min(values) < -_LARGEST)
-    ):
+    if not _are_numbers(values):
         raise ValueError("a snapshot of another program")
+
+
+def _are_numbers(values: list[Any]) -> bool:
+    if not {*map(type, values)} <= _NUMBERS:
+        return False
+    return not values or (max(values) <= _LARGEST and min(values) >= -_LARGEST)
 
 
 def _are_words(values: list[Any]) -> bool:
@@ -147,6 +151,5 @@ def _are_like(values: list[Any], like: list[Any]) -> bool:
     if len(values) != len(like):
         return False
     if set(map(type, like)) <= _NUMBERS:
-        numbers = set(map(type, values)) <= _NUMBERS
-        return numbers and (not values or (max(values) <= _LARGEST and min(values) >= -_LARGEST))
+        return _are_numbers(values)
     return [type(each) for each in values] == [type(each) for each in like]

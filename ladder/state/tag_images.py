@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
 from functools import cached_property
 
 from scanrack.io_images.enip.listing import Listing, patched
 
+from ..model.operands import Group
 from ..model.tags import Leaf, Tag
 from ..model.types import BOOL, Elementary, count_of, fields_of, size_of
 from .listing import listing_of, string_rooms
 from .memory import Memory
+from .regions import ArrayRegion, region_of, take
 
 Cell = tuple[Leaf, int, int, str, int | None]
 """A value in one element: leaf, index from the element's first, byte, letter of its type, bit."""
@@ -33,11 +34,7 @@ class TagImage:
         self._is_bits = tag.type is BOOL and bool(tag.dims)
         self._stride = size_of(tag.type)
         self.size = -(-count // 32) * 4 if self._is_bits else self._stride * count
-        self._bytes: Callable[[int, int], bytes] = self._structured
-        if self._is_bits:
-            self._bytes = self._bits
-        elif isinstance(tag.type, Elementary):
-            self._bytes = self._plain
+        self._bytes = self._bits if self._is_bits else self._elements
 
     def read(self, offset: int, size: int) -> bytes:
         """Return bytes; raise a ValueError beyond the end of the tag."""
@@ -77,6 +74,11 @@ class TagImage:
         return self._memory.layout.leaf(self._tag.name)
 
     @cached_property
+    def _region(self) -> ArrayRegion:
+        tag = self._tag
+        return region_of(Group(tag.type, tag.name, (), tag.dims, self._memory.layout, tag.name))
+
+    @cached_property
     def _cells(self) -> tuple[Cell, ...]:
         """The values of the first element, by byte."""
         kind = self._tag.type
@@ -95,19 +97,6 @@ class TagImage:
 
     # --- reading
 
-    def _plain(self, offset: int, size: int) -> bytes:
-        leaf, read, stride = self._leaf, self._memory.read, self._stride
-        code = leaf.type.code
-        if not leaf.dims:
-            return struct.pack(f"<{code}", read(leaf))[offset : offset + size]
-        first, last = offset // stride, -(-(offset + size) // stride)
-        if 4 * (last - first) > leaf.size:
-            values = self._memory.values(leaf)[first:last]  # type: ignore[index]  # an array
-        else:
-            values = [read(leaf, at) for at in range(first, last)]
-        skip = offset - first * stride
-        return struct.pack(f"<{last - first}{code}", *values)[skip : skip + size]
-
     def _bits(self, offset: int, size: int) -> bytes:
         leaf, read, number = self._leaf, self._memory.read, 0
         for at in range(8 * offset, min(8 * (offset + size), leaf.size)):
@@ -115,21 +104,11 @@ class TagImage:
                 number |= 1 << at - 8 * offset
         return number.to_bytes(size, "little")
 
-    def _structured(self, offset: int, size: int) -> bytes:
+    def _elements(self, offset: int, size: int) -> bytes:
         stride = self._stride
         first, last = offset // stride, -(-(offset + size) // stride)
         skip = offset - first * stride
-        return b"".join(map(self._element, range(first, last)))[skip : skip + size]
-
-    def _element(self, number: int) -> bytes:
-        data, read, pack = bytearray(self._stride), self._memory.read, struct.pack_into
-        for leaf, index, at, code, bit in self._cells:
-            value = read(leaf, number * self._inner(leaf) + index)
-            if bit is None:
-                pack(f"<{code}", data, at, value)
-            elif value:
-                data[at] |= 1 << bit
-        return bytes(data)
+        return take(self._memory, self._region, first, last - first)[skip : skip + size]
 
     # --- writing
 

@@ -20,7 +20,7 @@ from typing import Any
 from scanrack.jobs.load.program import lines_marked
 from typing_extensions import override
 
-from .breakpoints import Breakpoint
+from .breakpoints import Breakpoint, Hit
 from .cursor import Cursor, Spot, earlier, later
 from .protocol import DebugError, Json
 from .subject import BrokenOffError, Subject
@@ -281,7 +281,7 @@ class Adapter:
             self.breaks_off = False
             raise BrokenOffError(scan)
 
-    def hits_in(self, scan: int) -> list[tuple[Breakpoint, str]]:
+    def hits_in(self, scan: int) -> list[Hit]:
         """Return the breakpoints that a scan meets; log points do not stop."""
         requested = [each for each in self.all_breakpoints() if not each.log]
         if not requested:
@@ -289,7 +289,7 @@ class Adapter:
         self.leave()
         return self.the_subject().hits(requested, scan)
 
-    def stop_at_hit(self, scan: int, hits: list[tuple[Breakpoint, str]], *, backwards: bool = False) -> None:
+    def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
         """Move to the place where a scan meets its first breakpoint, or its last one."""
         cursor = self.look_at(scan)
         spots = {each.number: cursor.spot_of(each) for each, _text in hits}
@@ -297,7 +297,7 @@ class Adapter:
         spot = pick(spots.values(), key=cursor.position)
         self._stop_at(spot, hits)
 
-    def _stop_at(self, spot: Spot, hits: list[tuple[Breakpoint, str]]) -> None:
+    def _stop_at(self, spot: Spot, hits: list[Hit]) -> None:
         cursor = self.place()
         here = [(each, text) for each, text in hits if cursor.spot_of(each) == spot]
         self.go_to(spot)
@@ -367,7 +367,7 @@ class Driver:
         raise NotImplementedError
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Replace the active breakpoints; a DebugError if a condition can't be evaluated."""
+        """Replace the active breakpoints; an ExpressionError if a condition can't be evaluated."""
         raise NotImplementedError
 
     def give(self, order: Any) -> None:

@@ -254,6 +254,10 @@ class Looker:
                 found.append((each, text))
         return found
 
+    def hits(self, scan: int) -> list[Hit]:
+        """Return the breakpoints that the latest scan has met; hit counts and log points have no effect."""
+        return [Hit(check.breakpoint, text) for check, text in self.look(scan)]
+
     def stops(self, scan: int, say: Callable[[Breakpoint, str], object]) -> list[Hit]:
         """Return the breakpoints at which the latest scan stops; count hits, and print log points."""
         found = []

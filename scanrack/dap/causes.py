@@ -34,12 +34,12 @@ def last_change(adapter: Adapter, tag: str) -> int | None:
     return _away(adapter, lambda: adapter.the_subject().last_change(tag, scan))
 
 
-def _away(adapter: Adapter, ask: Callable[[], T]) -> T:
-    """Return an answer of the replayer; then restore the client's position."""
+def _away(adapter: Adapter, search: Callable[[], T]) -> T:
+    """Return the result of a search in the past; then restore the client's position."""
     cursor = adapter.place()
     scan, spot = cursor.scan, cursor.spot
     adapter.leave()
     try:
-        return ask()
+        return search()
     finally:
         adapter.look_at(scan).go(spot)

@@ -128,20 +128,20 @@ class _Part(str):
 class _Edge:
     """The value in the previous scan; the first value is not an edge."""
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
+        self._is_edge = _EDGES[name]
         self._before: Any = None
 
-    def rose(self, value: Any) -> bool:
+    def __call__(self, value: Any) -> bool:
         before, self._before = self._before, value
-        return before is not None and bool(value) and not before
+        return before is not None and bool(self._is_edge(before, value))
 
-    def fell(self, value: Any) -> bool:
-        before, self._before = self._before, value
-        return before is not None and bool(before) and not value
 
-    def changed(self, value: Any) -> bool:
-        before, self._before = self._before, value
-        return before is not None and bool(value != before)
+_EDGES: Mapping[str, Callable[[Any, Any], Any]] = {
+    "rose": lambda before, now: now and not before,
+    "fell": lambda before, now: before and not now,
+    "changed": lambda before, now: now != before,
+}
 
 
 def compiled(text: str, values: Values, around: ScanContext) -> Read:
@@ -226,7 +226,7 @@ class _Writer(Transformer[Token, str]):
 
     def edge(self, name: Token, part: str) -> str:
         own = f"edge{len(self.own)}"
-        self.own[f"__{own}"] = getattr(_Edge(), name)
+        self.own[f"__{own}"] = _Edge(name)
         self.first.append(f"{own} = __{own}({part})")  # in every scan, even if it can't affect the result
         return own
 

@@ -12,7 +12,7 @@ executed, forwards and backwards at the same cost.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 
 from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.executed import Execution, LineRun, StepRun, TracedEngine
@@ -26,7 +26,7 @@ from scanrack.ladder.state.snapshots import restore, snapshot
 
 from .conditions import EngineValues
 from .protocol import DebugError, Json
-from .variables import Names, Parts, tags_of, type_text
+from .variables import parts_of, size_of, tags_in, tags_of, type_text
 from .view import Node, Stop, Tree, View
 
 
@@ -153,18 +153,18 @@ class ExecutedScan(View):
         """See `View`."""
         engine, program = self.engine, self.program(run)
         if run is not None:
-            yield "Rung", Names(tree, lambda: self._named_in(run))
+            yield "Rung", partial(tags_in, tree, self._named_in(run))
             if run.instance and run.instance in engine.tags:
                 where = engine.tags.where(run.instance)
                 assert isinstance(where, Group)
-                yield "Locals", Parts(tree, run.instance, where)
+                yield "Locals", partial(parts_of, tree, run.instance, where, files=self._files)
         counted = tags_of(engine, program, counted=True)
         counted += tags_of(engine, "", counted=True) if program else []
         if counted:
-            yield "Timers", Names(tree, lambda: counted)
-        if program and tags_of(engine, program):
-            yield f"Tags of {program}", Names(tree, lambda: tags_of(engine, program))
-        yield "Tags", Names(tree, lambda: tags_of(engine, ""))
+            yield "Timers", partial(tags_in, tree, counted)
+        if program and (own := tags_of(engine, program)):
+            yield f"Tags of {program}", partial(tags_in, tree, own)
+        yield "Tags", lambda: tags_in(tree, tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
         """Return the tags that a rung names, as pairs of the name in the rung and the full name."""
@@ -184,8 +184,13 @@ class ExecutedScan(View):
         common: Json = {"name": name, "evaluateName": address, "type": type_text(where)}
         if isinstance(where, Place) or isinstance(self.tags[address], str):
             return {**common, "value": tree.text(address, self.tags[address])}
-        node = Parts(tree, address, where)
-        return {**common, "value": type_text(where), "node": node, **node.size}
+        node = partial(parts_of, tree, address, where, files=self._files)
+        return {**common, "value": type_text(where), "node": node, **size_of(where)}
+
+    @property
+    def _files(self) -> bool:
+        """Whether the program has data files."""
+        return self.engine.lowered.layout.files
 
     def described(self, tag: str) -> Iterator[str]:
         """See `View`."""

@@ -20,7 +20,7 @@ from scanrack.runtime.live import actions
 from typing_extensions import override
 
 from .adapter import Adapter
-from .breakpoints import Breakpoint
+from .breakpoints import Hit
 from .live import LiveRungs, LiveText, ScanDriver
 from .plugin_name import DEBUGGER
 from .protocol import DebugError
@@ -80,18 +80,17 @@ class InTest(ScanDriver):
         adapter = self._adapter
         if adapter.over:
             return
-        hits = [(each.breakpoint, each.text) for each in self.look(scan, now_ns, flags)]
+        hits = self.look(scan, now_ns, flags)
         if adapter.wire.waiting:
             adapter.serve(0)
         stepped = self._stepping and (not isinstance(self.subject, LiveText) or self.subject.arrived)
         if hits or stepped or self._pausing:
             self._stand(scan, hits, stepped=stepped)
 
-    def _stand(self, scan: int, hits: list[tuple[Breakpoint, str]], *, stepped: bool) -> None:
+    def _stand(self, scan: int, hits: list[Hit], *, stepped: bool) -> None:
         """Stop in a scan until the client continues."""
         adapter = self._adapter
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=False)
+        self.subject.step(on=False)
         self._stepping = self._pausing = False
         if hits and not stepped:
             adapter.stop_at_hit(scan, hits)
@@ -118,8 +117,7 @@ class InTest(ScanDriver):
     @override
     def step(self) -> None:
         self._stepping = True
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=True)
+        self.subject.step(on=True)
         self.go()
 
     @override

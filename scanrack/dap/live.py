@@ -13,14 +13,12 @@ from types import FrameType
 from typing import Protocol
 
 from scanrack.jobs.load.loading import LoadedRack
-from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.run.running import JobRun
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger, journal
 from scanrack.ladder.debug.replay import Replayer
-from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.runtime.config.rackspec import RackSpec
@@ -30,7 +28,7 @@ from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
-from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
+from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
 from scanrack.watch.panels.kept_panel import KeptPanel
@@ -40,18 +38,18 @@ from typing_extensions import override
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event, Hit, LinePoints, Looker, RungValues, described
 from .capture import ProgramValues
-from .conditions import ExpressionError, ScanContext
+from .conditions import ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Images, RungSubject, Subject
-from .text_subject import TextSubject, files_of, is_steps
+from .subject import RungSubject, Subject
+from .text_subject import TextSubject, files_of, lines_of
 from .together import foreign, of_page
 
 REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause, since pages give orders, too."""
+"""Longest single wait for requests during a pause: pages also give orders."""
 
 
 EDITS = {
@@ -127,6 +125,9 @@ class LiveSubject(Subject):
         """Return the name of a routine on pages, "" if they have no name for it."""
         raise NotImplementedError
 
+    def step(self, *, on: bool) -> None:
+        """Start or stop waiting for the next line that runs; for rungs, a step is the next scan."""
+
     @property
     def extent(self) -> tuple[int, int]:
         """The scans that can be looked at."""
@@ -138,14 +139,8 @@ class LiveSubject(Subject):
 
     def now(self) -> ScanContext:
         """Return the context of expressions about the latest scan."""
-        images, memory, cpu = Images(self.words), self.run.rack.memory, self.run.cpu
-        return ScanContext(
-            self.words,
-            lambda slot, image, number: images.word(memory, slot, image, number),
-            lambda: self.last * cpu.period_ns,
-            lambda: self.last,
-            self.units,
-        )
+        memory = self.run.rack.memory
+        return self.around(lambda: self.last, self.words_in(lambda: memory))
 
     @override
     def memory(self, scan: int) -> bytes:
@@ -210,10 +205,9 @@ class LiveText(TextSubject, LiveSubject):
 
     def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
         LiveSubject.__init__(self, run)
-        TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
+        TextSubject.__init__(self, load, spec, run.program.logic)
         self._program = load.program
         self._watch, self._points = WATCH.get(), LinePoints({}, in_frames=False)
-        self._line = 0  # of a list of steps
         self._stepping: _AnyLine | None = None
         self._texts: tuple[int, Places] | None = None
 
@@ -224,28 +218,21 @@ class LiveText(TextSubject, LiveSubject):
     @override
     def places(self, scan: int) -> Places:
         if self._texts is None or self._texts[0] != self.edits:
-            lines = [each.line for each in self._list.steps] if self._steps else []
-            self._texts = self.edits, TextPlaces(files_of(self._program), lines)
+            self._texts = self.edits, TextPlaces(files_of(self._program), lines_of(self.run.program.logic))
         return self._texts[1]
-
-    @property
-    def _list(self) -> Steps:
-        logic: object = unwrapped(self.run.program.logic)
-        assert isinstance(logic, Steps)
-        return logic
 
     @override
     def looker(self, requested: list[Breakpoint]) -> Looker:
         program = self.run.program
-        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=not self._steps)
+        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=self._in_python)
         looker = Looker(requested, points, self.now(), self.events)
         self._watch.remove(self._points)
         self._points = points
         self._watch.add(points)
         return looker
 
+    @override
     def step(self, *, on: bool) -> None:
-        """Start or stop waiting for the next line that runs."""
         if self._stepping is not None:
             self._watch.remove(self._stepping)
         self._stepping = _AnyLine() if on else None
@@ -255,15 +242,6 @@ class LiveText(TextSubject, LiveSubject):
     @override
     def spelled(self, routine: str) -> str:
         return routine
-
-    @override
-    def note_scan(self, scan: int, now_ns: int, flags: int) -> None:
-        if self._steps and (self._list.line != self._line or flags & ScanFlag.FIRST_SCAN):
-            self._line = self._list.line
-            for each in (self._points, self._stepping):
-                if each is not None:
-                    each.begins(self._program.name, self._line, None)
-        super().note_scan(scan, now_ns, flags)
 
     @property
     def arrived(self) -> bool:
@@ -331,10 +309,7 @@ class ScanDriver(QuietListener, Driver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        try:
-            looker = self.subject.looker(requested)
-        except ExpressionError as error:
-            raise DebugError(str(error)) from error
+        looker = self.subject.looker(requested)
         if self.subject.last >= 0:
             looker.prime(self.subject.last)
         self._looker = looker if requested else None
@@ -352,7 +327,7 @@ class Live(ScanDriver):
         self._hits: list[Hit] = []
         self._requested: list[Breakpoint] = []
         self._stepping = False
-        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
+        self._seen: list[str] = []  # breakpoints of the session that the editor has
         self._attend, session.attend = session.attend, self._rest
         session.inbox = _PatientInbox(session.inbox)
         run.cpu.add_listener(self)
@@ -400,7 +375,7 @@ class Live(ScanDriver):
     # --- breakpoints of pages
 
     def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Set the editor's breakpoints on the pages, too, if pages support their kind."""
+        """Also set the editor's breakpoints on the pages, if pages support their kind."""
         there = self._session.state.breakpoints
         spelled = self.subject.spelled
         _others, before = foreign(there, self._requested, spelled)
@@ -447,10 +422,9 @@ class Live(ScanDriver):
 
     def _tell_stop(self) -> None:
         adapter, scan = self._adapter, self.subject.extent[1]
-        hits, self._hits = [(each.breakpoint, each.text) for each in self._hits], []
+        hits, self._hits = self._hits, []
         stepping, self._stepping = self._stepping, False
-        if isinstance(self.subject, LiveText):
-            self.subject.step(on=False)
+        self.subject.step(on=False)
         fault = self._session.state.fault
         if scan < 0:
             adapter.stopped("entry")

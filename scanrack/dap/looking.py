@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +12,10 @@ from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
 
 from .causes import last_change, why
-from .conditions import ExpressionError, ScanContext, compiled
+from .conditions import compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
-from .subject import Images
-from .variables import Modules, value_in
+from .variables import modules_in, value_in
 from .view import Node
 
 if TYPE_CHECKING:
@@ -94,18 +94,18 @@ def scopes(adapter: Adapter, arguments: Json) -> Json:
         add(name, node)
     words = dict(adapter.the_subject().words)
     for name, image in (("Inputs", "I"), ("Outputs", "O")):
-        add(name, Modules(words, image, word_reader(adapter)))
+        add(name, partial(modules_in, words, image, word_reader(adapter)))
     return {"scopes": found}
 
 
 def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
     """Return a reader of image words: a program's own images at the place, other images after the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
-    images = Images(subject.words)
+    after_scan = subject.words_in(lambda: subject.memory(cursor.scan))
 
     def read(slot: int, image: str, number: int) -> int:
         own = cursor.view.own_word(slot, image, number)
-        return images.word(subject.memory(cursor.scan), slot, image, number) if own is None else own
+        return after_scan(slot, image, number) if own is None else own
 
     return read
 
@@ -123,7 +123,7 @@ def variables(adapter: Adapter, arguments: Json) -> Json:
 
 def set_variable(adapter: Adapter, arguments: Json) -> Json:
     """Set a value of a node."""
-    tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(text(arguments, "name"))
+    tag = adapter.the_tree().tag(whole(arguments, "variablesReference"), text(arguments, "name"))
     return {"value": _set(adapter, tag, text(arguments, "value"))}
 
 
@@ -142,13 +142,8 @@ def _set(adapter: Adapter, tag: str, written: str) -> str:
     image = ":" in tag
     adapter.the_driver().give(actions.Force(tag, value) if image else actions.Write(tag, value))
     if not image:
-        _show_set(adapter, tag, value)
+        adapter.place().view.set(tag, value)
     return shown(value)
-
-
-def _show_set(adapter: Adapter, tag: str, value: object) -> None:
-    """Show a value that was set between two scans, at any position in the latest scan."""
-    adapter.place().view.set(tag, value)
 
 
 def _refuse_past(adapter: Adapter) -> None:
@@ -190,18 +185,9 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
 
 
 def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
-    cursor, subject = adapter.place(), adapter.the_subject()
-    around = ScanContext(
-        subject.words,
-        word_reader(adapter),
-        lambda: subject.now_ns(cursor.scan),
-        lambda: cursor.scan,
-        subject.units,
-    )
-    try:
-        return compiled(expression, cursor.view.values, around)
-    except ExpressionError as error:
-        raise DebugError(str(error)) from error
+    cursor = adapter.place()
+    around = adapter.the_subject().around(lambda: cursor.scan, word_reader(adapter))
+    return compiled(expression, cursor.view.values, around)
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
@@ -233,7 +219,7 @@ def _force_command(adapter: Adapter, rest: str) -> str:
     value = value_in(written, _present(tags, tag))
     adapter.the_driver().give(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
-        _show_set(adapter, tag, value)
+        adapter.place().view.set(tag, value)
     adapter.tree = None
     return f"{tag} is forced to {shown(value)}"
 
@@ -245,10 +231,6 @@ def _release_command(adapter: Adapter, rest: str) -> str:
     adapter.the_driver().give(actions.Unforce(rest))
     adapter.tree = None
     return "all forces are released" if rest == actions.ALL else f"{rest} is released"
-
-
-def _why_command(adapter: Adapter, rest: str) -> str:
-    return why(adapter, rest)
 
 
 def _branch_command(adapter: Adapter, _rest: str) -> str:
@@ -287,7 +269,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
     "release": _release_command,
-    "why": _why_command,
+    "why": why,
     "branch": _branch_command,
     "return": _return_command,
     "test": _edit_command("try"),
@@ -322,7 +304,7 @@ def completions(adapter: Adapter, arguments: Json) -> Json:
     view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
     opened = view.value(tree, head, head).get("node") if dot and head in view.tags else None
     if opened is not None:
-        names = [f"{head}.{each['name']}" for each in opened.children()]
+        names = [f"{head}.{each['name']}" for each in opened()]
     else:
         names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
     fitting = [each for each in names if each.lower().startswith(word.lower())]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 Json = dict[str, Any]
+T = TypeVar("T")
 
 
 class DebugError(ValueError):
@@ -13,17 +14,18 @@ class DebugError(ValueError):
 
 def whole(arguments: Json, name: str, default: int | None = None) -> int:
     """Return a whole number of a request; a DebugError if it is missing or of another type."""
-    value = arguments.get(name, default)
-    if type(value) is not int:
-        raise DebugError(f"{name} {value!r}: must be a whole number")
-    return value
+    return _argument(arguments, name, default, int, "a whole number")
 
 
 def text(arguments: Json, name: str, default: str | None = None) -> str:
     """Return a text of a request; a DebugError if it is missing or of another type."""
+    return _argument(arguments, name, default, str, "a text")
+
+
+def _argument(arguments: Json, name: str, default: T | None, kind: type[T], meaning: str) -> T:
     value = arguments.get(name, default)
-    if not isinstance(value, str):
-        raise DebugError(f"{name} {value!r}: must be a text")
+    if type(value) is not kind:
+        raise DebugError(f"{name} {value!r}: must be {meaning}")
     return value
 
 

@@ -11,7 +11,6 @@ from typing import Any
 from scanrack.jobs.trust.trust import address_name
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.replay import Replayer
-from scanrack.ladder.files.steps import Steps
 from scanrack.traces.read.reader import Trace
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.gate import listen
@@ -28,7 +27,7 @@ from .live import REMEMBERED, Live
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, Subject
-from .text_subject import TextSubject, files_of, is_steps
+from .text_subject import TextSubject, files_of, lines_of
 
 READ = 512
 """Scans whose images are read at once."""
@@ -187,15 +186,14 @@ class RecordedText(TextSubject, RecordedScans):
         logic, load = monitor.subject.programs.at(0).logic, monitor.again
         assert logic is not None
         assert load is not None
-        TextSubject.__init__(self, load, monitor.subject.spec, steps=is_steps(logic))
+        TextSubject.__init__(self, load, monitor.subject.spec, logic)
         self._recording: PackedTrace | None = None
 
     @override
     def lines(self, stretch: Stretch) -> Places:
         assert stretch.file is not None
-        logic: Any = stretch.logic
-        steps = [each.line for each in logic.steps] if isinstance(logic, Steps) else []
-        return TextPlaces(files_of(stretch.file), steps, self.folders)
+        assert stretch.logic is not None
+        return TextPlaces(files_of(stretch.file), lines_of(stretch.logic), self.folders)
 
     @override
     def recording(self) -> PackedTrace:

@@ -77,7 +77,7 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
     """Return whether a value can have a breakpoint, and its last change."""
     name = text(arguments, "name")
     if "variablesReference" in arguments and whole(arguments, "variablesReference"):
-        tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(name)
+        tag = adapter.the_tree().tag(whole(arguments, "variablesReference"), name)
     else:
         tag = name
     if tag not in adapter.place().view.tags:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.memory_layout import memory_layout
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.cells import cells_of
@@ -19,10 +18,11 @@ from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.model.tree import Origin
 from typing_extensions import override
 
-from .breakpoints import Breakpoint, Event, Looker, RungValues
+from .breakpoints import Breakpoint, Event, Hit, Looker, RungValues
 from .conditions import ScanContext
 from .executed_scan import ExecutedScan
 from .places import Places
+from .variables import ReadWord
 from .view import View
 
 SLICE = 512
@@ -70,8 +70,14 @@ class Subject(Protocol):
     def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
         """Raise an ExpressionError if a breakpoint has a condition that can't be evaluated."""
 
-    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
-        """Return the breakpoints that a scan meets; hit counts and log points have no effect."""
+    def hits_between(
+        self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
+    ) -> Iterator[tuple[int, list[Hit]]]:
+        """Yield the scans that meet a breakpoint, in order; hit counts and log points have no effect."""
+
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
+        """Return the breakpoints that a scan meets, see `hits_between`."""
+        return dict(self.hits_between(requested, scan, scan)).get(scan, [])
 
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         """Return the last scan before `scan` that meets a breakpoint, or None.
@@ -80,16 +86,17 @@ class Subject(Protocol):
             BrokenOffError: the client has paused the search.
         """
 
-    def first_after(
-        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
-    ) -> tuple[int | None, int]:
+    def first_after(self, requested: Sequence[Breakpoint], scan: int) -> tuple[int | None, int]:
         """Return the first scan in a slice after `scan` that meets a breakpoint, and the last one checked."""
+        last = min(self.extent[1], scan + SLICE)
+        found = next((number for number, _hits in self.hits_between(requested, scan + 1, last)), None)
+        return (None, last) if found is None else (found, found)
 
     def last_change(self, tag: str, scan: int) -> int | None:
         """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
-        """Return why a tag has its value after a scan, then the causes in turn, each with its line."""
+        """Return why a tag has its value after a scan: the answer, then each cause with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""
@@ -107,16 +114,25 @@ class Subject(Protocol):
         """Do a part of the preparation for later steps back; return whether more remains."""
         return False
 
-    def around(self, at: Callable[[], int]) -> ScanContext:
-        """Return the context of expressions about a scan."""
-        images = Images(self.words)
-        return ScanContext(
-            self.words,
-            lambda slot, image, number: images.word(self.memory(at()), slot, image, number),
-            lambda: self.now_ns(at()),
-            at,
-            self.units,
-        )
+    def around(self, at: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
+        """Return the context of expressions about a scan.
+
+        Args:
+            word: reads the words of images; by default as they were after the scan.
+        """
+        word = word or self.words_in(lambda: self.memory(at()))
+        return ScanContext(self.words, word, lambda: self.now_ns(at()), at, self.units)
+
+    def words_in(self, memory: Callable[[], bytes | bytearray]) -> ReadWord:
+        """Return a reader of words in the rack's memory block; they are 0 if the block is empty."""
+        places = memory_layout(self.words.items()).places
+
+        def read(slot: int, image: str, number: int) -> int:
+            block = memory()
+            at = places[slot].image(image).start + 2 * number
+            return int.from_bytes(block[at : at + 2], "little", signed=True)
+
+        return read
 
 
 class RungSubject(Subject):
@@ -141,22 +157,20 @@ class RungSubject(Subject):
         self._looker(requested, self.replayer(scan))
 
     @override
-    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
-        return self._hits(requested, scan, scan).get(scan, [])
-
-    def _hits(
-        self, requested: Sequence[Breakpoint], first: int, last: int
-    ) -> dict[int, list[tuple[Breakpoint, str]]]:
+    def hits_between(
+        self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
+    ) -> Iterator[tuple[int, list[Hit]]]:
+        if last < first:
+            return
         replayer = self.replayer(last)
         looker = self._looker(requested, replayer)
-        found: dict[int, list[tuple[Breakpoint, str]]] = {}
         begin = max(self.extent[0], first - 1)  # changes are known from the second scan on
         for _now in replayer.walk(begin, last, noted=bool(looker.lines)):
-            assert replayer.at is not None
-            met = looker.look(replayer.at)
-            if met and replayer.at >= first:
-                found[replayer.at] = [(check.breakpoint, text) for check, text in met]
-        return found
+            scan = replayer.at
+            assert scan is not None
+            hits = looker.hits(scan)
+            if hits and scan >= first:
+                yield scan, hits
 
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
@@ -164,20 +178,12 @@ class RungSubject(Subject):
         while scan > first:
             replayer = self.replayer(scan - 1)
             begin = max(first, next(replayer.source.snapshots(scan - 1), first))
-            found = self._hits(requested, begin, scan - 1)
+            found = [number for number, _hits in self.hits_between(requested, begin, scan - 1)]
             if found:
-                return max(found)
+                return found[-1]
             scan = begin
             poll(scan)
         return None
-
-    @override
-    def first_after(
-        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
-    ) -> tuple[int | None, int]:
-        last = min(self.extent[1], scan + slice_scans)
-        found = self._hits(requested, scan + 1, last) if last > scan else {}
-        return (min(found), min(found)) if found else (None, last)
 
     @override
     def last_change(self, tag: str, scan: int) -> int | None:
@@ -197,18 +203,3 @@ class RungSubject(Subject):
 
 def _origin(site: Any) -> Origin:
     return Origin(site.file, site.line) if site is not None and site.line else Origin()
-
-
-class Images:
-    """Words in the memory block of a rack."""
-
-    def __init__(self, words: Mapping[int, ModuleWords]) -> None:
-        self.layout: MemoryLayout = memory_layout(words.items())
-
-    def word(self, memory: bytes | bytearray, slot: int, image: str, number: int) -> int:
-        """Return a word of an image, "I" or "O", signed; 0 if the block is empty."""
-        if not memory:
-            return 0
-        at = self.layout.places[slot].image(image).start + 2 * number
-        found: int = struct.unpack_from("<h", memory, at)[0]
-        return found

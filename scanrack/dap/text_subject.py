@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,13 +24,13 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
-from .breakpoints import Breakpoint, LinePoints, Looker
+from .breakpoints import Breakpoint, Hit, LinePoints, Looker
 from .capture import Capture, ProgramValues, TextRun, TextState
 from .conditions import NamedValues
 from .cursor import END
 from .protocol import DebugError, Json
-from .subject import SLICE, Poll, Subject
-from .variables import ValueNode, python_value
+from .subject import Poll, Subject
+from .variables import python_value, values_in
 from .view import Node, Stop, Tree, View
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
@@ -102,11 +103,11 @@ class TextScan(View):
     def scopes(self, tree: Tree, run: TextRun | None) -> Iterator[tuple[str, Node]]:
         """See `View`."""
         if run is not None and run.values:
-            yield "Locals", ValueNode(tree, run.values)
+            yield "Locals", partial(values_in, tree, run.values)
         if self.tags:
-            yield "Tags", ValueNode(tree, self.tags, owned=True)
+            yield "Tags", partial(values_in, tree, self.tags, owned=True)
         if self._waits:
-            yield "Waits", ValueNode(tree, self._waits)
+            yield "Waits", partial(values_in, tree, self._waits)
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
         """See `View`."""
@@ -123,15 +124,15 @@ class TextSubject(Subject):
     Three runs: one at the scan that was looked at last, one before it, one for searches.
     """
 
-    def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
-        self._load, self._spec, self._steps = load, spec, steps
+    def __init__(self, load: Load, spec: RackSpec, logic: ScanLogic) -> None:
+        self._load, self._spec, self._in_python = load, spec, not lines_of(logic)
         self._shown, self._before, self._searched = (
             ProgramRerun(load, spec, self.recording) for _ in range(3)
         )
         self._kept: dict[int, TextScan] = {}
         self._at = 0  # the scan that was looked at last
         self._filling: Iterator[None] | None = None
-        self._hits: tuple[object, list[tuple[Breakpoint, str]]] = None, []
+        self._hits: tuple[object, list[Hit]] = None, []
 
     def recording(self) -> PackedTrace:
         """Return the scans so far."""
@@ -198,10 +199,10 @@ class TextSubject(Subject):
             self._keep(rerun, number, min(number + WINDOW, low) - 1)
             yield
 
-    def _search(
+    @override
+    def hits_between(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
-    ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
-        """Yield the scans from `first` to `last` that meet a breakpoint, in order."""
+    ) -> Iterator[tuple[int, list[Hit]]]:
         rerun, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
         continues = 0 <= rerun.at == begin
         rerun.rewind(first if continues else begin)
@@ -210,9 +211,9 @@ class TextSubject(Subject):
             begin = first
             looker.prime(rerun.at)
         for number, _own in rerun.walk(begin, last, lambda _logic: points):
-            met = looker.look(number)
-            if met and number >= first:
-                yield number, [(check.breakpoint, text) for check, text in met]
+            hits = looker.hits(number)
+            if hits and number >= first:
+                yield number, hits
             if number % POLLED == 0:
                 poll(number)
 
@@ -220,7 +221,7 @@ class TextSubject(Subject):
         self, requested: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
     ) -> tuple[Looker, LinePoints]:
         """Return the looker for breakpoints after each scan of a program, and the tracer of its lines."""
-        points = LinePoints(ProgramValues(logic), in_frames=not self._steps)
+        points = LinePoints(ProgramValues(logic), in_frames=self._in_python)
         return Looker(requested, points, self.around(at), self.events), points
 
     @override
@@ -230,26 +231,17 @@ class TextSubject(Subject):
         self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
 
     @override
-    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
         key = scan, [(each.number, each.name, each.condition) for each in requested]
         if self._hits[0] != key:
-            found = dict(self._search(requested, scan, scan))
-            self._hits = key, found.get(scan, [])
+            self._hits = key, super().hits(requested, scan)
         return self._hits[1]
 
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         first, found = self.extent[0], deque[int](maxlen=1)
-        found.extend(number for number, _hits in self._search(requested, first, scan - 1, poll))
+        found.extend(number for number, _hits in self.hits_between(requested, first, scan - 1, poll))
         return found[0] if found else None
-
-    @override
-    def first_after(
-        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
-    ) -> tuple[int | None, int]:
-        last = min(self.extent[1], scan + slice_scans)
-        found = next((number for number, _hits in self._search(requested, scan + 1, last)), None)
-        return (None, last) if found is None else (found, found)
 
     @override
     def last_change(self, tag: str, scan: int) -> int | None:
@@ -274,7 +266,7 @@ def files_of(program: Path) -> list[Path]:
     return list(dict.fromkeys([program.resolve(), *WATCH.get().files(program.parent)]))
 
 
-def is_steps(logic: ScanLogic) -> bool:
-    """Whether a program is a list of steps."""
+def lines_of(logic: ScanLogic) -> list[int]:
+    """Return the lines of a list of steps; none of any other program."""
     inside: object = unwrapped(logic)
-    return isinstance(inside, Steps)
+    return [each.line for each in inside.steps] if isinstance(inside, Steps) else []

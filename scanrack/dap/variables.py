@@ -7,13 +7,14 @@
     Inputs       modules, their words, the bits of a word by name
     Outputs
 
-Values are those in the memory at the place of the frame.
+The values are in the memory at the place of the frame.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from itertools import product
 from typing import Any
 
 from scanrack.io_images.module_words import ModuleWords
@@ -36,78 +37,34 @@ def type_text(where: Place | Group) -> str:
     return f"{name}[{','.join(map(str, dims))}]" if dims else name
 
 
-class Parts:
-    """The members or elements of a tag."""
-
-    def __init__(self, tree: Tree, address: str, where: Group) -> None:
-        self._tree, self._address, self._where = tree, address, where
-
-    @property
-    def size(self) -> Json:
-        """The number of its values, as a protocol object."""
-        length = self._where.dims[0] if self._where.dims else 0
-        return {"indexedVariables": length} if length else {"namedVariables": len(_members(self._where))}
-
-    def _names(self) -> Iterator[tuple[str, str]]:
-        where = self._where
-        if not where.dims:
-            yield from ((each, f"{self._address}.{each}") for each in _members(where))
-        elif len(where.dims) == 1:
-            mark = (":{}" if ":" not in self._address else "[{}]") if self._files else "[{}]"
-            yield from (
-                (f"[{number}]", self._address + mark.format(number)) for number in range(where.dims[0])
-            )
-        else:
-            for number in range(math.prod(where.dims)):
-                at = ",".join(map(str, _unravel(number, where.dims)))
-                yield f"[{at}]", f"{self._address}[{at}]"
-
-    @property
-    def _files(self) -> bool:
-        return self._tree.view.engine.lowered.layout.files  # type: ignore[attr-defined, no-any-return]  # of rungs
-
-    def children(self) -> Iterator[Json]:
-        """Yield the values."""
-        return (self._tree.value(name, address) for name, address in self._names())
-
-    def tag(self, name: str) -> str:
-        """Return the address of a member or element."""
-        return _named(dict(self._names()), name)
+def size_of(where: Group) -> Json:
+    """Return the number of values of a structure or array, as a protocol object."""
+    length = where.dims[0] if where.dims else 0
+    return {"indexedVariables": length} if length else {"namedVariables": len(_members(where))}
 
 
-class Names:
-    """Some tags by their names."""
-
-    def __init__(self, tree: Tree, names: Callable[[], Sequence[tuple[str, str]]]) -> None:
-        self._tree, self._names = tree, names
-
-    def children(self) -> Iterator[Json]:
-        """Yield the tags that exist in the memory."""
-        tags = self._tree.view.tags
-        return (self._tree.value(name, address) for name, address in self._names() if address in tags)
-
-    def tag(self, name: str) -> str:
-        """Return the full name of a tag."""
-        return _named(dict(self._names()), name)
+def parts_of(tree: Tree, address: str, where: Group, *, files: bool) -> Iterator[Json]:
+    """Yield the members or elements of a tag; `files` = elements are written as in data files: `N7:0`."""
+    if not where.dims:
+        names = [(each, f"{address}.{each}") for each in _members(where)]
+    elif len(where.dims) == 1:
+        mark = ":{}" if files and ":" not in address else "[{}]"
+        names = [(f"[{number}]", address + mark.format(number)) for number in range(where.dims[0])]
+    else:
+        texts = ("[{}]".format(",".join(map(str, at))) for at in product(*map(range, where.dims)))
+        names = [(text, address + text) for text in texts]
+    return tags_in(tree, names)
 
 
-class ValueNode:
-    """The members of the kept copy of a Python value; the program's own members can be set."""
+def tags_in(tree: Tree, names: Iterable[tuple[str, str]]) -> Iterator[Json]:
+    """Yield the tags that exist in the memory; `names` has short and full names."""
+    tags = tree.view.tags
+    return (tree.value(name, address) for name, address in names if address in tags)
 
-    def __init__(self, tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> None:
-        self._tree, self._values, self._owned = tree, values, owned
 
-    def children(self) -> Iterator[Json]:
-        """Yield the values."""
-        return (
-            python_value(self._tree, name, each, owned=self._owned) for name, each in self._values.items()
-        )
-
-    def tag(self, name: str) -> str:
-        """Return the name of a member that can be set."""
-        if not self._owned:
-            raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
-        return _named({each: each for each in self._values}, name)
+def values_in(tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> Iterator[Json]:
+    """Yield the members of the kept copy of a Python value; the program's own members can be set."""
+    return (python_value(tree, name, each, owned=owned) for name, each in values.items())
 
 
 class BareText(str):
@@ -118,88 +75,47 @@ class BareText(str):
 
 def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -> Json:
     """Return a Python value as a protocol object; lists and dicts can be opened."""
-    more: Json = {"evaluateName": name} if owned else {}
+    common: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
     if isinstance(value, list | dict):
         inner = value if isinstance(value, dict) else {f"[{at}]": each for at, each in enumerate(value)}
         size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
-        kind = type(value).__name__
-        return {
-            "name": name,
-            "value": f"{kind} of {len(value)}",
-            "type": kind,
-            "node": ValueNode(tree, inner),
-            **size,
-        }
+        node = partial(values_in, tree, inner)
+        return {**common, "value": f"{common['type']} of {len(value)}", "node": node, **size}
     text = str(value) if value is None or isinstance(value, bool | BareText) else tree.text(name, value)
-    return {"name": name, "value": text, "type": type(value).__name__, **more}
+    return {**common, "value": text}
 
 
-class Modules:
-    """The images of one direction, a node for each module."""
-
-    def __init__(self, words: dict[int, ModuleWords], image: str, read: ReadWord) -> None:
-        self._words, self._image, self._read = words, image, read
-
-    def children(self) -> Iterator[Json]:
-        """Yield the modules."""
-        for slot, words in self._words.items():
-            node = Words(slot, words, self._image, self._read)
-            yield {"name": f"slot {slot}", "value": words.message, "type": "module", "node": node}
-
-    def tag(self, name: str) -> str:
-        """Refuse: a module is not a value."""
-        raise DebugError(f"{name} is a module: set one of its words or bits")
+def modules_in(words: Mapping[int, ModuleWords], image: str, read: ReadWord) -> Iterator[Json]:
+    """Yield the modules with an image of one direction, "I" or "O"."""
+    for slot, names in words.items():
+        node = partial(_words_in, slot, names, image, read)
+        yield {"name": f"slot {slot}", "value": names.message, "type": "module", "node": node}
 
 
-class Words:
-    """The words of an image of a module."""
-
-    def __init__(self, slot: int, words: ModuleWords, image: str, read: ReadWord) -> None:
-        self._slot, self._words, self._image, self._read = slot, words, image, read
-
-    def children(self) -> Iterator[Json]:
-        """Yield the words; each opens to its bits by name."""
-        names = self._words.inputs if self._image == "I" else self._words.outputs
-        for number, name in enumerate(names):
-            value = self._read(self._slot, self._image, number)
-            bits = {
-                bit.bit: each
-                for group in self._words.groups.values()
-                for each, bit in group.items()
-                if (bit.image, bit.word) == (self._image, number)
-            }
-            address = f"Local:{self._slot}:{self._image}.Data[{number}]"
-            yield {
-                "name": name,
-                "value": f"{value} (16#{value & 0xFFFF:04X})",
-                "type": "INT",
-                "evaluateName": address,
-                "node": Bits(address, value, bits),
-            }
-
-    def tag(self, name: str) -> str:
-        """Return the address of a word."""
-        names = self._words.inputs if self._image == "I" else self._words.outputs
-        addresses = {each: f"Local:{self._slot}:{self._image}.Data[{n}]" for n, each in enumerate(names)}
-        return _named(addresses, name)
+def _words_in(slot: int, words: ModuleWords, image: str, read: ReadWord) -> Iterator[Json]:
+    """Yield the words of an image; each opens to its bits by name."""
+    for number, name in enumerate(words.named(image)):
+        value, address = read(slot, image, number), f"Local:{slot}:{image}.Data[{number}]"
+        bits = {bit: each for each, bit in words.bits(image, number)}
+        yield {
+            "name": name,
+            "value": f"{value} (16#{value & 0xFFFF:04X})",
+            "type": "INT",
+            "evaluateName": address,
+            "node": partial(_bits_in, address, value, bits),
+        }
 
 
-class Bits:
-    """The bits of a word."""
-
-    def __init__(self, address: str, value: int, names: dict[int, str]) -> None:
-        self._address, self._value, self._names = address, value, names
-
-    def children(self) -> Iterator[Json]:
-        """Yield the bits with a name, or all bits of a word without names."""
-        for bit in sorted(self._names) or range(16):
-            name, value = self._names.get(bit, str(bit)), str(self._value >> bit & 1)
-            yield {"name": name, "value": value, "type": "BOOL", "evaluateName": f"{self._address}.{bit}"}
-
-    def tag(self, name: str) -> str:
-        """Return the address of a bit."""
-        numbers = {self._names.get(bit, str(bit)): f"{self._address}.{bit}" for bit in range(16)}
-        return _named(numbers, name)
+def _bits_in(address: str, value: int, names: Mapping[int, str]) -> Iterator[Json]:
+    """Yield the bits of a word with a name, or all bits of a word without names."""
+    for bit in sorted(names) or range(16):
+        name = names.get(bit, str(bit))
+        yield {
+            "name": name,
+            "value": str(value >> bit & 1),
+            "type": "BOOL",
+            "evaluateName": f"{address}.{bit}",
+        }
 
 
 def tags_of(engine: WatchedEngine, program: str, *, counted: bool = False) -> list[tuple[str, str]]:
@@ -222,20 +138,6 @@ def _members(where: Group) -> list[str]:
     kind = where.type
     assert isinstance(kind, Structure)
     return [each.name for each in kind.members if not each.hidden and "~" not in each.name]
-
-
-def _unravel(number: int, dims: Sequence[int]) -> list[int]:
-    found: list[int] = []
-    for length in reversed(dims):
-        number, index = divmod(number, length)
-        found.insert(0, index)
-    return found
-
-
-def _named(addresses: dict[str, str], name: str) -> str:
-    if name not in addresses:
-        raise DebugError(f"no value {name!r} here")
-    return addresses[name]
 
 
 def _unquoted(text: str) -> str:

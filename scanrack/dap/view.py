@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Any, NamedTuple, Protocol
 
@@ -17,14 +17,8 @@ ITEMS_MOST = 1_000
 """Maximum values of one level that are sent if the client does not select a range."""
 
 
-class Node(Protocol):
-    """A node of the tree, which contains values."""
-
-    def children(self) -> Iterator[Json]:
-        """Yield its values as protocol objects, with a `node` for each value that can be opened."""
-
-    def tag(self, name: str) -> str:
-        """Return the tag or address of one of its values; a DebugError if it can't be set."""
+Node = Callable[[], Iterable[Json]]
+"""A node of the tree: returns its values as protocol objects, with a `node` for each that can be opened."""
 
 
 class Tree:
@@ -53,8 +47,20 @@ class Tree:
 
     def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
         """Return the values of a node; `count` 0 = all, up to a limit."""
-        children = self.node(number).children()
-        return [self._sent(each) for each in islice(children, start, start + (count or ITEMS_MOST))]
+        values = islice(self.node(number)(), start, start + (count or ITEMS_MOST))
+        return [self._sent(each) for each in values]
+
+    def tag(self, number: int, name: str) -> str:
+        """Return the tag or address of a value of a node; a DebugError if it can't be set."""
+        found = next((each for each in self.node(number)() if each["name"] == name), None)
+        if found is None:
+            raise DebugError(f"no value {name!r} here")
+        if found["type"] == "module":
+            raise DebugError(f"{name} is a module: set one of its words or bits")
+        if "evaluateName" not in found:
+            raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
+        tag: str = found["evaluateName"]
+        return tag
 
     def _sent(self, child: Json) -> Json:
         node = child.pop("node", None)

@@ -38,7 +38,7 @@ from .announcing import Announcer, programs_of
 from .editor import EditManner, Editor, Takeover
 from .gate import HOST, KEY_BYTES, listen
 from .history.watched_machines import PER_SLOT, MachineFigures
-from .history.watched_program import LadderNotes
+from .history.watched_program import LadderNotes, written_to
 from .history.watched_python import PythonNotes
 from .monitor_supervisor import MonitorSupervisor, NoMonitor
 from .monitors.monitor import SessionFacts
@@ -332,5 +332,5 @@ def _free(path: Path) -> Path:
 def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
     """Return the object that sends the program's values to the monitor."""
     if run.program.debugger is not None:
-        return LadderNotes(run.program.debugger, ring.snapshots)
+        return LadderNotes(run.program.debugger, written_to(ring.snapshots))
     return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)

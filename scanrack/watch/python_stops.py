@@ -37,7 +37,6 @@ class PythonStops(Observer):
         self._breaks: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, previous value
         self._running: set[int] = set()
-        self._begun = 0  # number of steps in the list that have begun
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
         self._watch.only()  # a branch begins without its session's observers
@@ -45,8 +44,6 @@ class PythonStops(Observer):
     @property
     def stops(self) -> tuple[str, ...]:
         """Sentences about the breakpoints that were hit since this was last read."""
-        if self._breaks:
-            self._note_step()
         self.ran, self._running = tuple(sorted(self._running)), set()
         lines = [f"{self._file.name} line {line} has run" for line in self.ran if line in self._breaks]
         return (*lines, *self._changes())
@@ -65,11 +62,9 @@ class PythonStops(Observer):
             raise ValueError(f"no file {routine}; the program is {self._file.name}")
         if when not in EXECUTES:
             raise ValueError(f"a line of Python has no {when!r}; it executes")
-        steps = self._steps()
-        if steps is None:
-            known = marked_lines(self._file.read_bytes())
-        else:
-            known, self._begun = [each.line for each in steps.steps], steps.resumed
+        program: object = unwrapped(self._logic())
+        steps = program.steps if isinstance(program, Steps) else ()
+        known = [each.line for each in steps] or marked_lines(self._file.read_bytes())
         if rung not in known:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
         self._breaks.add(rung)
@@ -102,18 +97,6 @@ class PythonStops(Observer):
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
         if file == self._file.name:
             self._running.add(line)
-
-    def _steps(self) -> Steps | None:
-        """Return the program if it is a list of steps."""
-        logic: object = unwrapped(self._logic())
-        return logic if isinstance(logic, Steps) else None
-
-    def _note_step(self) -> None:
-        """Record a step of a list that has begun."""
-        steps = self._steps()
-        if steps is not None and steps.resumed != self._begun:
-            self._begun = steps.resumed
-            self._running.add(steps.line)
 
     def _changes(self) -> Iterator[str]:
         for name, (code, before) in self._values.items():

@@ -70,7 +70,7 @@ def test_the_key_is_turned(page, feeder):
 def test_speed(page, feeder):
     page.open(feeder.link)
     chosen = "return document.querySelector('[aria-label=Speed]').value"
-    expected = "return import('/state.js').then(({ run }) => run.speed.wanted === arguments[0])"
+    expected = "return import('/state.js').then(({ run }) => run.speed.requested === arguments[0])"
     for factor in (2, 1):  # what a busy machine reaches is another matter
         page.choose("Speed", str(factor))
         until(partial(page.run, expected, factor))

@@ -13,7 +13,7 @@ from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap
 from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
-from scanrack.watch.history.watched_program import LadderNotes
+from scanrack.watch.history.watched_program import LadderNotes, written_to
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
 
@@ -58,7 +58,7 @@ class LiveSession:
         self.ring = ring or Ring(len(self.run.rack.memory), PER_SLOT * len(figures.slots), rows or ROWS)
         self.tap = Tap(self.ring, self.run.rack, self.run.cpu.period_ns, figures)
         if self.program is not None:
-            self.tap.notes = LadderNotes(self.program, self.ring.snapshots)
+            self.tap.notes = LadderNotes(self.program, written_to(self.ring.snapshots))
         inbox = Script(orders)
         self.session = Session(
             self.run.cpu, self.run.hands, pacer, inbox, self.tell, stops=self.program, live=live

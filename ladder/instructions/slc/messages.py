@@ -10,64 +10,49 @@ from dataclasses import replace
 from typing import Any
 
 from ...interpreter import Interpreter
+from ...interpreter.files import Members
 from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Group, Place
 from ...model.spec import InstructionKind, Spec, Use
-from ...model.stubs import Ending, stub_of
+from ...model.stubs import stub_of
 from ...model.tree import Address, Operand
 from ...model.types import DINT, INT, MESSAGE
 from ...state.lowered import OperandResolver
-from ..system.messages import MSG as LOGIX_MSG
-from ..system.messages import TIMEOUT
+from ...state.memory import Value
+from ..system.messages import run_message
 
 BITS = {"EN": 15, "ST": 14, "DN": 13, "ER": 12, "EW": 10, "TO": 8}
 """Bits of word 0 of a control block."""
 
 
-class _Block:
-    """A control block of words in a scan."""
+class _Words(Members):
+    """A control block of words in a scan, with the members of a MESSAGE."""
 
-    def __init__(self, machine: Interpreter, word: Place) -> None:
-        self._machine, self._word = machine, word
+    def __init__(self, machine: Interpreter, word: Place, started: Place) -> None:
+        self._machine, self._word, self._started = machine, word, started
 
-    def __getitem__(self, name: str) -> bool:
-        return self._machine.truth(self._machine.get(replace(self._word, bit=Constant(BITS[name], DINT))))
+    def _bit(self, name: str) -> Place:
+        return replace(self._word, bit=Constant(BITS[name], DINT))
 
-    def set(self, **bits: bool) -> None:
-        for name, value in bits.items():
-            self._machine.put(replace(self._word, bit=Constant(BITS[name], DINT)), value)
+    def __getitem__(self, name: str) -> Value:
+        """Return a bit, or `~started_ns`."""
+        return self._machine.get(self._bit(name) if name in BITS else self._started)
 
-    def fail(self, code: int) -> None:
-        word = self._machine.whole(self._machine.get(self._word))
-        self._machine.put(self._word, word & ~0xFF | code & 0xFF)
-
-
-def _words(machine: Interpreter, power: bool, word: Place, started: Place) -> None:
-    block = _Block(machine, word)
-    if not block["EN"]:
-        if power:
-            block.set(EN=True, ST=True, DN=False, ER=False, EW=False, TO=False)
-            block.fail(0)
-            machine.put(started, machine.now_ns)
-        return
-    over = block["DN"] or block["ER"]
-    stub = stub_of(machine.lowered.stubs, word.text)
-    assert isinstance(stub, Ending)  # a MSG is resolved only with a stub
-    waited = machine.now_ns - machine.whole(machine.get(started)) >= stub.after_ns
-    if not over and (block["TO"] or waited):
-        error = TIMEOUT if block["TO"] else stub.error
-        block.set(ST=False, DN=not error, ER=bool(error))
-        block.fail(error)
-        over = True
-    if over and not power:
-        block.set(EN=False)
+    def set(self, **members: Value) -> None:
+        """Set bits, ERR, or `~started_ns`."""
+        for name, value in members.items():
+            if name in BITS:
+                self._machine.put(self._bit(name), value)
+            elif name == "ERR":
+                word = self._machine.whole(self._machine.get(self._word))
+                self._machine.put(self._word, word & ~0xFF | self._machine.whole(value) & 0xFF)
+            elif name == "~started_ns":
+                self._machine.put(self._started, value)
 
 
 def _run(machine: Interpreter, power: bool, control: Place | Group, *started: Place) -> None:
-    if isinstance(control, Group):
-        LOGIX_MSG.run(machine, power, control)
-    else:
-        _words(machine, power, control, *started)
+    block = Members(machine, control) if isinstance(control, Group) else _Words(machine, control, *started)
+    run_message(machine, power, block, control.path if isinstance(control, Group) else control.text)
 
 
 def _resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:

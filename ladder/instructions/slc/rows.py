@@ -24,13 +24,9 @@ from . import files as words
 from . import messages, numbers, timing
 
 
-def _end_scan(_machine: Interpreter) -> None:
+def _end_scan(_machine: Interpreter, *_operands: Resolved) -> None:
+    """Run TND, or SUS, which stops a real processor."""
     raise ScanEndedError
-
-
-def _suspend(machine: Interpreter, _number: Resolved) -> None:
-    """Run SUS: it stops a real processor; here it ends the scan."""
-    _end_scan(machine)
 
 
 def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place) -> bool:
@@ -75,9 +71,16 @@ def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) ->
     )
 
 
-def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
-    captions = ("Counter", "Preset", "Accum")
-    return always(name, Use.SLC_COUNTER, *_SHOWN, optional=2, run=run, prescan=prescan, captions=captions)
+def _counter(name: str, bit: str, step: int, beyond: str) -> Spec:
+    return always(
+        name,
+        Use.SLC_COUNTER,
+        *_SHOWN,
+        optional=2,
+        run=lambda machine, power, group, *_shown: timing.count(machine, power, group, bit, step, beyond),
+        prescan=prescan_sets(0, **{bit: True}),
+        captions=("Counter", "Preset", "Accum"),
+    )
 
 
 def _first(count: int, spec: Spec) -> Callable[..., Any]:
@@ -121,8 +124,8 @@ _ROWS: tuple[Spec, ...] = (
     _timer("TON", timing.on_delay, prescan_sets(0, EN=False, TT=False, DN=False, ACC=0)),
     _timer("TOF", timing.off_delay, timing.prescan_off_delay),
     _timer("RTO", timing.retentive, prescan_sets(0, EN=False, TT=False)),
-    _counter("CTU", timing.count_up, prescan_sets(0, CU=True)),
-    _counter("CTD", timing.count_down, prescan_sets(0, CD=True)),
+    _counter("CTU", "CU", 1, "OV"),
+    _counter("CTD", "CD", -1, "UN"),
     action("RES", Use.SLC_RESETTABLE, run=logix_timing.RES.run),
     # comparisons: as in Logix
     *(compare.EQU, compare.NEQ, compare.LES, compare.LEQ, compare.GRT, compare.GEQ, compare.LIM, compare.MEQ),
@@ -195,7 +198,7 @@ _ROWS: tuple[Spec, ...] = (
     *(control.JMP, control.LBL, control.JSR, control.RET, control.SBR, control.MCR, control.AFI, control.NOP),
     action("TND", run=_end_scan, prove=lambda machine, power: machine.end_scan(power)),
     condition("END", run=lambda _machine: True, alone=True),
-    action("SUS", Use.IGNORED, run=_suspend, prove=lambda machine, power, _: machine.end_scan(power)),
+    action("SUS", Use.IGNORED, run=_end_scan, prove=lambda machine, power, _: machine.end_scan(power)),
     # no effect: images are exchanged at the ends of a scan, and interrupts do not run
     *(action(name, *[Use.IGNORED] * 3, optional=2, run=do_nothing) for name in ("IIM", "IOM")),
     *(action(name, *[Use.IGNORED] * 2, optional=2, run=do_nothing) for name in ("REF", "STS")),

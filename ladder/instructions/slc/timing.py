@@ -34,11 +34,9 @@ def _begin(machine: Interpreter, group: Group) -> None:
 
 def on_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
     """Run TON."""
-    timer = Members(machine, group)
+    retentive(machine, power, group, base)
     if not power:
-        timer.set(EN=False, TT=False, DN=False, ACC=0)
-        return
-    _run(machine, group, timer, base)
+        Members(machine, group).set(DN=False, ACC=0)
 
 
 def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
@@ -47,10 +45,6 @@ def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *
     if not power:
         timer.set(EN=False, TT=False)
         return
-    _run(machine, group, timer, base)
-
-
-def _run(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
     if not timer["EN"]:
         _begin(machine, group)
     _count(machine, group, timer, base)
@@ -82,7 +76,8 @@ def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) ->
 # --- counters
 
 
-def _counted(group: Group, machine: Interpreter, power: bool, bit: str, step: int, beyond: str) -> None:
+def count(machine: Interpreter, power: bool, group: Group, bit: str, step: int, beyond: str) -> None:
+    """Run CTU or CTD: after 32,767 comes -32,768, and OV or UN is set."""
     counter = Members(machine, group)
     if power and not counter[bit]:
         value = machine.whole(counter["ACC"]) + step
@@ -91,13 +86,3 @@ def _counted(group: Group, machine: Interpreter, power: bool, bit: str, step: in
             counter.set(**{beyond: True})
     counter.set(**{bit: power})
     counter.set(DN=counter["ACC"] >= counter["PRE"])
-
-
-def count_up(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
-    """Run CTU; after 32,767 comes -32,768, with OV."""
-    _counted(group, machine, power, "CU", 1, "OV")
-
-
-def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
-    """Run CTD; after -32,768 comes 32,767, with UN."""
-    _counted(group, machine, power, "CD", -1, "UN")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from ...compiler.rungs import RungWriter
 from ...interpreter import Interpreter
 from ...model.chart import STEP_TYPE, STOP_TYPE
-from ...model.operand_checks import OperandError, described, is_logical
+from ...model.operand_checks import OperandError, is_logical, mismatch
 from ...model.operands import Constant, Group, Resolved
 from ...model.spec import Use, action
 from ...model.tree import Number, Operand
@@ -28,9 +27,7 @@ def _resolve_sfr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
         return routine, Constant(0, DINT)
     step = resolver.any(given[1])
     if not isinstance(step, Group) or step.dims or step.type.name not in (STEP_TYPE, STOP_TYPE):
-        raise OperandError(
-            f"{given[1]} is {described(step)}, a step is needed", "name a step or a stop, or 0"
-        )
+        raise mismatch(given[1], step, "a step", "name a step or a stop, or 0")
     return routine, step
 
 
@@ -65,12 +62,8 @@ def _resolve_eot(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
     resolver.kept(EOT_STATE, 0)
     bit = resolver.any(given[0])
     if not is_logical(bit):
-        raise OperandError(f"{given[0]} is {described(bit)}, a bit is needed", "name a BOOL")
+        raise mismatch(given[0], bit, "a bit", "name a BOOL")
     return (bit,)
-
-
-def _write_eot(rungs: RungWriter, bit: Resolved) -> None:
-    rungs.values.set_flag(EOT_STATE, f"int({rungs.values.condition(bit)})")
 
 
 SFR = action(
@@ -94,6 +87,6 @@ EOT = action(
     Use.TRUTH,
     resolve=_resolve_eot,
     run=lambda machine, bit: machine.set_status(EOT_STATE, int(machine.condition(bit))),
-    write=_write_eot,
+    write=lambda rungs, bit: rungs.values.set_flag(EOT_STATE, f"int({rungs.values.condition(bit)})"),
     captions=("State Bit",),
 )

@@ -26,7 +26,7 @@ from ...model.predefined.motion_types import BY_CLASS
 from ...model.schedule import ScheduledProgram, ScheduledTask, task_named
 from ...model.spec import Spec, Use, action
 from ...model.tags import program_of
-from ...model.tree import Address, MemberStep, Operand
+from ...model.tree import Address, Operand
 from ...model.types import HIDDEN
 from ...state.lowered import OperandResolver
 from ...state.regions import End
@@ -127,29 +127,26 @@ def _path(kind: str, instance: str, name: str) -> str:
 _OFFSET = _path(CLOCK, "", "OFFSET")
 
 
+def _virtual_us(machine: Interpreter) -> int:
+    return machine.now_ns // 1_000
+
+
 def _wall_us(machine: Interpreter) -> int:
     leaf = machine.lowered.layout.find(_OFFSET)
     offset = machine.whole(machine.memory.read(leaf)) if leaf is not None else 0
-    return machine.now_ns // 1_000 + offset
+    return _virtual_us(machine) + offset
 
 
 def _set_wall(machine: Interpreter, now_us: int) -> None:
     """Set the clock; ignore a time out of range."""
     leaf = machine.lowered.layout.find(_OFFSET)
     if leaf is not None and 0 <= now_us < _LATEST_US:
-        machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
+        machine.memory.write(leaf, 0, now_us - _virtual_us(machine))
 
 
-def _virtual_us(machine: Interpreter, _name: str) -> bytes:
-    return struct.pack("<q", machine.now_ns // 1_000)
-
-
-def _virtual_ns(machine: Interpreter, _name: str) -> bytes:
-    return struct.pack("<q", machine.now_ns)
-
-
-def _microseconds(machine: Interpreter, _name: str) -> bytes:
-    return struct.pack("<q", _wall_us(machine))
+def _of_clock(value: Callable[[Interpreter], int]) -> Reader:
+    """Return a function that reads an instant."""
+    return lambda machine, _name: struct.pack("<q", value(machine))
 
 
 def _write_microseconds(machine: Interpreter, _name: str, data: bytes) -> None:
@@ -191,10 +188,6 @@ def _name_of(_machine: Interpreter, name: str) -> bytes:
     return struct.pack("<i", len(text)) + text.ljust(_NAME_SIZE, b"\0")
 
 
-def _name_of_controller(machine: Interpreter, _name: str) -> bytes:
-    return _name_of(machine, machine.lowered.name)
-
-
 ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("PROGRAM", "MAJORFAULTRECORD"): Attribute(_read_major_fault, _write_major_fault),
     ("TASK", "RATE"): Attribute(_of_task("<i", lambda _machine, each: each.task.rate_ns // 1_000)),
@@ -203,13 +196,13 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
         _of_task("<i", lambda machine, each: machine.whole(machine.memory.read(each.overlaps))),
         _write_overlaps,
     ),
-    (CLOCK, "CURRENTVALUE"): Attribute(_microseconds, _write_microseconds),
+    (CLOCK, "CURRENTVALUE"): Attribute(_of_clock(_wall_us), _write_microseconds),
     (CLOCK, "DATETIME"): Attribute(_date, _write_date),
     (CLOCK, "LOCALDATETIME"): Attribute(_date, _write_date),
-    ("CST", "CURRENTVALUE"): Attribute(_virtual_us),
-    ("TIMESYNCHRONIZE", "CURRENTTIMEMICROSECONDS"): Attribute(_virtual_us),
-    ("TIMESYNCHRONIZE", "CURRENTTIMENANOSECONDS"): Attribute(_virtual_ns),
-    ("CONTROLLER", "NAME"): Attribute(_name_of_controller),
+    ("CST", "CURRENTVALUE"): Attribute(_of_clock(_virtual_us)),
+    ("TIMESYNCHRONIZE", "CURRENTTIMEMICROSECONDS"): Attribute(_of_clock(_virtual_us)),
+    ("TIMESYNCHRONIZE", "CURRENTTIMENANOSECONDS"): Attribute(_of_clock(lambda machine: machine.now_ns)),
+    ("CONTROLLER", "NAME"): Attribute(lambda machine, _name: _name_of(machine, machine.lowered.name)),
     **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
 }
 """Attributes that the runtime computes, by class and name in capitals."""
@@ -279,7 +272,7 @@ def _keep(resolver: OperandResolver, kind: str, instance: str, name: str) -> Non
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
     try:
-        found = resolver.any(Address(tag.name, (*tag.steps, MemberStep(name))))
+        found = resolver.any(tag.member(name))
     except LadderError:
         found = None
     if not isinstance(found, Place) or found.type.is_bool:
@@ -311,12 +304,6 @@ def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, targ
     if len(data) < room:
         data += machine.take_bytes(store, region, first, count)[len(data) :]
     machine.put_bytes(store, region, first, count, data)
-
-
-def _fetch(
-    machine: Interpreter, kind: str, instance: str | Place, name: str, _target: Place | Group
-) -> bytes:
-    return _read(machine, kind, instance, name)
 
 
 def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
@@ -353,6 +340,13 @@ def _row(name: str, use: Use, *, written: bool, **parts: Any) -> Spec:
 
 EVENT = action("EVENT", Use.LABEL, run=_event)
 GSV = _row(
-    "GSV", Use.DESTINATION, written=True, run=_gsv, write=write_gsv, fetch=_fetch, partly=True, faults=False
+    "GSV",
+    Use.DESTINATION,
+    written=True,
+    run=_gsv,
+    write=write_gsv,
+    fetch=lambda machine, *operands: _read(machine, *operands[:3]),
+    partly=True,
+    faults=False,
 )
 SSV = _row("SSV", Use.SOURCE, written=False, run=_ssv)

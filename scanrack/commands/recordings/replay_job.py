@@ -16,7 +16,7 @@ from scanrack.jobs.replay.replaying import (
     check_slots,
     forced_rows,
     of_recording,
-    score_of,
+    plan_of,
     with_stimuli,
 )
 from scanrack.jobs.replay.resumed import configuration_words
@@ -66,7 +66,7 @@ def replay_trace(options: ReplayOptions) -> None:
                 resumed = ResumedOperation(
                     recording,
                     {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
-                    forced_rows(score_of(recording)),
+                    forced_rows(plan_of(recording)),
                     configuration_words(options.configuration),
                     captured=facts.get("source") == "capture",
                     sampled=is_sampled(facts),

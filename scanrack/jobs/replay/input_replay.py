@@ -42,7 +42,8 @@ from ..load.building import round_trip_ms
 from ..record.link_losses import LinkChange, link_changes
 from ..record.logic_wrapper import unwrapped
 from ..run.playback import RecordedInputs
-from .recorded_scans import RecordedScan, recorded_scans
+from .recorded_scans import RecordedScan, recorded_scans, recorded_words
+from .tag_orders import TagOrders
 
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
 _SET_FROM_OUTSIDE = int(ScanFlag.TAGS_FROM_OUTSIDE)
@@ -54,11 +55,9 @@ Call = Callable[[ScanLogic, LogicScan], object]
 
 
 def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[int, RecordedInputs]) -> Rack:
-    """Return a rack with the modules of a recording.
-
-    A trace has the names of words and bits; the rack file also has the addresses of a card's data.
-    """
-    known = {slot.number: slot.words for slot in spec.slot}
+    """Return a rack with the modules of a recording."""
+    slots = tuple(slots)
+    words = recorded_words(slots, spec)
     trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
     return Rack(
         Card(
@@ -66,7 +65,7 @@ def recorded_rack(slots: Iterable[SlotInfo], spec: RackSpec, modules: Mapping[in
             modules[slot.number],
             slot.module,
             slot.firmware,
-            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            words[slot.number],
             trips.get(slot.number, 0),
         )
         for slot in slots
@@ -93,9 +92,11 @@ class InputReplay:
         faulted: whether the program faulted in the last scan.
         refused: a sentence for each order that could not be carried out.
         lost: the scans before which an edit could not be carried out.
+        orders: the orders of the recording, see `read_events`.
     """
 
     logic: ScanLogic
+    orders: TagOrders
 
     def __init__(
         self,
@@ -113,6 +114,7 @@ class InputReplay:
         self._rpi_ns = spec.rpi_ns if spec.controller == "compactlogix" else None
         self._watchdog = Watchdog(exact_ns(spec.watchdog_ms, "ms"))
         self._by_watchdog = False
+        self._events = -1  # number of events in the recording when they were read
         self._inputs = [places.inputs for places in self._rack.layout.places.values()]
         self._held: list[tuple[slice, bytes]] = []
         self._orders: deque[AppliedAction] = deque()  # still to come
@@ -130,15 +132,12 @@ class InputReplay:
         if (needs := attached(logic)) is not None:
             needs.__attach_logic__(self.view.slot)
 
-    def play(self, recording: PackedTrace, last: int, orders: Iterable[AppliedAction] = ()) -> Iterator[int]:
+    def play(self, recording: PackedTrace, last: int) -> Iterator[int]:
         """Run the scans of a recording up to a row, and yield each row after its scan.
 
         A fault of the program ends the run, as in the recording.
-
-        Args:
-            orders: recorded orders on the program's tags, to be repeated.
         """
-        self.read_events(recording, orders)
+        self.read_events(recording)
         try:
             for scan in recorded_scans(recording, 0, last):
                 self.run(scan)
@@ -149,10 +148,12 @@ class InputReplay:
             if (needs := attached(self.logic)) is not None:
                 needs.__close_logic__()
 
-    def read_events(self, recording: PackedTrace, orders: Iterable[AppliedAction]) -> None:
-        """Take the orders and the lost links of a recording that are still to come."""
+    def read_events(self, recording: PackedTrace) -> None:
+        """Take the orders and the changes of links of a recording that are still to come."""
         events = recording.events
-        self.expect(orders, {slot: link_changes(events, slot) for slot in self._modules})
+        if self._events != len(events):  # a recording may grow
+            self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
+        self.expect(self.orders.given, {slot: link_changes(events, slot) for slot in self._modules})
         self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
 
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:

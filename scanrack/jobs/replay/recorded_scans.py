@@ -1,11 +1,14 @@
-"""The scans of a recording, one by one."""
+"""The scans of a recording, one by one, and the words of its slots."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
 
@@ -36,3 +39,12 @@ def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[Reco
         heads = (column[start:count].tolist() for column in (columns.scan, columns.time_ns, columns.flags))
         yield from map(as_scan, zip(*heads, blocks, strict=True))
         row += count - start
+
+
+def recorded_words(slots: Iterable[SlotInfo], spec: RackSpec | None) -> dict[int, ModuleWords]:
+    """Return the words of recorded slots; the rack has names of a card's data that a trace lacks."""
+    known = {slot.number: slot.words for slot in (spec.slot if spec else ())}
+    return {
+        slot.number: known[slot.number] if known.get(slot.number) == slot.words else slot.words
+        for slot in slots
+    }

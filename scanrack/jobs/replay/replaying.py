@@ -56,14 +56,14 @@ class Replay:
         if self._resumed is not None:  # the images show its faults
             spec = spec.model_copy(update={"incidents": ()})
         self._spec = spec
-        self._score = score_of(recording)
+        self._plan = plan_of(recording)
         if into is ReplayTarget.PROGRAM:
             self.rack = recorded_rack(recording.slots, spec, _recorded_inputs(recording))
         elif self._resumed is not None:
             self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
         else:
             self.rack = build_rack(spec)
-        self._logic = logic or recorded_outputs(self._score, recording.memory, recording.layout)
+        self._logic = logic or recorded_outputs(self._plan, recording.memory, recording.layout)
         directions = {
             ReplayTarget.MODULE: ("in",),
             ReplayTarget.PROGRAM: ("out",),
@@ -72,7 +72,7 @@ class Replay:
         self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(
-            _assumptions(into, self._score, resumed=self._resumed is not None)
+            _assumptions(into, self._plan, resumed=self._resumed is not None)
         )  # sentences about restrictions of the replay
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
@@ -100,19 +100,19 @@ class Replay:
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
-        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower, *recorders])
-        orders = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
+        cpu = build_playback(self._spec, self._plan, logic, self.rack, listeners=[follower, *recorders])
+        repeater = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
         if not to_the_end:
             follower.stop = cpu.stop
-        with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._score.numbers[-1]):
+        with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._plan.numbers[-1]):
             try:
                 cpu.play()
             except CpuFault as error:
                 self.notes.append(f"the replay faulted in {error}")
         if cpu.stop_requested and not follower.stopped:
             raise KeyboardInterrupt
-        if orders is not None:
-            self.notes += first_few(orders.refused)
+        if repeater is not None:
+            self.notes += first_few(repeater.refused)
         if self._resumed is not None:
             self.notes += self._resumed.notes(self._slots)
         return follower
@@ -129,7 +129,7 @@ def _recorded_inputs(recording: PackedTrace) -> dict[int, RecordedInputs]:
     }
 
 
-def score_of(recording: PackedTrace) -> ReplayPlan:
+def plan_of(recording: PackedTrace) -> ReplayPlan:
     """Return the numbers, times, modes and forces of the scans in a recording."""
     forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
     return ReplayPlan(recording.numbers, recording.times, recording.flags, forces)
@@ -152,11 +152,11 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
     ]
 
 
-def forced_rows(score: ReplayPlan) -> list[bool]:
+def forced_rows(plan: ReplayPlan) -> list[bool]:
     """Return whether forces were in effect in each row."""
     forced, rows = False, []
-    for number in score.numbers:
-        forced = bool(score.forces.get(number, forced))
+    for number in plan.numbers:
+        forced = bool(plan.forces.get(number, forced))
         rows.append(forced)
     return rows
 
@@ -168,13 +168,13 @@ _FRESH = {
 }
 
 
-def _assumptions(into: ReplayTarget, score: ReplayPlan, *, resumed: bool) -> Iterator[str]:
-    first = score.numbers[0]
+def _assumptions(into: ReplayTarget, plan: ReplayPlan, *, resumed: bool) -> Iterator[str]:
+    first = plan.numbers[0]
     if first and not resumed:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
-    if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
+    if all(plan.mode(row) is CpuMode.PROGRAM for row in range(len(plan.flags))):
         yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
-    yield from first_few(list(_gaps(score.numbers)))
+    yield from first_few(list(_gaps(plan.numbers)))
 
 
 def _gaps(numbers: Sequence[int]) -> Iterator[str]:
@@ -189,12 +189,12 @@ def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
 
     Cards have no machine, but an input of a card may have the same name as one of a machine.
     """
-    bolted = {slot.number for slot in recording.slots if slot.is_stepper}
+    steppers = {slot.number for slot in recording.slots if slot.is_stepper}
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:
             slot, level = _slot_of(event), event.fields.get("energized")
-            if slot not in bolted:
+            if slot not in steppers:
                 continue
             yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
 
@@ -215,10 +215,9 @@ def with_stimuli(
     if stimuli is Stimuli.MACHINE:
         return spec
     recorded = stimuli is Stimuli.RECORDED
-    found = recorded_stimuli(recording) if recorded else recorded_levels(recording, high)
     by_slot: dict[int, list[Stimulus]] = defaultdict(list)
-    for each in found:
-        by_slot[each.slot].append(each)
+    for stimulus in recorded_stimuli(recording) if recorded else recorded_levels(recording, high):
+        by_slot[stimulus.slot].append(stimulus)
     slots = tuple(
         slot.model_copy(
             update={
@@ -249,13 +248,11 @@ def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> lis
     Raises:
         ValueError: trace and rack have different slots, or lack the requested slot.
     """
-    recorded, given = (
-        sorted(slot.number for slot in recording.slots),
-        sorted(slot.number for slot in spec.slot),
-    )
-    if recorded != given:
+    recorded = sorted(slot.number for slot in recording.slots)
+    there = sorted(slot.number for slot in spec.slot)
+    if recorded != there:
         raise ValueError(
-            f"the trace has {_slots(recorded)}, the rack {_slots(given)}: they have to be the same"
+            f"the trace has {_slots(recorded)}, the rack {_slots(there)}: they have to be the same"
         )
     if only is None:
         return recorded

@@ -77,10 +77,8 @@ def configuration_words(text: str | None) -> list[int] | None:
     if text is None:
         return None
     try:
-        found = [
-            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
-        ]
-        return list(Image(found))
+        words = text.replace(",", " ").split()
+        return list(Image([int(word[:-1], 16) if word[-1] in "hH" else int(word) for word in words]))
     except ValueError as error:
         raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
 
@@ -195,11 +193,8 @@ class ResumedModule:
             return False
         if self.module.layer.operation is not None:
             return False
-        return [shown[0], shown[1] & ~ALL_INPUTS, *shown[2:4]] != [
-            before[0],
-            before[1] & ~ALL_INPUTS,
-            *before[2:4],
-        ]
+        differs = [now ^ earlier for now, earlier in zip(shown[:4], before, strict=False)]
+        return bool(differs[0] or differs[1] & ~ALL_INPUTS or differs[2] or differs[3])
 
     def _capture(self, image: Image, shown: Words) -> None:
         """Copy the captured value from the recording, which lacks the instant of the capture."""
@@ -260,11 +255,8 @@ class ResumedModule:
         if not shown[0] & _OK:
             return NO_ANSWER
         moves = (shown[0] | before[0]) & _MOVES and not (shown[0] | before[0]) & _CONFIGURES
-        if (
-            moves
-            and not self._exact_inputs
-            and (shown[1] ^ before[1]) & ALL_INPUTS & ~self._harmless(command)
-        ):
+        changed = (shown[1] ^ before[1]) & ALL_INPUTS & ~self._harmless(command)
+        if moves and changed and not self._exact_inputs:
             return INPUT_CHANGED
         if self._sampled and self._is_unseen(shown, before, command):
             return COMMAND_UNSEEN

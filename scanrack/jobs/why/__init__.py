@@ -6,10 +6,10 @@
 | `past` | a recording up to a scan: the age of a bit's value |
 | `waits` | what a 3601 waits for, read from its images |
 | `input_reads`, `lines`, `conditions` | in a traced scan: the inputs read, the lines that change a value |
-| `input_replay`, `traced_run` | a repeated run of the program on recorded inputs, with some scans traced |
+| `followed`, `traced_run`, `program_rerun` | repeated runs of the program on recorded inputs |
 | `sentences`, `answer` | the text of the answers |
-| `chain`, `chains` | causes through images and modules, through Python, and into other racks |
+| `bits`, `chain`, `chains` | causes through images and modules, through Python, and into other racks |
 | `senders`, `class_names` | for a `Logic` class: its names, and the lines that command its axes |
 
-Until a question is asked, only the journal of a bench runs. `fuzz` also uses `lines`.
+Before the first question, only the journal of a bench runs. `fuzz` also uses `lines`.
 """

@@ -10,7 +10,6 @@ pairs, so that every result is minimal. Every reported result has been tried.
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
@@ -25,6 +24,8 @@ from scanrack.runtime.live import actions
 from scanrack.runtime.live.operator_actions import OperatorActions
 from scanrack.runtime.machine.spec import INPUT_NAMES
 from scanrack.runtime.modules.record import Trait
+
+from .copies import can_copy, in_copy
 
 PRESS = "60 ms"
 BETWEEN = "100 ms"
@@ -120,17 +121,17 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
     """Return what a user could do to change a value; None on a system that can't fork a process.
 
     Args:
-        bench: the bench at the scan of the question; it does not change. It must not be recording, because a
-            copy would write, too.
+        bench: the bench at the scan of the question; it does not change. It must not be recording: a copy
+            would also write.
         link: the chain of the present value; acts on its ends are tried first.
     """
-    if not hasattr(os, "fork"):
+    if not can_copy():
         return None
     return next(every_act(bench, link, tag, requested))
 
 
 def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
-    """Yield the results, none of which contains another one. If there is none, yield one that says so."""
+    """Yield the smallest results. If nothing was found, yield one result without acts."""
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
         texts = {act.text for act in chosen}
@@ -156,26 +157,13 @@ def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
 
 def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
     """Try acts on a copy; return the time until the tag has the value, ns, and the first stimulus."""
-    system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
-    read, write = os.pipe()
-    child: int = system.fork()
-    if not child:
-        os.close(read)
-        try:
-            found = _done(bench, acts, tag, requested)
-            os.write(write, b"" if found is None else f"{found[0]} {found[1]}".encode())
-        finally:
-            os._exit(0)  # a refused act or a fault of the program is not an answer
-    os.close(write)
-    with os.fdopen(read, "rb") as answer:
-        reply = answer.read().decode()
-    os.waitpid(child, 0)
+    reply = in_copy(lambda: _done(bench, acts, tag, requested))
     after, _, stimulus = reply.partition(" ")
     return (int(after), stimulus) if reply else None
 
 
-def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
-    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus, or None."""
+def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
+    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus; "" if never."""
     begun, noted = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
@@ -183,17 +171,17 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tupl
     limit = bench.now_ns + WITHIN_NS
     while bench[tag] != requested:
         if bench.now_ns >= limit:
-            return None
+            return ""
         bench.run_for(LOOKS)
     stimuli = [each.text for each in bench.events[noted:] if each.kind == "stimulus"]
-    return bench.now_ns - begun, stimuli[0] if stimuli else ""
+    return f"{bench.now_ns - begun} {stimuli[0] if stimuli else ''}"
 
 
 # --- what can be done
 
 
 def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
-    """Yield each act once, those on the ends of the chain first."""
+    """Yield each act once, beginning with acts on the ends of the chain."""
     seen: set[str] = set()
     for act in (*_of_links(bench, link), *_of_panels(bench)):
         if act.text not in seen:
@@ -238,7 +226,7 @@ def _of_tag(name: str, value: bool) -> Act:
 def _of_panels(bench: Rack) -> Iterator[Act]:
     """Yield acts on the named inputs of cards, buttons and switches, and on the inputs of axes.
 
-    A 3601 names its inputs, so that the chain has those that are off; a drive has a function for each.
+    A 3601 names its inputs, so the chain has the inputs that are off; a drive has a function for each.
     """
     for slot in bench.spec.slot:
         for name in (slot.options or {}).get("inputs") or ():

@@ -20,14 +20,16 @@ from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
-from .chain import Bits, RackChain, shows_input
+from ..replay.recorded_scans import recorded_words
+from .bits import Bits, shows_input
+from .chain import RackChain
 from .past import ALL_BITS, Past, SlotPast, event_text
 from .sentences import change_lines, sender_lines
 from .waits import waits
 
 if TYPE_CHECKING:  # a ladder program needs no lines of Python
     from .source.lines import Line
-    from .traced_run import Load, TracedChange, TracedRun, Watched
+    from .traced_run import Load, TracedChange, TracedRun
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
 
@@ -61,13 +63,8 @@ class Why:
 
     @cached_property
     def words(self) -> Mapping[int, ModuleWords]:
-        """The words of the slots with their names. The rack names more of a card's data than a trace."""
-        given = {slot.number: slot.words for slot in (self.spec.slot if self.spec else ())}
-        recorded = {slot.number: slot.words for slot in self.recording.slots}
-        return {
-            number: given[number] if given.get(number) == words else words
-            for number, words in recorded.items()
-        }
+        """The words of the slots with their names."""
+        return recorded_words(self.recording.slots, self.spec)
 
     def means_image(self, text: str) -> bool:
         """Return whether a text is the address of a bit or word of an image."""
@@ -186,7 +183,6 @@ class Why:
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
         from .chains.program import ProgramChain
-        from .chains.waiting import of_axis
 
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
@@ -198,7 +194,7 @@ class Why:
         elif own in names.sequences:
             found = chains.of_sequence(own, self.row)
         elif own in names.axes:
-            found = of_axis(chains, own, names.axes[own], self.row)
+            found = chains.of_module(names.axes[own], own, self.row)
         else:
             found = chains.of_value(text, self.row)
             if text not in chains.present:
@@ -231,12 +227,12 @@ class Why:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
                 yield f"  {event_text(each)}"
 
-    def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
+    def _again(self, rows: frozenset[int], last: int) -> TracedRun | None:
         if self.load is None or self.spec is None:
             return None
         from .traced_run import run_again
 
-        return run_again(self.recording, self.spec, self.load, rows, last, watched)
+        return run_again(self.recording, self.spec, self.load, rows, last)
 
     def _by_line(self, head: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
         """Yield the line that changed an output word."""
@@ -291,7 +287,7 @@ class Why:
         yield from (f"  {each}" for each in head[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
-        """Yield the scans that last changed an output word, each with those words, latest first."""
+        """Yield the scans that last changed an output word, each with its words, latest first."""
         by_row: dict[int, list[int]] = {}
         for word in range(len(slot.words.outputs)):
             row = self.past.last_change(slot.number, "out", word)

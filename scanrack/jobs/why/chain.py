@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from itertools import islice
 from typing import Any
 
-from scanrack.io_images.addresses import Address
 from scanrack.io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from scanrack.io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from scanrack.io_images.amci3601.words import is_stepper
@@ -27,7 +26,8 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
 from ..load.loading import LoadedRack
-from .chains.axis_blocks import AxisBlocks
+from .bits import Bits, is_input_name, shows_input
+from .chains.axis_blocks import slot_of
 from .chains.partners import chain_of_partner
 from .drive_waits import started
 from .outranked import Outranking, forced, of_cpu, of_link, spellings
@@ -46,36 +46,8 @@ _CUT = {"cut short", "found no home", "stopped by the external input"}
 _INCIDENTS = {each.value for each in FaultKind}
 
 _BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+_ERRORS = StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.INPUT_ERROR | StatusMsw.HOME_INVALID
 _RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
-
-
-@dataclass(frozen=True, slots=True)
-class Bits:
-    """Bits of a word of an image."""
-
-    slot: int
-    image: str  # "in" or "out"
-    word: int
-    mask: int
-
-    @classmethod
-    def at(cls, place: Address) -> Bits:
-        """Return the bits at an address."""
-        mask = ALL_BITS if place.bit is None else 1 << place.bit
-        return cls(place.slot, "in" if place.image == "I" else "out", place.word, mask)
-
-    @property
-    def address(self) -> Address:
-        """The address of the bit, or of the word if there are several bits."""
-        bit = self.mask.bit_length() - 1 if self.mask & self.mask - 1 == 0 else None
-        return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
-
-
-def read_bits(masks: Iterable[tuple[tuple[int, int], int]]) -> Iterator[Bits]:
-    """Yield the inputs in masks of reads, see `Reads.masks`: each bit, or the word if all its bits count."""
-    for (slot, word), mask in masks:
-        parts = [mask] if mask == ALL_BITS else [1 << bit for bit in range(16) if mask >> bit & 1]
-        yield from (Bits(slot, "in", word, part) for part in parts)
 
 
 @dataclass(slots=True)
@@ -167,7 +139,7 @@ class RackChain:
                 "at_rest": self._of_input_at_rest,
                 "run_mode": self._before_run_mode,
             }
-            self._chains = self.maker(deep=self.deep, **hooks, blocks=AxisBlocks(self))
+            self._chains = self.maker(deep=self.deep, **hooks, blocks=self)
         return self._chains
 
     def _before_run_mode(self, scan: int) -> str:
@@ -178,14 +150,37 @@ class RackChain:
             return ""
         return f"the key was at program since {seconds(mode.now_ns)} s"
 
-    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
-        """Return the link for a lost connection to a module in a scan; None if the connection is good."""
-        found = of_link(self.recording, self.slot(slot), self.recording.numbers[row])
-        return None if found is None else self._outranked(found, name, None)
+    def of_module(self, number: int, name: str, row: int, head: str = "") -> CauseLink:
+        """Return what a module does or waits for at a scan; a lost link takes precedence."""
+        recording, slot = self.recording, self.slot(number)
+        lost = of_link(recording, slot, recording.numbers[row])
+        if lost is not None:
+            return self._outranked(lost, name, None)
+        past = SlotPast(Past(recording, row), slot)
+        changed = past.past.last_change(number, "in", 0) or 0
+        text = f"{head}slot {number}: {'; '.join(waits(past)[:2])}"
+        return CauseLink("module", name, None, recording.numbers[changed], recording.times[changed], text)
 
-    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
-        """Return the chain of a status bit of a 3601 after a scan."""
-        return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+    # --- the blocks of an axis, see `Blocks`
+
+    def waiting(self, path: str, scan: int) -> CauseLink | None:
+        """Return what a busy block waits for; None for any other structure."""
+        slot, row = slot_of(self.chains.lowered, path), bisect_left(self.recording.numbers, scan)
+        if slot is None or row >= len(self.recording.numbers):
+            return None
+        return self.of_module(slot, path, row, "busy: ")
+
+    def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
+        """Return the module's bit that caused a block's error, with its rule; None if there is none."""
+        slot = slot_of(self.chains.lowered, path)
+        if slot is None:
+            return None
+        row = bisect_right(self.recording.numbers, scan) - 1
+        now = Past(self.recording, row).words(slot, "in", row)[0]
+        for bit in (StatusMsw.CONFIG_ERROR, *_ERRORS):
+            if now & bit:
+                return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+        return None
 
     def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
         """Explain a ladder program's input that has not changed."""
@@ -548,22 +543,10 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus is on the given bits of an input image."""
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
-    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(is_input_name, names)))
 
 
 def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
     """Whether an order on a slot affects given bits of its input image; a press affects only its input."""
     state = json_value(str(order.fields.get("order", "{}")))
     return "name" not in state or _is_of(str(state["name"]), slot, bits)
-
-
-def _shows(name: str) -> bool:
-    return name.lower().startswith(_INPUTS)
-
-
-def shows_input(slot: SlotInfo, name: str) -> bool:
-    """Whether a status bit of a stepper shows an input."""
-    return _shows(name) and name not in slot.words.errors
-
-
-_INPUTS = ("in_", "input_")

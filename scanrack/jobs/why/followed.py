@@ -61,17 +61,16 @@ def run_rungs(
         return follow(recording, debugger, last, until, snapshots)
     from ..replay.input_replay import InputReplay  # most recordings need no orders
     from ..replay.replaying import edit_notes
-    from ..replay.tag_orders import TagOrders, first_few
+    from ..replay.tag_orders import first_few
 
-    orders, replay = TagOrders(recording), InputReplay(spec, recording.slots)
+    replay, met = InputReplay(spec, recording.slots), False
     replay.attach(debugger)
-    met = False
-    for _row in replay.play(recording, last, orders.given):
+    for _row in replay.play(recording, last):
         met = until is not None and bool(debugger.tags[until])
         if met:
             break
     departs = None if replay.departs is None else bisect_left(recording.numbers, replay.departs)
-    notes = *edit_notes(recording.events), *orders.notes, *first_few(replay.refused)
+    notes = *edit_notes(recording.events), *replay.orders.notes, *first_few(replay.refused)
     return RungsRun(replay.row, met, departs, notes)
 
 

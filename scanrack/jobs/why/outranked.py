@@ -5,7 +5,7 @@ They take precedence in this order. One that is in effect determines the value, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from scanrack.io_images.addresses import Address
@@ -95,7 +95,7 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     return Outranking("mode", recording.numbers[first], now_ns, text)
 
 
-def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
+def losses(events: Iterable[TraceEvent], slot: int) -> Iterator[Loss]:
     """Yield the times in which the link to a module was lost, in order."""
     lost: tuple[int, int] | None = None
     for change in link_changes(events, slot):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +14,6 @@ from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.read.sequence_steps import Step, steps_of
 from scanrack.traces.replay import PackedTrace
-
-from ..record.edits_and_forces import Forced, forced_in, image_forces
 
 ALL_BITS = 0xFFFF
 
@@ -100,18 +98,6 @@ class Past:
     def events(self) -> Sequence[TraceEvent]:
         """The events, in order."""
         return [each for each in self.recording.events if each.scan <= self.scan]
-
-    @cached_property
-    def forces(self) -> Mapping[str, int]:
-        """The forces in effect, by address."""
-        forces = [each for each in self.events if each.topic == "/forces"]
-        return image_forces(forces[-1]) if forces else {}
-
-    @cached_property
-    def forced_tags(self) -> Forced:
-        """The forced tags or fields with their values."""
-        forces = [each for each in self.events if each.topic == "/forces"]
-        return forced_in(forces[-1]) if forces else {}
 
     @cached_property
     def sequences(self) -> Sequence[Step]:

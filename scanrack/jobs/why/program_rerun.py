@@ -14,19 +14,15 @@ from io import StringIO
 from types import FrameType
 
 from scanrack.io_images.dataclass import dataclass
-from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.live.operator_actions import AppliedAction
-from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
+from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
 from ..load.program import lines_marked
-from ..record.logic_wrapper import unwrapped
 from ..replay.input_replay import InputReplay
 from ..replay.recorded_scans import RecordedScan, recorded_scans
-from ..replay.tag_orders import TagOrders
 from .traced_run import Load, fresh
 
 
@@ -56,7 +52,6 @@ class ProgramRerun:
     def __init__(self, load: Load, spec: RackSpec, recording: Callable[[], PackedTrace]) -> None:
         self._load, self._spec, self._recording = load, spec, recording
         self._begun = False
-        self._orders: tuple[int, list[AppliedAction]] = -1, []  # of a recording with this many events
 
     @property
     def at(self) -> int:
@@ -104,7 +99,7 @@ class ProgramRerun:
         """
         self.rewind(first)
         recording, replay = self._recording(), self.replay
-        replay.read_events(recording, self._orders_in(recording))
+        replay.read_events(recording)
         self._watch.only()
         _run_silently(replay, recorded_scans(recording, self.at + 1, first - 1))
         for scan in recorded_scans(recording, self.at + 1, last):
@@ -112,24 +107,8 @@ class ProgramRerun:
             observed = observer(replay.logic)
             if observed is not None and self._watch.observers != [observed]:
                 self._watch.only(observed)
-            self._run_observed(scan, observed)
+            _run_silently(replay, (scan,))
             yield scan.number, observed
-
-    def _run_observed(self, scan: RecordedScan, observer: Observer | None) -> None:
-        replay = self.replay
-        program: object = unwrapped(replay.logic)
-        steps = program if isinstance(program, Steps) else None
-        before = 0 if steps is None else steps.line
-        _run_silently(replay, (scan,))
-        begins = steps is not None and (steps.line != before or scan.flags & ScanFlag.FIRST_SCAN)
-        if steps is not None and begins and observer is not None:
-            observer.begins(self._load.program.name, steps.line, None)
-
-    def _orders_in(self, recording: PackedTrace) -> list[AppliedAction]:
-        if self._orders[0] != len(recording.events):
-            orders = TagOrders(recording, edits=self._load.edited is not None)
-            self._orders = len(recording.events), orders.given
-        return self._orders[1]
 
     def _edited(self, number: int) -> ScanLogic:
         assert self._load.edited is not None

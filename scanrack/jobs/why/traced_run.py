@@ -28,7 +28,6 @@ from scanrack.runtime.loop.scan import LogicScan, ScanLogic
 from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
-from ..replay.tag_orders import TagOrders
 from ..trust.attachments import forget_imported
 from .past import Past
 from .source.conditions import Stands, stands_in, values_of
@@ -75,13 +74,12 @@ class TracedRun:
         changes: the changes in each traced scan, in order, by row.
         departs: row of the first scan whose outputs differ from the recorded ones; None if there is none.
         lost: row of the first scan of an edited program that can't be loaded again; None if there is none.
-        watched: row of the last scan in which the watched value changed; None if it did not.
+        value: the watched value after the run.
     """
 
     changes: dict[int, list[TracedChange]] = field(default_factory=dict)
     departs: int | None = None
     lost: int | None = None
-    watched: int | None = None
     value: Any = None
 
     def explains(self, row: int) -> bool:
@@ -99,8 +97,17 @@ class TracedRun:
         return f"no line can be named: {reason}; it depends on more than its inputs and its time"
 
 
+Values = Callable[[], dict[str, Any]]
+"""Reads values of a program, by name."""
+
 Watched = Callable[[ScanLogic], Callable[[], Any]]
 """Makes a function that reads a value of a freshly loaded program."""
+
+
+def unwatched(_logic: ScanLogic) -> Callable[[], None]:
+    """Watch no value."""
+    return lambda: None
+
 
 Look = Callable[[Line, FrameType, Reads], None]
 """Receives each line of a traced scan when it begins, with its frame."""
@@ -112,7 +119,7 @@ def run_again(
     load: Load,
     rows: frozenset[int],
     last: int,
-    watched: Watched | None = None,
+    watched: Watched = unwatched,
     look: Look | None = None,
 ) -> TracedRun:
     """Run a program again on the inputs of a recording.
@@ -121,21 +128,41 @@ def run_again(
         recording: the inputs, and the expected outputs.
         rows: the scans to trace.
         last: row of the last scan to run.
-        watched: makes a reader of the value to watch instead of the outputs.
+        watched: makes a reader of a value to watch besides the outputs.
         look: receives the lines of the traced scans.
     """
     with fresh(load) as logic:
-        traced = _Tracer(rows, None if watched is None else watched(logic), load.program, look)
+        traced = _Tracer(rows, watched(logic), load.program, look)
         replay = InputReplay(spec, recording.slots, call=traced.call, edited=load.edited)
         traced.begin(replay, logic)
-        orders = TagOrders(recording, edits=load.edited is not None)
-        for _row in replay.play(recording, last, orders.given):
-            traced.look_at_value()
-    numbers, found = recording.numbers, traced.found
+        for _row in replay.play(recording, last):
+            pass
+        numbers, found = recording.numbers, traced.found
+        found.value = traced.read()
     found.departs = None if replay.departs is None else bisect_left(numbers, replay.departs)
-    lost = [*orders.lost, *replay.lost]
+    lost = [*replay.orders.lost, *replay.lost]
     found.lost = bisect_left(numbers, min(lost)) if lost else None
     return found
+
+
+def last_changes(
+    recording: PackedTrace, spec: RackSpec, load: Load, last: int, watched: Callable[[ScanLogic], Values]
+) -> tuple[dict[str, int], dict[str, Any]]:
+    """Run a program again; return the row in which each value last changed, and the values after the run.
+
+    Args:
+        watched: makes a function that reads the values of a freshly loaded program.
+    """
+    found: dict[str, int] = {}
+    with fresh(load) as logic:
+        read = watched(logic)
+        values, replay = read(), InputReplay(spec, recording.slots, edited=load.edited)
+        replay.attach(logic)
+        for row in replay.play(recording, last):
+            now = read()
+            found |= {name: row for name, value in now.items() if not same(value, values[name])}
+            values = now
+    return found, values
 
 
 @contextmanager
@@ -156,16 +183,16 @@ class _Tracer:
     """Traces a program in some scans of its replay."""
 
     def __init__(
-        self, rows: frozenset[int], read: Callable[[], Any] | None, program: Path, look: Look | None
+        self, rows: frozenset[int], read: Callable[[], Any], program: Path, look: Look | None
     ) -> None:
-        self._rows, self._read, self._program, self._look_on = rows, read, program, look
+        self._rows, self.read, self._program, self._look_on = rows, read, program, look
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
         self._looked = 0
         self._replay: InputReplay
-        self.found = TracedRun(value=None if read is None else read())
+        self.found = TracedRun()
 
     def begin(self, replay: InputReplay, logic: ScanLogic) -> None:
         """Attach a program to watched images."""
@@ -187,15 +214,8 @@ class _Tracer:
         finally:
             self._reads.on = False
 
-    def look_at_value(self) -> None:
-        """Note the watched value after a scan."""
-        if self._read is not None:
-            value = self._read()
-            if not same(value, self.found.value):
-                self.found.value, self.found.watched = value, self._replay.row
-
     def _watch(self) -> tuple[bytes, Any]:
-        return self._replay.block(), None if self._read is None else self._read()
+        return self._replay.block(), self.read()
 
     def _begins(self, line: Line, frame: FrameType) -> None:
         self._looked += 1

@@ -10,7 +10,6 @@ system without fork, each try runs the program from the start.
 from __future__ import annotations
 
 import ast
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -30,8 +29,8 @@ from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
-from ..replay.tag_orders import TagOrders
-from .chain import Bits, read_bits
+from .bits import Bits, read_bits
+from .copies import can_copy, in_copy
 from .past import ALL_BITS, Past
 from .source.input_reads import Reads
 from .traced_run import Load, Watched, fresh
@@ -59,12 +58,9 @@ class ProgramTrials:
     ) -> None:
         self._recording, self._row, self._spec, self._load = recording, row, spec, load
         self._terminal, self._scans = terminal, scans
-        self._answer: int | None = None  # the pipe of a try, in its process
         self._watched: Watched
         self._target: Value = False
         self._replay: InputReplay
-        self._found: Remedies | None = None
-        self._refused = ""
 
     def of(
         self, text: str, watched: Watched, requested: Value | None, name: Callable[[Bits], str]
@@ -81,18 +77,49 @@ class ProgramTrials:
         """
         self._watched = watched
         with fresh(self._load) as logic:
-            reads, value = Reads(), watched(logic)
-            try:
-                for row in self._rows(logic, reads):
-                    if self._is_over(row - self._row, value, text, requested, reads, name):
-                        break
-            finally:
-                if self._answer is not None:  # this is a try, ended by a fault or its last scan
-                    os._exit(0)
-        if self._found is None:
-            ended = f"the program ends before the scan in question: {text} can't be tried"
-            raise ValueError(self._refused or ended)
-        return self._found
+            reads, read = Reads(), watched(logic)
+            rows = self._rows(logic, reads)
+            if all(row != self._row for row in rows):
+                raise ValueError(f"the program ends before the scan in question: {text} can't be tried")
+            value = read()
+            if requested is None and not isinstance(value, bool):
+                raise ValueError(f"{text} is {value!r}: give the value that it should have")
+            self._target = (not value) if requested is None else requested
+
+            def attempt(changes: Sequence[InputChange]) -> int | None:
+                if not can_copy():
+                    return self._try_from_start(changes)
+                scans = in_copy(lambda: str(self._scans_with(changes, rows, read) or ""))
+                return int(scans) if scans else None
+
+            search = Search(text, self._target, attempt)
+            terminals, reported = self._candidates(reads.masks, self._target, name)
+            found = search.among(terminals)
+            return found if found.found or not reported else search.among([*terminals, *reported])
+
+    def _scans_with(
+        self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any]
+    ) -> int | None:
+        """Run the scans after the one in question with changed inputs, until the value is as requested.
+
+        Returns:
+            Their number; None if it never is.
+        """
+        past = Past(self._recording, self._row)
+        for slot in {each.cell.slot for each in changes}:
+            self._replay.hold(slot, _image(past, slot, changes))
+        return next((row - self._row for row in rows if read() == self._target), None)
+
+    def _try_from_start(self, changes: Sequence[InputChange]) -> int | None:
+        """Do as `_scans_with`, with a program that runs from the start."""
+        present = self._replay
+        try:
+            with fresh(self._load) as logic:
+                read, rows = self._watched(logic), self._rows(logic, Reads())
+                is_there = any(row == self._row for row in rows)
+                return self._scans_with(changes, rows, read) if is_there else None
+        finally:
+            self._replay = present
 
     def _rows(self, logic: ScanLogic, reads: Reads) -> Iterator[int]:
         """Run a program, and yield the row of each scan after it; note what it reads in the last ones."""
@@ -108,89 +135,11 @@ class ProgramTrials:
         self._replay = replay = InputReplay(self._spec, recording.slots, call=call, edited=self._load.edited)
         reads.watch(replay.view.slot)
         replay.attach(logic)
-        orders = TagOrders(recording, edits=self._load.edited is not None)
-        return replay.play(recording, 1 << 62, orders.given)
+        return replay.play(recording, 1 << 62)
 
     def block(self) -> bytes:
         """Return the rack's present memory block in this run."""
         return self._replay.block()
-
-    def _is_over(
-        self,
-        scans: int,
-        read: Callable[[], Any],
-        text: str,
-        requested: Value | None,
-        reads: Reads,
-        name: Callable[[Bits], str],
-    ) -> bool:
-        """At the scan in question, try all sets; return whether the run is over.
-
-        Args:
-            scans: scans since the scan in question.
-            read: reads the value.
-        """
-        if self._answer is not None:
-            met = read() == self._target
-            if met:
-                os.write(self._answer, bytes([scans]))
-            return bool(met or scans >= self._scans)
-        if scans < 0:
-            return False
-        value = read()
-        if requested is None and not isinstance(value, bool):
-            self._refused = f"{text} is {value!r}: give the value that it should have"
-            return True
-        self._target = (not value) if requested is None else requested
-        try:
-            self._found = self._searched(text, reads, name)
-        except _GoesOnError:
-            return False
-        return True
-
-    def _searched(self, text: str, reads: Reads, name: Callable[[Bits], str]) -> Remedies:
-        search = Search(text, self._target, self._try if hasattr(os, "fork") else self._try_from_start)
-        terminals, reported = self._candidates(reads.masks, self._target, name)
-        found = search.among(terminals)
-        return found if found.found or not reported else search.among([*terminals, *reported])
-
-    def _try(self, changes: Sequence[InputChange]) -> int | None:
-        """Return the number of scans until a copy of the process has the requested value, or None."""
-        system: Any = os  # only POSIX has fork, so type checkers on other systems don't know it
-        read, write = os.pipe()
-        child: int = system.fork()
-        if not child:
-            os.close(read)
-            self._answer = write
-            self._hold(changes)
-            raise _GoesOnError
-        os.close(write)
-        with os.fdopen(read, "rb") as answer:
-            scans = answer.read()
-        os.waitpid(child, 0)
-        return scans[0] if scans else None
-
-    def _try_from_start(self, changes: Sequence[InputChange]) -> int | None:
-        """Return the number of scans until a fresh program has the requested value, or None."""
-        present = self._replay
-        try:
-            with fresh(self._load) as logic:
-                value = self._watched(logic)
-                for row in self._rows(logic, Reads()):
-                    scans = row - self._row
-                    if scans == 0:
-                        self._hold(changes)
-                    elif scans > 0 and value() == self._target:
-                        return scans
-                return None
-        finally:
-            self._replay = present
-
-    def _hold(self, changes: Sequence[InputChange]) -> None:
-        """Show the program changed inputs from the next scan on."""
-        past = Past(self._recording, self._row)
-        for slot in {each.cell.slot for each in changes}:
-            self._replay.hold(slot, _image(past, slot, changes))
 
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]
@@ -211,10 +160,6 @@ class ProgramTrials:
                 each = bit(bits, named, source, bool(value & bits.mask))
             (own if place else reported).append(each)
         return own, reported
-
-
-class _GoesOnError(Exception):
-    """Makes a copy of the process leave the search and continue with its scans."""
 
 
 def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:

@@ -30,8 +30,8 @@ from scanrack.io_images.amci3601.words import Profile, may_be_stepper, profile_o
 from scanrack.io_images.thousands import join_reported
 from scanrack.io_images.times import seconds
 
-from ..record.link_losses import link_changes
 from .drive_waits import command_on, drive_waits, still_on
+from .outranked import losses
 from .past import SlotPast, event_text
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
@@ -87,12 +87,10 @@ def searches_home(past: SlotPast) -> bool:
 
 
 def _out_of_reach(past: SlotPast) -> str | None:
-    changes = link_changes(past.past.events, past.slot.number)
-    if not changes or changes[-1].good:
+    lost = next((each for each in losses(past.past.events, past.slot.number) if each.until is None), None)
+    if lost is None:
         return None
-    lost = next((each for each in changes[::-1] if each.good), None)
-    since = changes[changes.index(lost) + 1 if lost is not None else 0]
-    at = f"scan {since.scan:,} ({seconds(since.now_ns)} s)"
+    at = f"scan {lost.scan:,} ({seconds(lost.now_ns)} s)"
     return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
 
 

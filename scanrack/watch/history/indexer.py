@@ -10,19 +10,17 @@ from collections.abc import Callable, Mapping, Sequence
 
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.jobs.replay.input_replay import InputReplay
-from scanrack.jobs.replay.recorded_scans import RecordedScan
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.ring import Rows
-from scanrack.runtime.loop.phases import runs_logic
 from scanrack.traces.format.layout import SlotInfo
 
 from .event_log import LAST_SCAN
 from .program_replica import scans_in
 from .recorded_events import RecordedEvents
 from .stretch import Stretch
-from .watched_program import Inputs, Values, inputs_of, values_of
+from .watched_program import Inputs, LadderNotes, Values
 
 EVERY = 512
 """Scans between two snapshots."""
@@ -61,9 +59,8 @@ class Indexer:
         self._replay = InputReplay(spec, modules, edited=lambda _number: edited.pop(0))
         self._debugger = Debugger(program, remembered=0)
         self._replay.attach(self._debugger)
-        self._keep, self._slots, self._recorded = keep, slots, recorded
-        self._kept = 0
-        self._forces: object = None
+        self._notes = LadderNotes(self._debugger, keep, EVERY)
+        self._slots, self._recorded = slots, recorded
 
     @property
     def next(self) -> int:
@@ -72,25 +69,14 @@ class Indexer:
 
     def run(self, rows: Rows) -> bool:
         """Run successive scans, which begin with `next`; return whether a snapshot was stored."""
-        kept, first, last = self._kept, self.next, int(rows["scan"][-1])
+        before, first, last = self._notes.given, self.next, int(rows["scan"][-1])
         links = {slot: self._recorded.links(slot, first, last) for slot in self._slots}
         self._replay.expect(self._recorded.orders(first, last), links)
         for scan in scans_in(rows):
-            self._run(scan)
-        return self._kept > kept
-
-    def _run(self, scan: RecordedScan) -> None:
-        debugger, replay, edits = self._debugger, self._replay, len(self._debugger.edits)
-        replay.give_orders(scan)
-        if scan.number % EVERY == 0 or edits != len(debugger.edits):
-            self._keep(values_of(debugger, scan.number))
-            self._kept += 1
-            self._forces = None
-        replay.run(scan)
-        if replay.faulted or not runs_logic(scan.flags):
-            return
-        entry, memory = debugger.latest, debugger.engine.memory
-        written = entry is not None and (entry.writes or memory.copies_inputs)
-        if memory.forces is not self._forces or written:
-            self._forces = memory.forces
-            self._keep(inputs_of(debugger, scan.number))
+            edits = len(self._debugger.edits)
+            self._replay.give_orders(scan)
+            if not scan.number or edits != len(self._debugger.edits):
+                self._notes.give(scan.number)
+            self._replay.run(scan)
+            self._notes.note(scan.number)
+        return self._notes.given != before

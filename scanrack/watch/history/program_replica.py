@@ -199,7 +199,7 @@ class ProgramReplica(Replayer):
         return iter(()) if self.is_impure else (each for each in self.source.snapshots(scan) if each <= scan)
 
     def keep(self, scan: int) -> None:
-        """Store the current values as those before a scan, so that questions about it start there."""
+        """Store the current values as a snapshot before a scan, from which the scan is repeated."""
         place = self._kept.place(scan)
         if not self.is_impure and (place is None or self._kept.scans[place] < scan):
             self._kept.take(Values(scan, snapshot(self.engine.memory), 0))

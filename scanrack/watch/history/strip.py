@@ -194,12 +194,12 @@ def _positions(
     found = {}
     scans = rows["scan"].astype(np.int64)
     for name, (slot, quantity, inputs) in signals.positions.items():
-        said = words[:, signals.modes[inputs.start]] >= 0  # bit 15 means that these words are a mirror
+        is_position = words[:, signals.modes[inputs.start]] >= 0  # bit 15 means that these words are a mirror
         values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
-        points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
-        spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()
+        points = _envelope(times, values, begins | np.diff(is_position, prepend=is_position[:1]), most)
+        known = is_position[np.searchsorted(times, [point[0] for point in points])].tolist()
         found[name] = [
-            point if known else [point[0], None] for point, known in zip(points, spoken, strict=True)
+            point if is_known else [point[0], None] for point, is_known in zip(points, known, strict=True)
         ]
     return found
 

@@ -1,4 +1,4 @@
-"""Writes notes with which a monitor repeats the scans of a program: inputs, and regular snapshots.
+"""Makes notes with which a monitor repeats the scans of a program: inputs, and regular snapshots.
 
     scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
@@ -9,7 +9,7 @@ The other inputs of a scan, images, times and flags, are in the ring.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,13 +61,22 @@ class Inputs:
 
 
 class LadderNotes:
-    """Writes a ladder program's notes for the monitor; see `runtime.live.tap.Notes`."""
+    """Writes a ladder program's notes; see `runtime.live.tap.Notes`.
 
-    def __init__(self, debugger: Debugger, records: Records) -> None:
-        self._debugger, self._records = debugger, records
+    Args:
+        every: number of scans between two snapshots.
+
+    Attributes:
+        given: the scan of the latest snapshot.
+    """
+
+    def __init__(
+        self, debugger: Debugger, write: Callable[[Values | Inputs], object], every: int = EVERY
+    ) -> None:
+        self._debugger, self._write, self._every = debugger, write, every
         self._entry: ScanInputs | None = None
         self._forces: object = None
-        self._due_ns, self._news, self._given = 0, -1, -EVERY
+        self._due_ns, self._news, self.given = 0, -1, -every
 
     def news(self) -> bool:
         """Return whether the latest scan had inputs beyond its images."""
@@ -78,7 +87,7 @@ class LadderNotes:
         debugger = self._debugger
         if debugger.news != self._news:
             self._note(debugger, scan)
-        if scan >= self._given + EVERY or (debugger.interpreted and wall_ns() >= self._due_ns):
+        if scan >= self.given + self._every or (debugger.interpreted and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
 
@@ -87,26 +96,23 @@ class LadderNotes:
         fresh = None if entry is self._entry else entry
         written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
         if written or forces is not self._forces:
-            self._write(inputs_of(debugger, scan))
+            self._write(_inputs_of(debugger, scan))
         self._entry, self._forces, self._news = entry, forces, debugger.news
 
     def give(self, scan: int) -> None:
         """Write the values before a scan."""
-        self._write(values_of(self._debugger, scan))
-        self._forces, self._news, self._given = None, -1, scan
-
-    def _write(self, record: Values | Inputs) -> None:
-        self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
-
-
-def values_of(debugger: Debugger, scan: int) -> Values:
-    """Return the values of a program before a scan."""
-    engine = debugger.engine
-    truths = engine.truths if debugger.interpreted else None
-    return Values(scan, snapshot(engine.memory), len(debugger.edits), truths)
+        debugger, engine = self._debugger, self._debugger.engine
+        truths = engine.truths if debugger.interpreted else None
+        self._write(Values(scan, snapshot(engine.memory), len(debugger.edits), truths))
+        self._forces, self._news, self.given = None, -1, scan
 
 
-def inputs_of(debugger: Debugger, scan: int) -> Inputs:
+def written_to(records: Records) -> Callable[[Values | Inputs], object]:
+    """Return a function that writes notes for the monitor."""
+    return lambda record: records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
+
+
+def _inputs_of(debugger: Debugger, scan: int) -> Inputs:
     """Return the inputs of the latest scan in addition to its images."""
     entry, memory = debugger.latest, debugger.engine.memory
     writes = () if entry is None else entry.writes

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from scanrack.io_images.addresses import parse_address
-from scanrack.jobs.why.chain import Bits, RackChain
+from scanrack.jobs.why.bits import Bits
+from scanrack.jobs.why.chain import RackChain
 from scanrack.ladder.debug import CauseLink, Chains, linked
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.links import link_text

@@ -132,7 +132,7 @@ class SessionMonitor(Monitor):
         shown: Json = {
             "state": "past" if past else "paused" if paused else "live",
             "paused": paused,
-            "speed": {"wanted": session["speed"], "reached": 0 if paused else self._reached},
+            "speed": {"requested": session["speed"], "reached": 0 if paused else self._reached},
             "late": self._late,
             "missed": self._missed,
             "breakpoints": session["breakpoints"],

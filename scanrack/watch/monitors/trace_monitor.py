@@ -115,7 +115,7 @@ class TraceMonitor(Monitor):
 
     @override
     def state(self, *, past: bool) -> Json:
-        return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
+        return {"state": "past", "speed": {"requested": 0, "reached": 0}, "late": 0, "missed": 0}
 
     @override
     def join(self, page: Page) -> None:

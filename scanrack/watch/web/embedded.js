@@ -126,7 +126,7 @@ export function picture(scan) {
     range: data.range,
     record: data.hello.record,
     state: "past",
-    speed: { wanted: 0, reached: 0 },
+    speed: { requested: 0, reached: 0 },
     late: 0,
     missed: 0,
     known,

@@ -21,7 +21,7 @@ let samples = []; // [scan, late scans up to it]
 export let late = null; // { what, cause } while scans are late
 
 // Whether the rack does not reach the speed that is requested.
-export const lags = () => run.speed?.reached < SLOW * run.speed?.wanted;
+export const lags = () => run.speed?.reached < SLOW * run.speed?.requested;
 
 onHello(() => { samples = []; late = null; });
 

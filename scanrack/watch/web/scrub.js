@@ -90,7 +90,7 @@ async function branch() {
 
 // A branch runs, while a recording did not: the page says so.
 function tellBranch() {
-  const { wanted: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
+  const { requested: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
   const goes = run.paused ? "it is paused there, and ▶ continues it" : `it runs again, ${pace}`;
   tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "news");
   branched = null;

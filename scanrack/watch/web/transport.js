@@ -68,6 +68,6 @@ onHello(() => {
 });
 
 onPaint(({ speed }) => {
-  if (speed && !orders.recorded()) paintSpeed(speed.wanted);
+  if (speed && !orders.recorded()) paintSpeed(speed.requested);
   paint();
 });

@@ -14,7 +14,7 @@ import pytest
 from amounts import amount
 from scanrack import load_rack, run
 from scanrack.io_images.image import Image
-from scanrack.jobs.replay.replaying import Replay, forced_rows, score_of, with_stimuli
+from scanrack.jobs.replay.replaying import Replay, forced_rows, plan_of, with_stimuli
 from scanrack.jobs.replay.resumed import (
     INPUT_CHANGED,
     NO_CONFIGURATION,
@@ -71,7 +71,7 @@ def replayed(recording: PackedTrace, spec: RackSpec, words: tuple[int, ...] | No
     resumed = ResumedOperation(
         recording,
         {each.number: each.firmware for each in spec.slot if each.module == "amci3601"},
-        forced_rows(score_of(recording)),
+        forced_rows(plan_of(recording)),
         words and list(Image(words)),
     )
     machine = with_stimuli(spec, recording, Stimuli.INPUTS, resumed.active_high)

@@ -85,7 +85,7 @@ def test_a_value_that_can_not_be_read_is_refused(stops):
 def test_a_step_of_a_list_is_met_when_it_begins(tmp_path):
     path = tmp_path / "moves.steps"
     path.write_text("words 1 for 4 ms\n# two more\nwords 2 for 2 ms\nzero\n", encoding="utf-8")
-    steps: Any = parse_steps(path.read_text("utf-8"))
+    steps: Any = parse_steps(path.read_text("utf-8"), str(path))
     found = PythonStops(lambda: steps, path)
     with pytest.raises(ValueError, match=r"moves\.steps line 2: nothing runs there"):
         found.break_at("moves.steps", 2)

@@ -20,7 +20,7 @@ from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
 
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
-from ...replay.replaying import forced_rows, score_of
+from ...replay.replaying import forced_rows, plan_of
 from ...replay.resumed import ResumedModule, configuration_in, words_of
 from ...replay.resumed_operation import ResumedOperation
 from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
@@ -77,7 +77,7 @@ def scenes_in(
     """
     firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
     captured, sampled = facts.get("source") == "capture", is_sampled(facts)
-    rows = forced_rows(score_of(recording))
+    rows = forced_rows(plan_of(recording))
     resumed = ResumedOperation(
         recording, {slot: firmware}, rows, configuration, captured=captured, sampled=sampled
     )

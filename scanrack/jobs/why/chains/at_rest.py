@@ -11,22 +11,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any
 
-from scanrack.io_images.addresses import Address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
-from scanrack.ladder.state.memory import Value
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.replay import PackedTrace
 
-from ..chain import Bits, read_bits
-from ..source.class_names import Names
-from ..source.conditions import source_line
+from ..bits import read_bits
+from ..source.conditions import names_read, source_line
 from ..source.input_reads import Reads
 from ..source.lines import Line
-from ..traced_run import Load
+from .python_chain import PythonChain
 
 DEEPEST = 6
 """Maximum number of program values in a chain."""
@@ -80,41 +75,6 @@ class Looker:
                     self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
 
 
-class PythonChain(Protocol):
-    """The part of a program's chain that explains waits and unchanged values."""
-
-    recording: PackedTrace
-    load: Load
-    names: Names
-
-    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of bits of an image."""
-
-    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a program's value."""
-
-    def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for."""
-
-    def look(self, looker: Looker, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
-
-    def name(self, bits: Bits) -> str:
-        """Return the name of an input."""
-
-    def full(self, name: str) -> str:
-        """Return the program-wide name for a name in a method."""
-
-    def place(self, name: str) -> Address:
-        """Return the address of an input or output of the program."""
-
-    def value(self, bits: Bits, row: int) -> Value:
-        """Return the value of bits in a scan."""
-
-    def slot(self, number: int) -> SlotInfo:
-        """Return a slot of the recording."""
-
-
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
     writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
@@ -161,7 +121,7 @@ def _site(chain: PythonChain, line: int) -> Site:
 
 
 def writers_of(program: Path, text: str) -> list[Writer]:
-    """Return the statements in a program's file that assign to a value, except those in class bodies."""
+    """Return the statements in functions of a program's file that assign to a value."""
     try:
         tree = ast.parse(program.read_bytes())
     except (OSError, SyntaxError, ValueError):
@@ -219,7 +179,7 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
         value, masks = _evaluated(_meant(test, frame), frame, reads)
         if value is not None and value is not expected:
             text = ast.unparse(test)
-            yield FalsePart(text if expected else f"not {text}", masks, tuple(_names(test)))
+            yield FalsePart(text if expected else f"not {text}", masks, tuple(names_read(test)))
 
 
 def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
@@ -255,14 +215,6 @@ def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bo
         reads.counts = counts
         reads.masks.clear()
         reads.masks.update(before)
-
-
-def _names(test: ast.expr) -> Iterator[str]:
-    for part in ast.walk(test):
-        if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
-            text = ast.unparse(part)
-            if all(each.isidentifier() for each in text.split(".")):
-                yield text
 
 
 def plain(value: Any) -> Any:

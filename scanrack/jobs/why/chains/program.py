@@ -4,50 +4,42 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
-from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, Operand, linked
 from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.state.memory import same
-from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.read.sequence_steps import Step, steps_of
 
 from ...record.tag_names import named_values, namespace_of
-from ..chain import Bits, RackChain, read_bits
+from ..bits import Bits, read_bits
 from ..outranked import forced, of_cpu
 from ..past import ALL_BITS, Past
-from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
-from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
-from .at_rest import Looker, never, plain
+from ..traced_run import TracedChange, TracedRun, Watched, fresh, last_changes, run_again, unwatched
+from .at_rest import never, plain
+from .python_chain import PythonChain
 from .waiting import open_wait
 
 
 @dataclass(slots=True)
-class ProgramChain(RackChain):
+class ProgramChain(PythonChain):
     """Makes chains through a recording and its Python program."""
 
-    spec: RackSpec = field(kw_only=True)
-    load: Load = field(kw_only=True)
-    names: Names = field(kw_only=True)
     present: dict[str, Any] = field(default_factory=dict)  # the values after the run for the latest question
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a value of the program after a scan; None if nothing is known of it.
-
-        Args:
-            depth: number of values already followed to reach it.
-        """
+        """See `PythonChain`."""
         scan, found = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
             return None
@@ -61,7 +53,7 @@ class ProgramChain(RackChain):
         return never(self, text, row, self.present.get(text), depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for; None if it has not begun."""
+        """See `PythonChain`."""
         steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
         if not steps:
             return None
@@ -71,15 +63,11 @@ class ProgramChain(RackChain):
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Explain unchanged bits of an image; an output by the lines that could write it."""
-        found = RackChain._of_rest(self, bits, name, row)
+        found = PythonChain._of_rest(self, bits, name, row)
         if found is not None or bits.image == "in":
             return found
         own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
         return never(self, own[0], row, self.value(bits, row)) if own else None
-
-    def look(self, looker: Looker, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
-        run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
 
     def _steps(self, sequence: str) -> list[Step]:
         return steps_of(self.recording.events).get(sequence, [])
@@ -102,7 +90,7 @@ class ProgramChain(RackChain):
     def _traced(self, row: int, text: str) -> TracedRun:
         known = self._runs.get((row, text))
         if known is None:
-            watched = self.watched(text) if text else None
+            watched = self.watched(text) if text else unwatched
             known = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
             self._runs[row, text] = known
         return known
@@ -116,14 +104,14 @@ class ProgramChain(RackChain):
         again: TracedRun,
         made: Sequence[TracedChange],
     ) -> CauseLink:
-        """Return the link of a change by a line; `values` are those after and before the scan."""
+        """Return the link of a change by a line; `values` are the values after and before the scan."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
         common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
         common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
         if not again.explains(row):
             return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
-        if not line.number and name in Past(self.recording, row).forced_tags:
+        if not line.number and forced(self.recording.events, common["scan"], {name}):
             return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
         if not line.number:
             text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
@@ -156,15 +144,6 @@ class ProgramChain(RackChain):
             before = past.words(bits.slot, "in", row - 1)[bits.word] if row else 0
             yield bits, bool((before ^ past.words(bits.slot, "in", row)[bits.word]) & bits.mask)
 
-    def name(self, bits: Bits) -> str:
-        """Return the name of an input in the program; if it has none there, its name in the module."""
-        for name, address in self.names.addresses.items():
-            if address == str(bits.address):
-                return name
-        if bits.address.bit is None:
-            return f"slot{bits.slot} {self.slot(bits.slot).words.inputs[bits.word]}"
-        return self.module_name(bits) or str(bits.address)
-
     def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Yield the inputs that were new; if none was, the value in the conditions that changed last."""
         new = [bits for bits, changed in self._read(change, row) if changed]
@@ -187,10 +166,6 @@ class ProgramChain(RackChain):
 
     # --- values
 
-    def full(self, name: str) -> str:
-        """Return the program-wide name for a name in a method."""
-        return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
-
     def watched(self, text: str) -> Watched:
         """Return a function that makes a reader of a program's value."""
 
@@ -203,36 +178,17 @@ class ProgramChain(RackChain):
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
         """Return the row in which each value of the program last changed, up to a given row."""
-        found: dict[str, int] = {}
 
-        def watched(logic: ScanLogic) -> Callable[[], Any]:
-            try:
-                namespace = namespace_of(logic)
-            except ValueError:
-                return lambda: None
+        def watched(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
             codes = {}
-            for text in texts:
-                try:
-                    codes[text] = compile(_source(namespace, text), "<watched>", "eval")
-                except ValueError:
-                    continue  # a local name, or a value that is not plain
-            seen = self.present = {text: eval(code, namespace) for text, code in codes.items()}
-            rows = iter(range(row + 1))
-            begun: list[bool] = []
+            with suppress(ValueError):
+                namespace = namespace_of(logic)
+                for text in texts:
+                    with suppress(ValueError):  # a local name, or a value that is not plain
+                        codes[text] = compile(_source(namespace, text), "<watched>", "eval")
+            return lambda: {text: eval(code, namespace) for text, code in codes.items()}
 
-            def look() -> None:
-                if not begun:
-                    begun.append(True)  # at the first call no scan has run yet
-                    return
-                at = next(rows)
-                for text, code in codes.items():
-                    value = eval(code, namespace)
-                    if not same(value, seen[text]):
-                        seen[text], found[text] = value, at
-
-            return look
-
-        run_again(self.recording, self.spec, self.load, frozenset(), row, watched)
+        found, self.present = last_changes(self.recording, self.spec, self.load, row, watched)
         return found
 
     # --- sequences
@@ -288,12 +244,6 @@ class ProgramChain(RackChain):
                 yield from self._new(Bits.at(self.place(name)), name, row)
             else:
                 yield from self._of_axis(slot, row)
-
-    def place(self, name: str) -> Address:
-        """Return the address of an input or output of the program."""
-        return parse_address(
-            self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
-        )
 
     def _new(self, bits: Bits, name: str, row: int) -> Iterator[CauseLink]:
         if (

@@ -10,11 +10,9 @@ from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.traces.read.sequence_steps import Step
 
-from ..chain import Bits
-from ..outranked import of_link
-from ..past import Past, SlotPast
-from ..waits import waits
-from .at_rest import PythonChain
+from ..bits import Bits
+from ..past import Past
+from .python_chain import PythonChain
 
 _DWELL = re.compile(r"dwell ([\d.]+ \w+)")
 _EDGE = re.compile(r"(\w+) (rises|falls)")
@@ -37,24 +35,11 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
         if slot is not None:
-            yield of_axis(chain, name, slot, row)
+            yield chain.of_module(slot, name, row)
         else:
             link = chain.of_bits(Bits.at(chain.place(name)), name, row)
             if link is not None:
                 yield link
-
-
-def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
-    """Return what the module of an axis does or waits for at a scan; a lost connection takes precedence."""
-    recording = chain.recording
-    slot = chain.slot(number)
-    lost = of_link(recording, slot, recording.numbers[row])
-    if lost is not None:
-        return CauseLink(lost.kind, name, None, lost.scan, lost.now_ns, lost.text)
-    changed = Past(recording, row).last_change(number, "in", 0) or 0
-    text = "; ".join(waits(SlotPast(Past(recording, row), slot))[:2])
-    at = recording.numbers[changed], recording.times[changed]
-    return CauseLink("module", name, None, *at, f"slot {number}: {text}")
 
 
 def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:

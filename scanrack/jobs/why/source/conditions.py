@@ -55,7 +55,7 @@ def stands_in(file: str, number: int) -> Stands:
         statement = node
         if condition:
             inside.append(condition)
-    names = () if statement is None or hasattr(statement, "body") else tuple(_names(statement))
+    names = () if statement is None or hasattr(statement, "body") else tuple(names_read(statement))
     return Stands(tuple(reversed(inside)), names)
 
 
@@ -86,12 +86,12 @@ def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
     word = "if" if isinstance(statement, ast.If) else "while"
     test = " ".join((ast.get_source_segment(text, statement.test) or "").split())
     if number <= body_ends:
-        return f"{word} {test}", tuple(_names(statement.test))
+        return f"{word} {test}", tuple(names_read(statement.test))
     is_elif = len(statement.orelse) == 1 and isinstance(statement.orelse[0], ast.If)
-    return None if is_elif else (f"else of {word} {test}", tuple(_names(statement.test)))
+    return None if is_elif else (f"else of {word} {test}", tuple(names_read(statement.test)))
 
 
-def _names(node: ast.AST) -> Iterator[str]:
+def names_read(node: ast.AST) -> Iterator[str]:
     """Yield the names and attributes that are read in an expression or statement, each once."""
     seen: dict[str, None] = {}
     for part in ast.walk(node):
