@@ -23,15 +23,14 @@ MOST_WIDE = 44  # maximum characters of a line
 EDGE = 14
 
 
-def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -> LivePicture:
+def live_chart(chart: Chart, ident: str, name_of: TagName = str) -> LivePicture:
     """Draw a chart for a page.
 
     Args:
         ident: prefix of its element ids: `Main` for routine Main.
         name_of: returns the tag of an address.
-        top: space above the chart for a heading, in pixels.
     """
-    return _Picture(chart, ident, name_of, top).drawn()
+    return _Picture(chart, ident, name_of).drawn()
 
 
 def action_lines(action: Action) -> list[str]:
@@ -51,12 +50,12 @@ def _actions_width(step: ChartStep) -> int:
 
 
 class _Picture:
-    def __init__(self, chart: Chart, ident: str, name_of: TagName, top: int) -> None:
+    def __init__(self, chart: Chart, ident: str, name_of: TagName) -> None:
         self._chart, self._ident, self._name_of = chart, ident, name_of
         self._cells: ChartLayout = layout_of(chart)
         self._names: dict[str, None] = {}
         self._lefts = self._columns()
-        self._tops = self._rows(top)
+        self._tops = self._rows()
         self._parts: list[str] = []
 
     def drawn(self) -> LivePicture:
@@ -96,7 +95,7 @@ class _Picture:
             lefts.append(lefts[-1] + width + GAP)
         return lefts
 
-    def _rows(self, top: int) -> list[int]:
+    def _rows(self) -> list[int]:
         high = [LINE + 4] * self._cells.rows
         for step in self._chart.steps:
             row = self._cells.steps[step.name.upper()][1]
@@ -104,7 +103,7 @@ class _Picture:
         for number, target in self._cells.jumps:
             row = self._cells.transitions[number][1]
             high[row] = max(high[row], LINE + 4 + (LINE if target else 0))
-        tops = [EDGE + top]
+        tops = [EDGE]
         for each in high:
             tops.append(tops[-1] + each + GAP)
         return tops

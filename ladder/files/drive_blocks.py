@@ -14,7 +14,7 @@ Blocks still write the eight words of a 3601. Only `Amci3601` reads and writes t
 from __future__ import annotations
 
 Row = tuple[str, str, str]
-"""An instruction ("" for the library itself), a line of it, and the lines that replace it."""
+"""An instruction ("" for the library itself), one of its lines, and the lines that replace the line."""
 
 ROWS: tuple[Row, ...] = (
     (

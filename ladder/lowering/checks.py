@@ -89,35 +89,38 @@ def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
 
 
 def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
-    """Return motion instructions by ideal axis, group or coordinate system."""
+    """Return the motion instructions outside of add-ons, by ideal axis, group or coordinate system."""
     found: dict[str, list[str]] = {}
-    for _, _, step in _all_steps(lowered, copies=False):
-        first = step.operands[0] if Use.MOTION in step.uses else None
-        if isinstance(first, Group) and not first.frame and first.path.upper() not in lowered.axes:
-            names = found.setdefault(first.path, [])
-            names += [step.name] * (step.name not in names)
+    for _, _, step, axis in _motion_steps(lowered, on_3601=False):
+        if not axis.frame and step.name not in found.setdefault(axis.path, []):
+            found[axis.path].append(step.name)
     return found
+
+
+def _motion_steps(
+    lowered: LoweredProgram, *, on_3601: bool
+) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep, Group]]:
+    """Yield the motion instructions on 3601s of the rack, or all others, with their axis or its like."""
+    for routine, line, step in _all_steps(lowered, copies=False):
+        axis = step.operands[0] if Use.MOTION in step.uses else None
+        if isinstance(axis, Group) and (axis.path.upper() in lowered.axes) == on_3601:
+            yield routine, line, step, axis
 
 
 def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
     """Yield problems of motion instructions on a rack's axis that a 3601 can't execute."""
-    for routine, line, step in _all_steps(lowered, copies=False):
-        if Use.MOTION not in step.uses or step.name in ANSWERS:
-            continue
-        first = step.operands[0]
-        if isinstance(first, Group) and first.path.upper() in lowered.axes:
-            text = f"{first.text} is a 3601, which can't do {step.name}"
+    for routine, line, step, axis in _motion_steps(lowered, on_3601=True):
+        if step.name not in ANSWERS:
+            text = f"{axis.text} is a 3601, which can't do {step.name}"
             yield _problem(routine, line, text, f"a 3601 does {', '.join(ANSWERS)}; stub it")
 
 
 def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
     """Yield problems of motion instructions that neither a 3601 nor an ideal axis can execute."""
-    for routine, line, step in _all_steps(lowered, copies=False):
-        first = step.operands[0] if Use.MOTION in step.uses else None
-        if step.name in IDEAL or not isinstance(first, Group) or first.path.upper() in lowered.axes:
-            continue
-        text = f"an ideal axis can't do {step.name}: it ends with ER, and ERR 25, illegal instruction"
-        yield _problem(routine, line, text, "stub the instruction", "no-place")
+    for routine, line, step, _ in _motion_steps(lowered, on_3601=False):
+        if step.name not in IDEAL:
+            text = f"an ideal axis can't do {step.name}: it ends with ER, and ERR 25, illegal instruction"
+            yield _problem(routine, line, text, "stub the instruction", "no-place")
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
@@ -201,7 +204,7 @@ def _jump_problem(
 
 
 def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
-    """Return what is wrong with the chart or step that an SFR or SFP names, None if nothing is."""
+    """Return the problem with the chart or step that an SFR or SFP names; None if both exist."""
     chart = lowered.charts.get(routine)
     if chart is None:
         names = ", ".join(each.name for each in lowered.charts.values()) or "none"

@@ -127,9 +127,8 @@ class RungIndex:
     """The rungs of a running program that edits of other rungs may affect; built once for many edits."""
 
     def __init__(self, program: LadderLogic) -> None:
-        self.places: dict[
-            object, list[tuple[str, int]]
-        ] = {}  # routine in capitals and line, by exclusive place
+        # routines in capitals and lines, by exclusive place
+        self.places: dict[object, list[tuple[str, int]]] = {}
         self.jumps: dict[str, list[int]] = {}  # lines that jump or call, by routine in capitals
         for name, routine in program.build().routines.items():
             for number, line in enumerate(routine.lines):

@@ -121,7 +121,7 @@ class Guess:
 
     @property
     def asks_for_structure(self) -> bool:
-        """Whether a use of it or of a member requires a structure."""
+        """Whether a use of the tag or of a member requires a structure."""
         here = self.root
         asks = here.needed is not None or here.weak == [STRING]
         return asks or any(each.asks_for_structure for each in here.members.values())

@@ -100,7 +100,7 @@ class Program(LadderLogic):
 
     @property
     def names(self) -> list[str]:
-        """Names of all routines, those in Python last."""
+        """Names of all routines; routines in Python are last."""
         return [each.name for each in self._routines] + list(self._functions)
 
     @property

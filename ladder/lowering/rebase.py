@@ -1,4 +1,4 @@
-"""Edits of rungs moved to a later version of their program, in which others may have edited rungs, too."""
+"""Moves edits of rungs to a later version of their program, whose rungs others may have edited."""
 
 from __future__ import annotations
 

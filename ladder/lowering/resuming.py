@@ -26,7 +26,7 @@ Visible = Callable[[str], Any]
 
 
 def _integral(pid: Visible) -> float:
-    """Return the integral term with which the output is SO, %."""
+    """Return the integral term that makes the output SO, %."""
     span = pid("MAXS") - pid("MINS")
     error = 100 * pid("ERR") / span if span else 0.0
     return float(pid("SO") - pid("KP") * error - pid("BIAS"))

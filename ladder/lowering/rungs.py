@@ -114,8 +114,8 @@ class Lowering:
             frame = self.lowered.frames[call.name]
             for name, operand in call.handed.items():
                 if is_input(operand) and writes(self.lowered, frame, name):
-                    said = f"{operand.text} is an input, and {frame.name} writes it as {name}"
-                    self._note_input(operand, said, site, text)
+                    problem = f"{operand.text} is an input, and {frame.name} writes it as {name}"
+                    self._note_input(operand, problem, site, text)
         self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
@@ -309,7 +309,7 @@ class Lowering:
         if spec.resolve is not None:
             return spec.resolve(self, given)
         operands = [
-            self._operand(use, operand)
+            self.checked(use, operand)
             for use, operand in zip(spec.operands, given, strict=False)
             if use is not Use.PRESET
         ]
@@ -320,7 +320,8 @@ class Lowering:
             spec.check(*operands)
         return tuple(operands)
 
-    def _operand(self, use: Use, operand: Operand) -> Any:
+    def checked(self, use: Use, operand: Operand) -> Any:
+        """See `OperandResolver`."""
         if use in (Use.LABEL, Use.MODE):
             if not isinstance(operand, Address) or operand.steps:
                 raise OperandError(f"{operand} is not a name", "write a name")
@@ -441,10 +442,6 @@ class Lowering:
     def stubs(self) -> Mapping[str, Stub]:
         """See `OperandResolver`."""
         return self.lowered.stubs
-
-    def checked(self, use: Use, operand: Operand) -> Any:
-        """See `OperandResolver`."""
-        return self._operand(use, operand)
 
     def any(self, operand: Operand) -> Resolved:
         """See `OperandResolver`."""

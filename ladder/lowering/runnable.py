@@ -94,10 +94,7 @@ class LadderLogic(ABC):
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
         self._memory: Memory | None = None  # created by the check, for the first engine
-        self._initial: tuple[object, Memory | None] = (
-            None,
-            None,
-        )  # `Layout.size`, and the memory that other engines copy
+        self._initial: tuple[object, Memory | None] = None, None  # `Layout.size`, memory for other engines
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 
@@ -210,7 +207,7 @@ class LadderLogic(ABC):
             self._lowered.resume = resume
 
     def copied(self) -> Self:
-        """Return an unbuilt copy, to which parts can be added; this program is not changed."""
+        """Return an unbuilt copy that accepts more declarations; this program is not changed."""
         found = copy(self)
         found.forget()
         found.declarations, found.add_ons = [*self.declarations], {**self.add_ons}
@@ -341,7 +338,7 @@ class LadderLogic(ABC):
         self.declarations.append(declaration)
 
     def _is_name(self, name: str) -> bool:
-        """Whether a tag may have this name; in the dialect slc also `I:2`, a slot's words as memory."""
+        """Whether a tag may have this name; the dialect slc allows `I:2`, a slot's words as memory."""
         if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
             return True
         named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None

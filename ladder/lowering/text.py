@@ -133,8 +133,7 @@ class RungParser(ExpressionParser):
         if self.skip(")"):
             return ()
         while True:
-            use = spec.operands[min(len(operands), len(spec.operands) - 1)] if spec.operands else None
-            operands.append(self._operand(use))
+            operands.append(self._operand(spec.use_at(len(operands))))
             if self.skip(")"):
                 return tuple(operands)
             if not self.skip(","):

@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, repeat
 
 from ..instructions import BY_NAME
+from ..model.operators import RELATIONS
 from ..model.predefined.block_types import BLOCK_STRUCTURES
 from ..model.predefined.motion_types import (
     AXIS_TYPES,
@@ -437,19 +438,18 @@ def _ends_in_element(address: Address) -> bool:
 
 
 _LOGICAL = ("AND", "OR", "XOR", "NOT")
-_RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
 
 
 def _is_logical(operand: Operand) -> bool:
     if not isinstance(operand, Operation):
         return False
     numbers = any(isinstance(each, Number) for each in operand.operands)
-    return operand.name in _RELATIONS or (operand.name in _LOGICAL and not numbers)
+    return operand.name in RELATIONS or (operand.name in _LOGICAL and not numbers)
 
 
 def _is_truth(value: Operation) -> bool:
     """Whether the value of an assignment is a bit, judging by its operators."""
-    return value.name in (*_RELATIONS, "NOT") or (
+    return value.name in (*RELATIONS, "NOT") or (
         value.name in _LOGICAL and any(map(_is_logical, value.operands))
     )
 
@@ -462,7 +462,7 @@ def _takes_bits(operation: Operation, is_bit: bool) -> bool:
     """
     if operation.name in _LOGICAL and is_bit:
         return True
-    return operation.name in _RELATIONS and any(map(_is_logical, operation.operands))
+    return operation.name in RELATIONS and any(map(_is_logical, operation.operands))
 
 
 def _is_name(operand: Address, use: Use) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -58,7 +58,10 @@ CALLED: dict[str, Callable[..., Any]] = {
 FUNCTION_NAMES = {name: each.name for each in FUNCTIONS.values() for name in (each.name, each.other) if name}
 """Canonical name of a function by each of its names."""
 
-RELATIONS = ("=", "<>", "<", "<=", ">", ">=")
+COMPARISONS: Mapping[str, str] = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
+"""Compare instructions, and their operators."""
+
+RELATIONS = tuple(COMPARISONS.values())
 
 BITWISE = ("AND", "OR", "XOR", "NOT")
 """Operators on bits: computed in integers, even where the rest of the expression is REAL or LREAL."""

@@ -206,6 +206,10 @@ class Spec:
         """Whether it takes any number of additional operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
+    def use_at(self, place: int) -> Use | None:
+        """Return the use of an operand, None if it takes none; the last use repeats."""
+        return self.operands[min(place, len(self.operands) - 1)] if self.operands else None
+
     def other_count(self, count: int) -> str:
         """Return how many operands it takes, as `2` or `2 to 4`; "" if `count` is allowed."""
         most = len(self.operands)

@@ -7,9 +7,10 @@ from typing import NoReturn
 
 from .errors import LadderError
 from .expressions import parse_expression
+from .operators import COMPARISONS
 from .tree import Address, BitStep, Instruction, MemberStep, Operand, Operation, SubscriptStep, number
 
-_COMPARE = {"=": "EQU", "<>": "NEQ", "<": "LES", "<=": "LEQ", ">": "GRT", ">=": "GEQ"}
+_COMPARE = {operator: name for name, operator in COMPARISONS.items()}
 
 
 def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, object], Expression]:

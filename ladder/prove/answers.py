@@ -34,8 +34,8 @@ from .induction import Limits, Verdict, VerdictKind, prove
 from .monitors import MonitoredProgram, WatchedClaim, monitored, why_broken
 from .replaying import ScanOf, done_by
 from .smallest import smallest
-from .system import Happenings, Key, ProgramSystem, ScanBounds
-from .system.happenings import PROGRAM_MODE
+from .system import Key, ProgramSystem, ScanBounds
+from .system.events import PROGRAM_MODE, assumed
 
 LIMITS = Limits()
 
@@ -129,21 +129,18 @@ def answer(
         cone = problem.cone([bad, problem.narrowed([bad])])
         verdict = prove(problem, watched.bit, limits)
         bits = problem.assume
-    modules = [each for each in problem.settings["contracts"] if isinstance(each, KeptBy)]
+    modules = [contract for contract in problem.settings["contracts"] if isinstance(contract, KeptBy)]
     scans = verdict.scans and smallest(program.program, verdict.scans, watched.bit, bits, modules)
     own = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
     layout = problem.lowered.layout
-    held = sorted((each.named(tag_text(layout, each.key)), each.value) for each in verdict.held)
+    held = sorted((number.named(tag_text(layout, number.key)), number.value) for number in verdict.held)
     return Answer(
         watched.claim,
         verdict,
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (
-            *problem.happenings.assumed(),
-            *[each.text for each in (*program.assumptions, *own)],
-        ),
+        (*assumed(problem.happens), *[each.text for each in (*program.assumptions, *own)]),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
@@ -199,7 +196,7 @@ def ask(
         free=free,
         written_outside=written_outside,
         assume=watched.assume,
-        happenings=Happenings.of(happens),
+        happens=happens,
     )
     own = next(each for each in watched.properties if each.claim is claim)
     return answer(problem, watched, own, limits)
@@ -210,8 +207,8 @@ def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
     """Assume that bits are true after each scan."""
     kept = problem.contract, problem.assume
     try:
-        for each in bits:
-            problem.contract = and_(problem.contract, problem.after(each))
+        for bit in bits:
+            problem.contract = and_(problem.contract, problem.after(bit))
         problem.assume = (*problem.assume, *bits)
         yield
     finally:
@@ -220,9 +217,9 @@ def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
 
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
     """Yield the scans of a run, with tag names in place of keys."""
-    for each in scans:
-        changes = tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
-        yield ScenarioStep(each.ms, changes, each.turned, each.again)
+    for scan in scans:
+        changes = tuple((tag_text(layout, key), value) for key, value in sorted(scan.inputs.items()))
+        yield ScenarioStep(scan.ms, changes, scan.turned, scan.again)
 
 
 def tag_text(layout: Layout, key: Key) -> str:

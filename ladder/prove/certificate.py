@@ -63,7 +63,7 @@ class Certificate:
 def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
     """Return the text of `proof.smt2` and the contents of `proof.json` for proofs about one program."""
     writer = _ScriptWriter()
-    parts = [writer.part(each) for each in certificates]
+    parts = [writer.part(certificate) for certificate in certificates]
     found = {"format": FORMAT, "states": writer.states, "late": writer.late, "ranges": writer.ranges}
     return "\n".join([*writer.script.lines, ""]), {**found, "parts": parts}
 

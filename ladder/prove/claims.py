@@ -79,9 +79,9 @@ def named_apart(claims: Iterable[Claim]) -> list[Claim]:
     """
     taken: dict[str, int] = {}
     found = []
-    for each in claims:
-        number = taken[each.name.upper()] = taken.get(each.name.upper(), 0) + 1
-        found.append(each if number == 1 else replace(each, name=f"{each.name} ({number})"))
+    for claim in claims:
+        number = taken[claim.name.upper()] = taken.get(claim.name.upper(), 0) + 1
+        found.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
     return found
 
 

@@ -29,7 +29,7 @@ from scanrack.io_images.amci3601.contracts import TYPICAL, Contract, Reading, Si
 from ..run.engine import Engine
 from .algebra.meaning import BOOL, INT
 from .algebra.numbers import bit, eq, le
-from .algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
+from .algebra.terms import TRUE, T, all_of, and_, any_of, const, ite, not_, numbers_in, or_, var
 from .system import ProgramSystem
 
 Words = tuple[int, ...]
@@ -53,11 +53,9 @@ class KeptBy:
 
     def __call__(self, program: ProgramSystem) -> T:
         """Return the condition as a term of one scan."""
-        images, kept = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot), TRUE
+        images = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot)
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
-        for each in self.contracts:
-            kept = and_(kept, each.fact.read(images))
-        return images.in_scan(kept)
+        return images.in_scan(all_of(contract.fact.read(images) for contract in self.contracts))
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
         """Return a function that says whether the images keep the contracts; call it before each scan."""
@@ -80,7 +78,7 @@ class KeptBy:
         return keeps
 
     def _kept(self, now: Words, was: Words, sent: Words) -> bool:
-        return all(each.fact.holds(now, was, sent) for each in self.contracts)
+        return all(contract.fact.holds(now, was, sent) for contract in self.contracts)
 
 
 class _Terms(Reading[T]):
@@ -92,11 +90,7 @@ class _Terms(Reading[T]):
         self._paths = {output: layout.image(slot, output=output).path.upper() for output in (False, True)}
 
     def any_of(self, side: Side, word: int, mask: int) -> T:
-        found = FALSE
-        for number in range(16):
-            if mask >> number & 1:
-                found = or_(found, self._bit(side, word, number))
-        return found
+        return any_of(self._bit(side, word, number) for number in numbers_in(mask & 0xFFFF))
 
     def within(self, side: Side, word: int, least: int, most: int) -> T:
         path, value = self.word(side, word)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from .algebra.numbers import same
 from .algebra.terms import FALSE, TRUE, T, and_, mk, not_, reach, replaced, variables
@@ -112,13 +113,15 @@ def compare(
     Raises:
         LadderError: a program has something that proofs don't support; the message names it.
     """
-    given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
-    before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
-    after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
+    system_of = partial(
+        ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happens=RUN_ONLY
+    )
+    before = system_of(old)
+    after = system_of(new, beside=before)
     kept = _written_by_one(before, after)
     if kept:
-        before = ProgramSystem(old, bounds, **given, kept=kept)  # type: ignore[arg-type]
-        after = ProgramSystem(new, bounds, **given, beside=before, kept=kept)  # type: ignore[arg-type]
+        before = system_of(old, kept=kept)
+        after = system_of(new, beside=before, kept=kept)
     return compared(before, after, is_output=is_output)
 
 
@@ -336,7 +339,7 @@ class _Comparison:
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
             roots = [_after(problem, key) for key in differing_keys]
-            found |= {(each.key, each.bit): each for each in problem.held_numbers(names, roots)}
+            found |= {(number.key, number.bit): number for number in problem.held_numbers(names, roots)}
         return list(found.values())
 
     # --- runs
@@ -419,7 +422,7 @@ class _Base:
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
             if answer == SAT:
-                return scenario(self._system, [each.values() for each in frame])
+                return scenario(self._system, [scan.values() for scan in frame])
             if answer != UNSAT:
                 return ()
         return None

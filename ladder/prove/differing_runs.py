@@ -108,7 +108,7 @@ def _clipped(value: Any, low: Any, high: Any) -> Any:
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end and neither stopped before."""
     both = StoppingRun(old), StoppingRun(new)
-    if any(_do(both, each) for each in scans[:-1]):
+    if any(_do(both, scan) for scan in scans[:-1]):
         return False
     _do(both, scans[-1])
     return _differ(both, key)

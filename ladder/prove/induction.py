@@ -217,7 +217,7 @@ class _Proof:
         if system.follows is None:
             found = prove(system, system.deep, replace(self.limits, replays=False))
             text = "the relation follows the program"
-            found.certificates = tuple(replace(each, says=text) for each in found.certificates)
+            found.certificates = tuple(replace(certificate, says=text) for certificate in found.certificates)
             system.follows = found
         if not system.follows:
             self._unknown(*system.limits_met())

@@ -195,8 +195,8 @@ def is_monitors_own(path: str) -> bool:
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return an unbuilt copy of a program, with names for the slots."""
     found = program.copied()
-    known = {each.name.upper() for each in program.declarations}
-    named = [SlotAlias(f"slot{each}", each) for each in slots if f"SLOT{each}" not in known]
+    known = {declaration.name.upper() for declaration in program.declarations}
+    named = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in known]
     found.declarations += named
     return found
 
@@ -229,77 +229,76 @@ class _Maker:
     _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tags by scope and text
     _claims: dict[str, Claim] = field(default_factory=dict)  # the claim of a monitor, by its full name
     _bits: int = 0
+    _lowering: Lowering = field(init=False)
 
     def lower(self, lowering: Lowering) -> None:
         """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
-        layout = lowering.lowered.layout
+        self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
         for slot in (each for each in self.slots if each in used):
             for output in (False, True):
                 layout.image(slot, output=output)
         for routine in self.never:
-            self._never(lowering, routine)
-        for each in self.claims:
-            self._claim(lowering, each)
+            self._never(routine)
+        for claim in self.claims:
+            self._claim(claim)
         latches: dict[str, list[Assignment]] = {}
         for (scope, text), (name, _) in self._old.items():
             latches.setdefault(scope, []).append(Assignment(Address(name), parse_address(text)))
         for scope, statements in latches.items():
-            self._statements(lowering, scope, "Old__0", statements)
+            self._statements(scope, "Old__0", statements)
 
     # --- routines NEVER
 
-    def _never(self, lowering: Lowering, routine: Routine) -> None:
+    def _never(self, routine: Routine) -> None:
         scope = program_of(routine.name)
         if routine.statements is not None:
-            self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__"))
-            for each in routine.statements:
-                if isinstance(each, Assignment) and _is_bit(lowering, each.target):
-                    site = Site(scope, routine.name, each.line, unit="line", file=each.origin.file)
-                    name = f"{_short(routine.name)} line {each.line}"
-                    self._claim(lowering, Claim(name, ClaimKind.NEVER, str(each.target), (), scope, site))
+            self._add(scope, replace(routine, name=f"{_short(routine.name)}__"))
+            for statement in routine.statements:
+                if isinstance(statement, Assignment) and _is_bit(self._lowering, statement.target):
+                    site = Site(scope, routine.name, statement.line, unit="line", file=statement.origin.file)
+                    name = f"{_short(routine.name)} line {statement.line}"
+                    self._claim(Claim(name, ClaimKind.NEVER, str(statement.target), (), scope, site))
             return
         bits, rungs = [], []
         for index, rung in enumerate(routine.rungs):
-            bits.append(self._new_bit(lowering))
+            bits.append(self._new_bit())
             coil = Instruction("OTE", (Address(bits[-1]),))
             rungs.append(replace(rung, series=(*rung.series, coil)))
             self.watched.append(WatchedClaim(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
-        cleared = [Assignment(Address(each), number(0)) for each in bits]
-        self._statements(lowering, scope, "Never__0", cleared)  # a jump may skip rungs
-        self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
+        cleared = [Assignment(Address(bit), number(0)) for bit in bits]
+        self._statements(scope, "Never__0", cleared)  # a jump may skip rungs
+        self._add(scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
 
     # --- claims
 
-    def _claim(self, lowering: Lowering, claim: Claim) -> None:
-        own = tuple(self._condition(lowering, claim, each, broken=False) for each in claim.assume)
+    def _claim(self, claim: Claim) -> None:
+        own = tuple(self._condition(claim, text, broken=False) for text in claim.assume)
         negated, broken = claim.kind is ClaimKind.ALWAYS, claim.kind in (ClaimKind.ALWAYS, ClaimKind.NEVER)
-        bit = self._condition(lowering, claim, claim.text, broken=broken, negated=negated)
+        bit = self._condition(claim, claim.text, broken=broken, negated=negated)
         self.watched.append(WatchedClaim(claim, bit, own))
 
-    def _condition(
-        self, lowering: Lowering, claim: Claim, text: str, *, broken: bool, negated: bool = False
-    ) -> Key:
+    def _condition(self, claim: Claim, text: str, *, broken: bool, negated: bool = False) -> Key:
         """Lower a condition to a separate monitor; return its bit.
 
         Args:
             broken: the value of the bit if the condition can't be computed.
         """
-        lowering.enter(claim.scope)
-        value = self._parsed(lowering, claim, text)
-        name = self._new_bit(lowering)
+        self._lowering.enter(claim.scope)
+        value = self._parsed(claim, text)
+        name = self._new_bit()
         if negated:
             value = Operation("NOT", (value,))
         statements = [Assignment(Address(name), each) for each in (number(int(broken)), value)]
-        self._statements(lowering, claim.scope, name, statements, claim)
+        self._claims[self._statements(claim.scope, name, statements)] = claim
         return name.upper(), 0
 
-    def _parsed(self, lowering: Lowering, claim: Claim, text: str) -> Operand:
+    def _parsed(self, claim: Claim, text: str) -> Operand:
         """Return a condition as an operand, with a tag in place of each `old(...)`."""
         try:
-            is_slc = lowering.lowered.layout.files
+            is_slc = self._lowering.lowered.layout.files
             text = _FILE_BIT.sub(lambda found: normal(found[0]), text) if is_slc else text
-            plain = _with_latches(text, lambda inner: self._latch(lowering, claim.scope, inner))
+            plain = _with_latches(text, lambda inner: self._latch(claim.scope, inner))
             if is_slc:  # structured text has no addresses of data files
                 return parse_expression(plain)
             block = parse_statements(f"Claim := ({plain}\n);", specs=BY_NAME)
@@ -309,20 +308,20 @@ class _Maker:
             raise LadderError(f"{_named(claim)}: {text}: one condition is needed", claim.site)
         return block[0].value
 
-    def _latch(self, lowering: Lowering, scope: str, text: str) -> str:
+    def _latch(self, scope: str, text: str) -> str:
         """Return the tag of `old(text)`."""
         known = self._old.get((scope, text))
         if known is not None:
             return known[0]
         try:
-            place = lowering.resolver.address(parse_address(text))
+            place = self._lowering.resolver.address(parse_address(text))
         except AddressError as error:
             raise LadderError(f"{error}; {error.remedy}") from None
         if not isinstance(place, Place) or place.fixed_index is None or not _is_fixed_bit(place):
             raise LadderError(f"old({text}): must be one value at a fixed place")
         name = f"Old__{len(self._old) + 1}"
         kind = BOOL if place.bit is not None else place.type
-        lowering.lowered.layout.declare(Tag(name, kind))
+        self._lowering.lowered.layout.declare(Tag(name, kind))
         self._old[scope, text] = name, place
         return name
 
@@ -340,28 +339,20 @@ class _Maker:
 
     # --- lowering
 
-    def _new_bit(self, lowering: Lowering) -> str:
+    def _new_bit(self) -> str:
         self._bits += 1
         name = f"Prove__{self._bits}"
-        lowering.lowered.layout.declare(Tag(name, BOOL))
+        self._lowering.lowered.layout.declare(Tag(name, BOOL))
         return name
 
-    def _statements(
-        self,
-        lowering: Lowering,
-        scope: str,
-        name: str,
-        statements: Sequence[Assignment],
-        claim: Claim | None = None,
-    ) -> None:
-        full = self._add(lowering, scope, Routine(name, (), statements=tuple(statements)))
-        if claim is not None:
-            self._claims[full] = claim
+    def _statements(self, scope: str, name: str, statements: Sequence[Assignment]) -> str:
+        """Lower statements as the next monitor; return its full name in capitals."""
+        return self._add(scope, Routine(name, (), statements=tuple(statements)))
 
-    def _add(self, lowering: Lowering, scope: str, routine: Routine) -> str:
+    def _add(self, scope: str, routine: Routine) -> str:
         """Lower a routine as the next monitor; return its full name in capitals."""
-        lowering.enter(scope)
-        lowering.routine(routine)
+        self._lowering.enter(scope)
+        self._lowering.routine(routine)
         full = scoped(scope, routine.name).upper()
         self.routines.append(full)
         return full
@@ -369,10 +360,10 @@ class _Maker:
     def refusal(self, error: BuildError) -> LadderError:
         """Return the error for a program that can't be built with its monitors; it names the claims."""
         lines = []
-        for each in error.problems:
-            claim = self._claims.get(each.site.routine.upper())
-            where = _named(claim) + f": {claim.text}" if claim else each.where
-            lines.append(f"{where}: {each.text}; {each.remedy}")
+        for problem in error.problems:
+            claim = self._claims.get(problem.site.routine.upper())
+            where = _named(claim) + f": {claim.text}" if claim else problem.where
+            lines.append(f"{where}: {problem.text}; {problem.remedy}")
         return LadderError("\n".join(lines), *(each.site for each in error.problems))
 
 

@@ -68,11 +68,11 @@ class ScanOf:
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
     """Run scans on a compiled program; return its engine, and the major fault that has stopped it."""
     engine = program.compile()
-    for each in scans:
-        if each.again:
+    for scan in scans:
+        if scan.again:
             engine = started_again(engine, program.compile())
         try:
-            each.do(engine)
+            scan.do(engine)
         except LadderFault as fault:
             run_claims(engine)
             return engine, fault

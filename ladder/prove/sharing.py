@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from .algebra.numbers import same
-from .algebra.terms import FALSE, TRUE, T, and_, not_, or_, var
+from .algebra.terms import FALSE, TRUE, T, all_of, not_, or_, var
 from .relation.unknowns import UnknownOrigin
 from .system import ProgramSystem
 
@@ -98,10 +98,7 @@ def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
     a, b = one.arguments, other.arguments
     if a.keys() != b.keys() or any(b[name].kind != t.kind for name, t in a.items()):
         return FALSE
-    found = TRUE
-    for name, t in a.items():
-        found = and_(found, same(t, b[name]))
-    return found
+    return all_of(same(t, b[name]) for name, t in a.items())
 
 
 def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:

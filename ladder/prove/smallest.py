@@ -65,7 +65,7 @@ def _simplifications(
 
 def _keys(scans: Sequence[ScanOf]) -> list[Key]:
     """Return the inputs of a run, inputs of modules first."""
-    keys = {key for each in scans for key in each.inputs}
+    keys = {key for scan in scans for key in scan.inputs}
     return sorted(keys, key=lambda key: (not key[0].startswith("LOCAL:"), key))
 
 
@@ -74,7 +74,7 @@ def _in_run(number: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
 
 
 def _dropped(key: Key, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
-    return tuple(_without(each, key) for each in scans)
+    return tuple(_without(scan, key) for scan in scans)
 
 
 def _without(scan: ScanOf, key: Key) -> ScanOf:
@@ -84,12 +84,12 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
     """Return the scans with some bits of a word cleared; a word that then does not change is dropped."""
     before, found = 0, []
-    for each in scans:
-        value = each.inputs.get(key)
+    for scan in scans:
+        value = scan.inputs.get(key)
         word = before & 0xFFFF if value is None else int(value) & 0xFFFF & ~mask
         after = word - 0x10000 if word >= 0x8000 else word
         found.append(
-            _without(each, key) if after == before else replace(each, inputs={**each.inputs, key: after})
+            _without(scan, key) if after == before else replace(scan, inputs={**scan.inputs, key: after})
         )
         before = after
     return tuple(found)

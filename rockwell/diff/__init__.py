@@ -12,7 +12,7 @@
 | `page`, `page_style`, `rung_pictures` | the comparison as one HTML file |
 | `pairing` | pairs unchanged, moved and changed rungs and lines |
 
-Neither version has to run: parts that an import refuses are compared, too.
+Neither version has to run: parts that an import refuses are compared as well.
 """
 
 from .comparison import Comparison, Difference

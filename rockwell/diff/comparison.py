@@ -210,7 +210,8 @@ class _Comparer:
             pairs[k] = i
             added.remove(k)
             removed.remove(i)
-            self._renamed(ours[i], theirs[k], place)
+            old_name, item = ours[i].name, theirs[k]
+            self._found.append(Difference(RENAMED, item.what, place, item.name, item.line, "", "", old_name))
         self._orders([each.what for each in new], pairs, new, place)
         self._one_sided(place, REMOVED, [ours[i] for i in removed])
         for k, item in theirs.items():
@@ -218,9 +219,6 @@ class _Comparer:
                 self.item(ours[pairs[k]], item, place)
             elif k not in pairs:
                 self._one_sided(place, ADDED, [item])
-
-    def _renamed(self, old: Item, new: Item, owner: str) -> None:
-        self._found.append(Difference(RENAMED, new.what, owner, new.name, new.line, "", "", old.name))
 
     def _one_sided(self, owner: str, kind: str, items: Sequence[Item]) -> None:
         for each in items:

@@ -259,11 +259,10 @@ class _L5xOutline:
             for each in inner:
                 text = _element_text(each, names)
                 if text:
-                    layout = " ".join(
-                        f"{name}={said}" for name, said in each.attrib.items() if name in PLACES
-                    )
+                    places = [f"{name}={at}" for name, at in each.attrib.items() if name in PLACES]
                     shown = f"{head}: {text}" if head else text
                     key, name = " ".join(shown.split()), names.get(each.get("ID", ""), "")
+                    layout = " ".join(places)
                     yield Step(ELEMENT, place, shown, key, "", self._line(each), name, layout)
                     place += 1
 
@@ -334,14 +333,14 @@ def _names(sheet: Any) -> dict[str, str]:
         ident = each.get("ID")
         if ident is not None:
             counts[each.tag] += 1
-            said = each.get("Operand") or each.get("Name") or f"{each.tag} {counts[each.tag]}"
-            found.setdefault(ident, said)
+            name = each.get("Operand") or each.get("Name") or f"{each.tag} {counts[each.tag]}"
+            found.setdefault(ident, name)
     return found
 
 
 def _element_text(element: Any, names: Mapping[str, str]) -> str:
     """Return an element of a chart as text; "" if it only groups others."""
-    said = [
+    attributes = [
         f"{name}={names.get(text, text) if name.endswith('ID') else text}"
         for name, text in element.attrib.items()
         if name not in PLACES and name not in ("ID", "OnlineEditType")
@@ -349,4 +348,4 @@ def _element_text(element: Any, names: Mapping[str, str]) -> str:
     if element.tag == "Line":
         return _text(element)
     text = " ".join((element.text or "").split())
-    return " ".join((element.tag, *said, *filter(None, [text]))) if said or text else ""
+    return " ".join((element.tag, *attributes, *filter(None, [text]))) if attributes or text else ""

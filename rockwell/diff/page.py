@@ -83,10 +83,10 @@ class _Page:
         yield '<nav aria-label="contents"><ol>'
         for number, (owner, found) in enumerate(self._groups):
             counts = Counter(each.kind for each in found)
-            said = "".join(
+            signs = "".join(
                 f'<b class="{kind}" title="{kind}">{SIGNS[kind]}{count}</b>' for kind, count in counts.items()
             )
-            yield f'<li><a href="#s{number}">{_shown(owner or "Controller")}</a> {said}</li>'
+            yield f'<li><a href="#s{number}">{_shown(owner or "Controller")}</a> {signs}</li>'
         yield "</ol></nav>"
 
     def _difference(self, found: Difference) -> str:

@@ -26,7 +26,7 @@ ALIKE = 0.5
 """Minimum similarity of a changed rung's two versions."""
 
 WINDOW = 20
-"""Number of rungs before and after the corresponding place in which a changed rung is searched for."""
+"""Number of rungs before and after the corresponding place that are compared with a changed rung."""
 
 MOST_TOKENS = 200_000
 """Maximum tokens of a stretch; beyond it only rungs at the same place are compared."""

@@ -1,7 +1,7 @@
 """Cut out what two documents have in common, so that only the rest is parsed and compared.
 
     <Tag Name="A" ...> ... </Tag>     in both, byte for byte, and perhaps
-    <Tag Name="B" ...> ... </Tag>     its neighbor, too:                        <Cut N="5"/>
+    <Tag Name="B" ...> ... </Tag>     its neighbor:                             <Cut N="5"/>
 
 Most of two versions is the same, and comparing bytes takes a tenth of the time of parsing elements.
 Line numbers do not change: a cut keeps its newlines. Programs, tags and so on are compared first; in those
@@ -44,7 +44,7 @@ Joint = tuple[bytes, bytes, bytes]
 
 
 class PrunedDocument(NamedTuple):
-    """A document and the contents cut out of it; each cut in the document has the index of its content."""
+    """A document with cuts, and the contents that they replace; each cut has the index of its content."""
 
     data: bytes
     cuts: list[bytes]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ..slc.addresses import STRUCTURED
 from ..slc.addresses import WORDS as INNER
 from ..slc.datafiles import letters_of
-from ..slc.datavalues import joined
+from ..slc.datavalues import placed_rows
 from ..slc.document import document_in
 from ..slc.records import DataRecord, LadderRecord, SlcDocument, SlcRungRecord
 from ..slc.rungs import routine_name
@@ -53,13 +53,10 @@ def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
     letters = letters_of(record.file)
     names = (".CTL", *(f".{each}" for each in INNER[letters])) if letters in STRUCTURED else ("",)
     mark = "." if ":" in record.file else ":"
-    place = record.begin(len(names))
-    for row in joined(record.rows, len(names)):
-        place = place if row.place is None else row.place
+    for place, row in placed_rows(record, len(names)):
         for at, value in enumerate(row.values):
             element, word = divmod(at, len(names))
             yield f"{record.file}{mark}{place + element}{names[word]}", value
-        place += -(-len(row.values) // len(names))
 
 
 def _slots(document: SlcDocument) -> Iterator[Item]:

@@ -31,7 +31,7 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `spans` | places of elements in the text, so that an edit replaces only them |
 | `rewriting` | edited rungs in the text of a file |
 | `partial` | extracts a program or a routine of a file |
-| `export` | exports a program as an L5X |
+| `export`, `writing` | exports a program as an L5X |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 

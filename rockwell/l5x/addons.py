@@ -8,7 +8,15 @@ from typing import Any
 
 from scanrack.ladder.instructions import BY_NAME
 from scanrack.ladder.instructions.addons import ADD_ON_CALL, with_off_calls
-from scanrack.ladder.lowering.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
+from scanrack.ladder.lowering.addon import (
+    ENABLES,
+    LOGIC,
+    OTHERWISE,
+    ROUTINES,
+    AddOn,
+    Parameter,
+    ParameterMode,
+)
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.routine import Routine
@@ -73,6 +81,24 @@ class AddOns:
     def specs(self) -> Mapping[str, Spec]:
         """Return all instruction specs by name in capitals."""
         return {**BY_NAME, **with_off_calls({name: _spec_of(each) for name, each in self.records.items()})}
+
+    def arguments(self, name: str) -> tuple[TagRecord, ...] | None:
+        """Return the parameters of an add-on that take an argument, in call order; None if it is unknown."""
+        record = self.records.get(name.upper())
+        return None if record is None else tuple(arguments_of(record))
+
+    def acts_when_off(self, name: str) -> bool:
+        """Whether an add-on has logic for a false EnableIn."""
+        record = self.records.get(name.upper())
+        if record is None or OTHERWISE in record.switched_off:
+            return False
+        return any(each.name.upper() == OTHERWISE.upper() for each in record.routines)
+
+    def outputs(self, name: str) -> frozenset[str]:
+        """Return the names of an add-on's outputs, in capitals."""
+        record = self.records.get(name.upper())
+        parameters = record.parameters if record else ()
+        return frozenset(each.name.upper() for each in parameters if _way_of(each) is ParameterMode.OUTPUT)
 
     def _parameters(self, record: AddOnRecord) -> Any:
         for each in _own(record):

@@ -139,14 +139,15 @@ class Builder:
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
         reason = str(error).replace("\n", " ")
-        for part in parts.programs.values():
-            for routine in list(part.routines.values()):
-                for number in range(len(routine.rungs) or 1):
-                    self.refuse(part.name, routine.name, number, reason, "correct the program")
-        for definition in list(parts.add_ons.values()):
-            for routine in definition.routines:
-                for number in range(len(routine.rungs) or 1):
-                    self.refuse(definition.name, routine.name, number, reason, "correct the add-on")
+        owned = [(owner, each, "correct the program") for owner, each in parts.owned()]
+        owned += [
+            (definition.name, each, "correct the add-on")
+            for definition in parts.add_ons.values()
+            for each in definition.routines
+        ]
+        for owner, routine, remedy in owned:
+            for number in range(len(routine.rungs) or 1):
+                self.refuse(owner, routine.name, number, reason, remedy)
         self.empty()
 
     def _routine(self, owner: str, routine: str) -> Routine | None:

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import count
 from typing import Any
 
-from lxml import etree
 from scanrack.ladder.model.chart import Action, Chart, ChartStep, Transition
 from scanrack.ladder.model.chart_layout import Cell, layout_of
 from scanrack.ladder.model.statements import block_lines
 
 from .charts import NAMES
+from .xml.writing import cdata, element, flag, write_statements
 
 _LEFT, _TOP, _WIDE, _HIGH = 240, 60, 320, 100  # pixels of the first cell and of a cell
 
 
-def write_chart(parent: Any, chart: Chart, cdata: Callable[[str], Any]) -> None:
+def write_chart(parent: Any, chart: Chart) -> None:
     """Add the content of a chart to a routine's element."""
-    _Writer(parent, chart, cdata).write()
+    _Writer(parent, chart).write()
 
 
 class _Writer:
-    def __init__(self, parent: Any, chart: Chart, cdata: Callable[[str], Any]) -> None:
-        self._chart, self._cdata, self._layout = chart, cdata, layout_of(chart)
-        self._content = etree.SubElement(
+    def __init__(self, parent: Any, chart: Chart) -> None:
+        self._chart, self._layout = chart, layout_of(chart)
+        self._content = element(
             parent, "SFCContent", SheetSize="Letter - 8.5 x 11 in", SheetOrientation="Landscape"
         )
-        self._next = 0
+        self._numbers = count()
         self._ids: dict[str, int] = {}  # of steps, by name in capitals
         self._links: list[tuple[int, int]] = []
 
@@ -38,9 +39,8 @@ class _Writer:
         numbers = [self._transition(each, place) for place, each in enumerate(self._chart.transitions)]
         for step in self._chart.steps:
             if step.stop:
-                self._ids[step.name.upper()] = self._add(
-                    "Stop", step.name, self._layout.steps[step.name.upper()]
-                )
+                stop = self._add("Stop", step.name, self._layout.steps[step.name.upper()])
+                self._ids[step.name.upper()] = int(stop.get("ID"))
         for each, number in zip(self._chart.transitions, numbers, strict=True):
             self._sides(each, number)
         for step in self._chart.steps:
@@ -52,95 +52,77 @@ class _Writer:
         if self._chart.inputs or self._chart.returns:
             listed = {"In": self._chart.inputs, "Ret": self._chart.returns}
             given = {name: " ".join(map(str, each)) for name, each in listed.items()}
-            etree.SubElement(self._content, "SbrRet", ID=self._id(), X="40", Y="60", **given)
+            element(self._content, "SbrRet", ID=self._id(), X="40", Y="60", **given)
         for a, b in self._links:
-            etree.SubElement(self._content, "DirectedLink", FromID=str(a), ToID=str(b), Show="true")
+            element(self._content, "DirectedLink", FromID=str(a), ToID=str(b), Show="true")
         for note in self._chart.notes:
-            box = etree.SubElement(self._content, "TextBox", ID=self._id(), X="20", Y="20")
-            etree.SubElement(box, "Text").text = self._cdata(note)
+            box = element(self._content, "TextBox", ID=self._id(), X="20", Y="20")
+            element(box, "Text").text = cdata(note)
 
     def _id(self) -> str:
-        self._next += 1
-        return str(self._next - 1)
+        return str(next(self._numbers))
 
-    def _add(self, tag: str, name: str, cell: Cell, **more: str) -> int:
-        x, y = _LEFT + cell[0] * _WIDE, _TOP + cell[1] * _HIGH
-        number = self._id()
-        self._made = etree.SubElement(
-            self._content, tag, ID=number, X=str(x), Y=str(y), Operand=name, HideDesc="true", **more
-        )
-        return int(number)
+    def _add(self, tag: str, name: str, cell: Cell, **more: str) -> Any:
+        """Add an element of the chart at a cell."""
+        x, y = str(_LEFT + cell[0] * _WIDE), str(_TOP + cell[1] * _HIGH)
+        return element(self._content, tag, ID=self._id(), X=x, Y=y, Operand=name, HideDesc="true", **more)
 
     def _step(self, step: ChartStep) -> None:
         given = dict(step.presets)
         uses = {
-            f"{'Preset' if name == 'PRE' else name}UsesExpr": str(name in given).lower()
+            f"{'Preset' if name == 'PRE' else name}UsesExpr": flag(name in given)
             for name in ("PRE", "LimitHigh", "LimitLow")
         }
         cell = self._layout.steps[step.name.upper()]
-        initial = str(step.initial).lower()
-        self._ids[step.name.upper()] = self._add(
-            "Step", step.name, cell, InitialStep=initial, **uses, ShowActions="true"
-        )
-        made = self._made
+        made = self._add("Step", step.name, cell, InitialStep=flag(step.initial), **uses, ShowActions="true")
+        self._ids[step.name.upper()] = int(made.get("ID"))
         for name, value in step.presets:
-            self._text(etree.SubElement(made, "Preset" if name == "PRE" else name), [str(value)])
+            write_statements(element(made, "Preset" if name == "PRE" else name), [str(value)])
         for action in step.actions:
             self._action(made, action)
 
     def _action(self, parent: Any, action: Action) -> None:
-        made = etree.SubElement(
+        made = element(
             parent,
             "Action",
             ID=self._id(),
             Operand=action.name,
             Qualifier=NAMES[action.qualifier],
-            IsBoolean=str(action.is_boolean).lower(),
-            PresetUsesExpr=str(action.preset is not None).lower(),
+            IsBoolean=flag(action.is_boolean),
+            PresetUsesExpr=flag(action.preset is not None),
         )
         if action.indicator:
             made.set("IndicatorTag", action.indicator)
         if action.preset is not None:
-            self._text(etree.SubElement(made, "Preset"), [str(action.preset)])
+            write_statements(element(made, "Preset"), [str(action.preset)])
         if action.body is not None:
-            self._text(etree.SubElement(made, "Body"), block_lines(action.body))
-
-    def _text(self, parent: Any, lines: Iterable[str]) -> None:
-        content = etree.SubElement(parent, "STContent")
-        for number, line in enumerate(lines):
-            etree.SubElement(content, "Line", Number=str(number)).text = self._cdata(line)
+            write_statements(element(made, "Body"), block_lines(action.body))
 
     def _transition(self, transition: Transition, place: int) -> int:
-        number = self._add("Transition", transition.name, self._layout.transitions[place])
-        self._text(etree.SubElement(self._made, "Condition"), [str(transition.condition)])
-        return number
+        made = self._add("Transition", transition.name, self._layout.transitions[place])
+        write_statements(element(made, "Condition"), [str(transition.condition)])
+        return int(made.get("ID"))
 
     # --- branches and links
 
-    def _branch(self, kind: str, flow: str, row: int, count: int, **more: str) -> tuple[int, list[int]]:
-        number, y = self._id(), _TOP + row * _HIGH - _HIGH // 2
-        made = etree.SubElement(
-            self._content, "Branch", ID=number, Y=str(y), BranchType=kind, BranchFlow=flow, **more
-        )
-        legs = [self._id() for _ in range(count)]
-        for each in legs:
-            etree.SubElement(made, "Leg", ID=each)
-        return int(number), [int(each) for each in legs]
+    def _branch(self, kind: str, flow: str, row: int, legs_needed: int, **more: str) -> tuple[int, list[int]]:
+        """Add a branch; return its ID and the IDs of its legs."""
+        number, y = self._id(), str(_TOP + row * _HIGH - _HIGH // 2)
+        made = element(self._content, "Branch", ID=number, Y=y, BranchType=kind, BranchFlow=flow, **more)
+        legs = [element(made, "Leg", ID=self._id()) for _ in range(legs_needed)]
+        return int(number), [int(leg.get("ID")) for leg in legs]
 
     def _sides(self, transition: Transition, number: int) -> None:
         """Link a transition to its steps; several steps are linked through a simultaneous branch."""
         row = self._layout.steps[transition.sources[0].upper()][1] + 1
         if len(transition.sources) > 1:
             branch, legs = self._branch("Simultaneous", "Converge", row, len(transition.sources))
-            self._ends_of_steps(transition.sources, legs)
+            self._links += zip((self._ids[name.upper()] for name in transition.sources), legs, strict=True)
             self._links.append((branch, number))
         if len(transition.targets) > 1:
             branch, legs = self._branch("Simultaneous", "Diverge", row + 1, len(transition.targets))
             self._links.append((number, branch))
             self._links += zip(legs, (self._ids[name.upper()] for name in transition.targets), strict=True)
-
-    def _ends_of_steps(self, names: Sequence[str], legs: Sequence[int]) -> None:
-        self._links += zip((self._ids[name.upper()] for name in names), legs, strict=True)
 
     def _selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
         """Link a step to the transitions around it; several are linked through a selection branch."""

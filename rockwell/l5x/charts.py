@@ -48,7 +48,7 @@ QUALIFIERS: Mapping[str, Qualifier] = {
     "SET": Qualifier.S,
     "DELAYEDSTORED": Qualifier.DS,
 }
-"""Qualifiers by name in capitals, without `And`; also by letter, and by names that other programs write."""
+"""Qualifiers by letter and by name in capitals, without `And`, including names that other programs write."""
 
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
 

@@ -86,7 +86,7 @@ class Completion:
         name = guess.name.rpartition(".")[2] if guess.name.startswith("\\") else guess.name
         kind, dims = guess.type(f"{re.sub(r'[^A-Za-z0-9]', '_', name)}_type"), guess.dims
         self._scope(program_of(guess.name)).append(Tag(name, kind, dims))
-        self._report.declared[guess.name] = kind.name + "".join(f"[{each}]" for each in dims)
+        self._report.declare(guess.name, kind, dims)
 
     def _scope(self, program: str) -> list[Declaration]:
         if not program:

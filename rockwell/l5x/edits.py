@@ -13,7 +13,7 @@ NORMAL = "N"
 
 @dataclass(frozen=True, slots=True)
 class RungType:
-    """A type of rung: what it is, and when the controller executes it."""
+    """A type of rung: its meaning, and when the controller executes it."""
 
     says: str
     runs: bool  # executed while the edits are not tested

@@ -33,7 +33,7 @@ from scanrack.ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
 from .xml.records import ElementRecord
-from .xml.spans import escaped
+from .xml.writing import cdata, element, flag, text_element, write_statements
 
 REVISION = "32.02"
 """Software revision of the written file; later revisions can import it."""
@@ -49,7 +49,7 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
     routines = [_found("routine", routine_name, program.routines)] if routine_name else list(program.routines)
     _check_known(logic, routines)
-    root = _element(
+    root = element(
         None,
         "RSLogix5000Content",
         SchemaRevision="1.0",
@@ -59,12 +59,12 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
         ContainsContext="true",
         ExportOptions="References NoRawData DecoratedData Context Dependencies AllProjDocTrans",
     )
-    controller = _element(root, "Controller", Name=logic.name, **_CONTEXT)
+    controller = element(root, "Controller", Name=logic.name, **_CONTEXT)
     outer = logic.declarations if isinstance(logic, Controller) else []
     _write_types(controller, _used_types(logic, [*outer, *program.declarations]))
     _write_add_ons(controller, logic.add_ons.values())
-    _write_tags(_element(controller, "Tags", **_CONTEXT), outer)
-    _write_program(_element(controller, "Programs", **_CONTEXT), program, routines, whole=not routine_name)
+    _write_tags(element(controller, "Tags", **_CONTEXT), outer)
+    _write_program(element(controller, "Programs", **_CONTEXT), program, routines, whole=not routine_name)
     return bytes(
         etree.tostring(root, xml_declaration=True, encoding="UTF-8", standalone=True, pretty_print=True)
     )
@@ -89,26 +89,11 @@ def _found(what: str, name: str, among: Sequence[Any]) -> Any:
     raise LadderError(f"no {what} {name!r}; choose from {names}")
 
 
-def _element(parent: Any, name: str, **attributes: str) -> Any:
-    return etree.Element(name, attributes) if parent is None else etree.SubElement(parent, name, attributes)
-
-
-def _say(parent: Any, name: str, text: str) -> None:
-    """Add an element with a text, unless the text is empty."""
-    if text:
-        _element(parent, name).text = _cdata(text)
-
-
-def _cdata(text: str) -> Any:
-    text = escaped(text)
-    return text if "]]>" in text else etree.CDATA(text)
-
-
 # --- types
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons use, inner ones first, without those of modules."""
+    """Yield the structures that declarations and add-ons use, inner ones first, except types of modules."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
@@ -125,11 +110,11 @@ def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]
 
 
 def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
-    parent = _element(controller, "DataTypes", **_CONTEXT)
+    parent = element(controller, "DataTypes", **_CONTEXT)
     for kind in kinds:
         family = "StringFamily" if kind.is_string else "NoFamily"
-        made = _element(parent, "DataType", Name=kind.name, Family=family, Class="User")
-        members = _element(made, "Members")
+        made = element(parent, "DataType", Name=kind.name, Family=family, Class="User")
+        members = element(made, "Members")
         for each in kind.members:
             _write_member(members, kind, each)
 
@@ -141,14 +126,14 @@ def _write_member(members: Any, kind: Structure, member: Member) -> None:
             f"{member.name} of {kind.name} is at {member.at}: only bits of a member have a name"
         )
     packed = {"Target": host, "BitNumber": bit} if member.at else {}
-    _element(
+    element(
         members,
         "Member",
         Name=member.name,
         DataType="BIT" if member.at else member.type.name,
         Dimension=str(member.dims[0]) if member.dims else "0",
         Radix=_radix(member.type),
-        Hidden=_flag(member.hidden),
+        Hidden=flag(member.hidden),
         **packed,
     )
 
@@ -159,29 +144,25 @@ def _radix(kind: DataType) -> str:
     return "Decimal" if kind.is_bool or kind.is_integer else "Float"
 
 
-def _flag(on: bool) -> str:
-    return "true" if on else "false"
-
-
 # --- add-on instructions
 
 
 def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
-    parent = _element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
+    parent = element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
     for each in definitions:
-        made = _element(
+        made = element(
             parent,
             "AddOnInstructionDefinition",
             Name=each.name,
             Revision="1.0",
-            ExecutePrescan=_flag(each.routine(PRESCAN) is not None),
-            ExecutePostscan=_flag(each.routine(POSTSCAN) is not None),
-            ExecuteEnableInFalse=_flag(each.routine(OTHERWISE) is not None),
+            ExecutePrescan=flag(each.routine(PRESCAN) is not None),
+            ExecutePostscan=flag(each.routine(POSTSCAN) is not None),
+            ExecuteEnableInFalse=flag(each.routine(OTHERWISE) is not None),
         )
-        _say(made, "Description", each.comment)
-        parameters, local = _element(made, "Parameters"), _element(made, "LocalTags")
+        text_element(made, "Description", each.comment)
+        parameters, local = element(made, "Parameters"), element(made, "LocalTags")
         for name, usage in zip(ENABLES, ("Input", "Output"), strict=True):
-            _element(
+            element(
                 parameters,
                 "Parameter",
                 Name=name,
@@ -192,7 +173,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             )
         for parameter in each.parameters:
             _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
-        inside = _element(made, "Routines")
+        inside = element(made, "Routines")
         for routine in each.routines:
             _write_routine(inside, routine)
 
@@ -206,11 +187,11 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
     if parameter.dims:
         attributes["Dimensions"] = " ".join(map(str, parameter.dims))
     if parameter.way is ParameterMode.LOCAL:
-        made = _element(parent, "LocalTag", Name=parameter.name, **attributes)
+        made = element(parent, "LocalTag", Name=parameter.name, **attributes)
     else:
-        attributes |= {"Usage": _USAGES[parameter.way], "Required": _flag(parameter.required)}
-        made = _element(parent, "Parameter", Name=parameter.name, **attributes)
-    _say(made, "Description", parameter.comment)
+        attributes |= {"Usage": _USAGES[parameter.way], "Required": flag(parameter.required)}
+        made = element(parent, "Parameter", Name=parameter.name, **attributes)
+    text_element(made, "Description", parameter.comment)
     _write_data(made, "DefaultData", parameter.type, parameter.dims, parameter.initial)
 
 
@@ -224,16 +205,16 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
                 f"{each.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
             )
         if isinstance(each, Alias):
-            made = _element(parent, "Tag", Name=each.name, TagType="Alias", AliasFor=str(each.target))
-            _say(made, "Description", each.comment)
+            made = element(parent, "Tag", Name=each.name, TagType="Alias", AliasFor=str(each.target))
+            text_element(made, "Description", each.comment)
             continue
         if ":" in each.name:
             continue  # a module's tag, which is elsewhere in a controller
         dims = {"Dimensions": " ".join(map(str, each.dims))} if each.dims else {}
-        made = _element(
+        made = element(
             parent, "Tag", Name=each.name, TagType="Base", DataType=each.type.name, **dims, Constant="false"
         )
-        _say(made, "Description", each.comment)
+        text_element(made, "Description", each.comment)
         _write_data(made, "Data", each.type, each.dims, each.initial)
 
 
@@ -241,15 +222,22 @@ def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], i
     """Add decorated data of an initial value, unless it is zero."""
     if initial is None:
         return
-    data = _element(parent, name, Format="Decorated")
+    _write_value(element(parent, name, Format="Decorated"), kind, dims, initial)
+
+
+def _write_value(
+    parent: Any, kind: DataType, dims: tuple[int, ...], value: Any, member: str | None = None
+) -> None:
+    """Add the value of a tag, or of a structure's member."""
+    suffix, named = ("", {}) if member is None else ("Member", {"Name": member})
+    named["DataType"] = kind.name
     if dims:
-        _write_array(
-            _element(data, "Array", DataType=kind.name, Dimensions=_joined(dims)), kind, dims, initial
-        )
+        array = element(parent, f"Array{suffix}", **named, Dimensions=_joined(dims))
+        _write_array(array, kind, dims, value)
     elif isinstance(kind, Structure):
-        _write_structure(_element(data, "Structure", DataType=kind.name), kind, initial)
+        _write_structure(element(parent, f"Structure{suffix}", **named), kind, value)
     else:
-        _element(data, "DataValue", DataType=kind.name, Radix=_radix(kind), Value=_number(kind, initial))
+        element(parent, f"DataValue{suffix}", **named, Radix=_radix(kind), Value=_number(kind, value))
 
 
 def _joined(dims: tuple[int, ...]) -> str:
@@ -265,10 +253,10 @@ def _write_array(
         if len(dims) > 1:
             _write_array(parent, kind, dims[1:], value, index)
         elif isinstance(kind, Structure):
-            element = _element(parent, "Element", Index=f"[{_joined(index)}]")
-            _write_structure(_element(element, "Structure", DataType=kind.name), kind, value)
+            outer = element(parent, "Element", Index=f"[{_joined(index)}]")
+            _write_structure(element(outer, "Structure", DataType=kind.name), kind, value)
         else:
-            _element(parent, "Element", Index=f"[{_joined(index)}]", Value=_number(kind, value))
+            element(parent, "Element", Index=f"[{_joined(index)}]", Value=_number(kind, value))
 
 
 def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
@@ -283,27 +271,14 @@ def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
         if member.at and given is None:
             host, _, bit = member.at.rpartition(".")
             given = int(values.get(host.upper()) or 0) >> int(bit) & 1
-        _write_value(parent, member, given)
-
-
-def _write_value(parent: Any, member: Member, value: Any) -> None:
-    named = {"Name": member.name, "DataType": member.type.name}
-    if member.dims:
-        array = _element(parent, "ArrayMember", **named, Dimensions=_joined(member.dims))
-        _write_array(array, member.type, member.dims, value)
-    elif isinstance(member.type, Structure):
-        _write_structure(_element(parent, "StructureMember", **named), member.type, value)
-    else:
-        _element(
-            parent, "DataValueMember", **named, Radix=_radix(member.type), Value=_number(member.type, value)
-        )
+        _write_value(parent, member.type, member.dims, given, member.name)
 
 
 def _write_string(parent: Any, kind: Structure, value: Any) -> None:
     text = value if isinstance(value, str) else ""
-    _element(parent, "DataValueMember", Name="LEN", DataType="DINT", Radix="Decimal", Value=str(len(text)))
-    data = _element(parent, "DataValueMember", Name="DATA", DataType=kind.name, Radix="ASCII")
-    data.text = _cdata(quoted(text))
+    element(parent, "DataValueMember", Name="LEN", DataType="DINT", Radix="Decimal", Value=str(len(text)))
+    data = element(parent, "DataValueMember", Name="DATA", DataType=kind.name, Radix="ASCII")
+    data.text = cdata(quoted(text))
 
 
 def _number(kind: DataType, value: Any) -> str:
@@ -320,15 +295,15 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
     roots = {"MainRoutineName": program.main, "FaultRoutineName": program.fault} if whole else {}
     if whole and not program.main and routines:
         roots["MainRoutineName"] = routines[0].name
-    made = _element(
+    made = element(
         parent,
         "Program",
         **(_TARGET if whole else _CONTEXT),
         Name=program.name,
         **{name: value for name, value in roots.items() if value},
     )
-    _write_tags(_element(made, "Tags"), _without_generated(program))
-    parent = _element(made, "Routines", **({} if whole else _CONTEXT))
+    _write_tags(element(made, "Tags"), _without_generated(program))
+    parent = element(made, "Routines", **({} if whole else _CONTEXT))
     for each in routines:
         _write_routine(parent, each, target=not whole)
 
@@ -343,30 +318,28 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
     kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
     if routine.drawing is not None:
         kind = "FBD"
-    made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
-    _say(made, "Description", routine.comment)
+    made = element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
+    text_element(made, "Description", routine.comment)
     if routine.chart is not None:
-        write_chart(made, routine.chart, _cdata)
+        write_chart(made, routine.chart)
     elif routine.drawing is not None:
         _write_drawing(made, routine.drawing.record)
     elif routine.statements is not None:
-        content = _element(made, "STContent")
-        for number, line in enumerate(block_lines(routine.statements)):
-            _element(content, "Line", Number=str(number)).text = _cdata(line)
+        write_statements(made, block_lines(routine.statements))
     else:
-        content = _element(made, "RLLContent")
+        content = element(made, "RLLContent")
         for number, rung in enumerate(routine.rungs):
-            element = _element(content, "Rung", Number=str(number), Type="N")
-            _say(element, "Comment", rung.comment)
-            _element(element, "Text").text = _cdata(str(rung))
+            written = element(content, "Rung", Number=str(number), Type="N")
+            text_element(written, "Comment", rung.comment)
+            element(written, "Text").text = cdata(str(rung))
 
 
 def _write_drawing(parent: Any, record: ElementRecord) -> None:
-    """Write the content of a function block diagram as it was read."""
-    made = _element(parent, record.tag, **record.attributes)
+    """Write the content of a function block diagram exactly as it was read."""
+    made = element(parent, record.tag, **record.attributes)
     if record.text.strip():
-        made = _element(made, "Text") if record.tag == "TextBox" else made
-        made.text = _cdata(record.text)
+        made = element(made, "Text") if record.tag == "TextBox" else made
+        made.text = cdata(record.text)
     for each in record.children:
         if (record.tag, each.tag) != ("TextBox", "Text"):
             _write_drawing(made, each)

@@ -9,7 +9,6 @@ from pathlib import Path
 from scanrack.io_images.site import Site
 from scanrack.io_images.text_limits import EXPORT_MIB
 from scanrack.ladder.instructions.stubbed import specs_of_stubs
-from scanrack.ladder.lowering.addon import OTHERWISE
 from scanrack.ladder.lowering.controller import Controller
 from scanrack.ladder.model.collector import collector_paused
 from scanrack.ladder.model.routine import Routine
@@ -18,7 +17,7 @@ from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, pa
 from scanrack.ladder.model.tree import Address
 from scanrack.ladder.model.types import Structure
 
-from .addons import AddOns, arguments_of
+from .addons import AddOns
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
@@ -35,7 +34,7 @@ from .uses import all_instructions
 from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
-from .xml.records import L5xDocument, ProgramRecord, RoutineRecord, TagRecord
+from .xml.records import L5xDocument, ProgramRecord, RoutineRecord
 
 _PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, those of its states do not"
 IDLE = "scanrack_idle"
@@ -145,31 +144,14 @@ class Importer:
 
     def _known(self, owner: str) -> DocumentNames:
         """Return what the document says about the names in diagrams of a program or add-on."""
-        names, add_ons = self._names, self._add_ons.records
+        names, add_ons = self._names, self._add_ons
         modules = {each.name.upper(): each for each in self._parts.declarations}
-
-        def arguments(name: str) -> tuple[TagRecord, ...] | None:
-            record = add_ons.get(name.upper())
-            return None if record is None else tuple(arguments_of(record))
-
-        def acts_when_off(name: str) -> bool:
-            record = add_ons.get(name.upper())
-            routines = record.routines if record else ()
-            return any(each.name.upper() == OTHERWISE.upper() for each in routines) and (
-                OTHERWISE not in add_ons[name.upper()].switched_off
-            )
-
-        def outputs(name: str) -> frozenset[str]:
-            record = add_ons.get(name.upper())
-            listed = record.parameters if record else ()
-            return frozenset(each.name.upper() for each in listed if each.usage.upper() == "OUTPUT")
-
         return DocumentNames(
             lambda address: names.type_of(owner, address, self._types, modules),
             lambda name: names.without_aliases(owner, Address(name)).name.upper(),
-            arguments,
-            acts_when_off,
-            outputs,
+            add_ons.arguments,
+            add_ons.acts_when_off,
+            add_ons.outputs,
         )
 
     def _note_others(self) -> None:

@@ -149,15 +149,15 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
     return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
 
 
-def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, say: Callable[[str], None]) -> Any:
+def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, remark: Callable[[str], None]) -> Any:
     try:
         if tag.data:
-            return initial_of(tag.data, kind, (), types, say)
+            return initial_of(tag.data, kind, (), types, remark)
         return image_of(tag.forced, kind, types.layouts)
     except L5xError:
         raise
     except (ValueTextError, LadderError) as error:
-        say(f"it starts with zeros: {error}")
+        remark(f"it starts with zeros: {error}")
         return None
 
 

@@ -17,7 +17,7 @@ _OPTIONS = (
     *("References", "NoRawData", "L5KData", "DecoratedData", "Context", "Dependencies"),
     *("ForceProtectedEncoding", "AllProjDocTrans"),
 )
-"""Export options, in the order in which they are written."""
+"""Export options, in the order of a file."""
 
 _NEEDED = frozenset({"References", "Context", "Dependencies"})
 _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetLastEdited", "TargetCount")
@@ -65,14 +65,17 @@ class _Extraction:
         controller = self._text.controller
         assert controller is not None
         yield from self._head()
-        yield from self._with(controller, Use="Context")
+        yield from self._changed(controller, {"Use": "Context"})
         for each in controller.children:
             if each.tag not in _CONTEXT:
                 yield self._text.without(each)
                 continue
-            yield from self._with(each, Use="Context")
+            yield from self._changed(each, {"Use": "Context"})
             for program in each.children if each.tag == "Programs" else ():
-                yield from self._of_program(program) if program is self._program else self._left_out(program)
+                if program is self._program:
+                    yield from self._of_program(program)
+                else:
+                    yield self._text.without(program)
 
     def _head(self) -> Iterator[Splice]:
         """Yield the splices for the attributes of the root element."""
@@ -86,32 +89,26 @@ class _Extraction:
         made["ExportOptions"] = " ".join(options)
         yield from self._changed(root, made)
 
-    def _with(self, span: Span, **attributes: str) -> Iterator[Splice]:
-        yield from self._changed(span, attributes)
-
     def _changed(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
         for name, value in attributes.items():
             if span.attributes.get(name) != value:
                 yield self._text.attribute(span, name, value)
 
-    def _left_out(self, *spans: Span) -> Iterator[Splice]:
-        yield from map(self._text.without, spans)
-
     def _of_program(self, program: Span) -> Iterator[Splice]:
         whole = self._routine is None
-        yield from self._with(program, Use="Target" if whole else "Context")
+        yield from self._changed(program, {"Use": "Target" if whole else "Context"})
         for each in program.children:
             if whole:
                 yield from self._plain([each])
             elif each.tag in ("Tags", "Routines"):
-                yield from self._with(each, Use="Context")
+                yield from self._changed(each, {"Use": "Context"})
             else:
                 yield self._text.without(each)
         for routine in _routines(program):
             if whole:
                 yield from self._plain([routine])
             elif routine is self._routine:
-                yield from self._with(routine, Use="Target")
+                yield from self._changed(routine, {"Use": "Target"})
             elif routine.attributes.get("Use") != "Reference":
                 yield self._text.without(routine)
                 continue

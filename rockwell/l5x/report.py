@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from scanrack.ladder.model.types import DataType
+
 from .edits import Edit
 
 _COUNTED = ("total", "imported", "refused", "ran")
@@ -78,7 +80,7 @@ class StructuredRoutine:
 
     @property
     def is_refused(self) -> bool:
-        """Whether all of it is refused."""
+        """Whether all of its statements are refused."""
         return self.refused >= self.statements and bool(self.refused)
 
     def counts(self) -> Iterator[tuple[str, int, int]]:
@@ -141,6 +143,10 @@ class Report:
         refused = sum(each.is_refused for each in routines)
         ran = sum(each.ran and not each.is_refused for each in routines)
         return dict(zip(_COUNTED, (len(routines), len(routines) - refused, refused, ran), strict=True))
+
+    def declare(self, name: str, kind: DataType, dims: tuple[int, ...]) -> None:
+        """Note the type of a tag or member that the file lacks."""
+        self.declared[name] = kind.name + "".join(f"[{each}]" for each in dims)
 
     def note(self, name: str, text: str, line: int = 0) -> None:
         """Add a note, or count a repeated one."""

@@ -118,12 +118,7 @@ class RoutineReader:
         """Refuse all rungs of a routine that is not read, such as one with a repeated name."""
         self._report.rungs += len(record.rungs)
         for rung in record.rungs:
-            self._report.refused.append(
-                Refusal(
-                    *(self._report.file, rung.line, owner, record.name, rung.number),
-                    *(1, rung.text, reason, remedy),
-                )
-            )
+            self._refuse_rung(owner, record.name, rung, reason, remedy)
         if record.lines:
             self._count_text(owner, record)
             self.refuse_object(owner, record.name, reason, record.line, remedy)
@@ -271,7 +266,11 @@ class RoutineReader:
         if key in self._refused:
             return
         self._refused.add(key)
-        rung = self._records[key[:2]].rungs[place]
+        self._refuse_rung(owner, routine, self._records[key[:2]].rungs[place], reason, remedy, site)
+
+    def _refuse_rung(
+        self, owner: str, routine: str, rung: L5xRungRecord, reason: str, remedy: str, site: Site = NOWHERE
+    ) -> None:
         self._report.refused.append(
             Refusal(
                 *(self._report.file, rung.line, owner, routine, rung.number),

@@ -14,7 +14,7 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.predefined.motion_types import AXIS_TYPES
 from scanrack.ladder.model.stubs import Remote
-from scanrack.ladder.model.tags import Alias, Declaration, Tag
+from scanrack.ladder.model.tags import Alias, Declaration, Tag, scoped
 from scanrack.ladder.model.types import MAX_DIMENSIONS, DataType
 
 from .report import Report
@@ -38,10 +38,10 @@ def scope_of(
     declarations: list[Declaration] = []
     for record in records:
         if record.kind.upper() in _FILLED:
-            report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
+            report.note(scoped(owner, record.name), _FILLED[record.kind.upper()], record.line)
         if owner and record.usage.upper() == "INOUT":
             text = "it is a parameter by reference, and has its own memory here"
-            report.note(_named(owner, record.name), text, record.line)
+            report.note(scoped(owner, record.name), text, record.line)
         try:
             if record.kind.upper() == "ALIAS" or record.target:
                 declarations.append(Alias(record.name, parse_address(record.target), record.comment))
@@ -49,11 +49,11 @@ def scope_of(
             kind = type_of(record, types)
             declarations.append(tag_of(record, kind, types, report, owner))
             if record.forced:
-                note_forces(record, kind, record.dims, types, report, _named(owner, record.name))
+                note_forces(record, kind, record.dims, types, report, scoped(owner, record.name))
         except L5xError:
             raise
         except LadderError as error:
-            report.leave_out(_named(owner, record.name), str(error), record.line)
+            report.leave_out(scoped(owner, record.name), str(error), record.line)
     return declarations
 
 
@@ -108,7 +108,7 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
         raise LadderError(f"it has dimensions {record.dims}")
     types.take(kind, record.dims)
-    initial = read_initial(record, kind, types, report, _named(owner, record.name))
+    initial = read_initial(record, kind, types, report, scoped(owner, record.name))
     return Tag(record.name, kind, record.dims, initial, record.comment, _access(record))
 
 
@@ -129,15 +129,15 @@ def read_initial(
     what: str = "it starts with zeros",
 ) -> Any:
     """Return the initial value of a tag or parameter; note an unreadable one, with the consequence."""
-    said: list[str] = []
+    losses: list[str] = []
     try:
-        initial = initial_of(record.data, kind, record.dims, types, said.append)
+        initial = initial_of(record.data, kind, record.dims, types, losses.append)
     except ValueTextError as error:
         report.lose(name, f"{what}: {error}", record.line)
         return None
-    if said:
-        more = f", and {len(said) - 1} more" * (len(said) > 1)
-        report.lose(name, f"{said[0]}{more}", record.line)
+    if losses:
+        more = f", and {len(losses) - 1} more" * (len(losses) > 1)
+        report.lose(name, f"{losses[0]}{more}", record.line)
     return initial
 
 
@@ -160,21 +160,21 @@ def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remot
     """Return the remotes of consumed tags and of tags that receive message data, by tag in capitals."""
     found = {}
     for record in records:
-        name = _named(owner, record.name).upper()
+        name = scoped(owner, record.name).upper()
         if record.kind.upper() == "CONSUMED":
             found[name] = Remote(record.remote, _rpi_ns(record.rpi))
         elif record.type.upper() == "MESSAGE":
             parameters = _attributes(record)
             to = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
             if to:
-                found[name] = Remote(_scoped(owner, to, records))
+                found[name] = Remote(_full_name(owner, to, records))
     return found
 
 
-def _scoped(owner: str, to: str, records: Iterable[TagRecord]) -> str:
+def _full_name(owner: str, to: str, records: Iterable[TagRecord]) -> str:
     """Return a tag's full name: with the program, if it is a program's own tag."""
     head = re.split(r"[.\[]", to, maxsplit=1)[0].upper()
-    return _named(owner, to) if any(each.name.upper() == head for each in records) else to
+    return scoped(owner, to) if any(each.name.upper() == head for each in records) else to
 
 
 def _rpi_ns(text: str) -> int:
@@ -197,7 +197,3 @@ def _ratio(counts: str | None, per_unit: str | None) -> float:
     except (ValueError, ZeroDivisionError):
         return 0.0
     return found if 0 < found < inf else 0.0
-
-
-def _named(owner: str, name: str) -> str:
-    return rf"\{owner}.{name}" if owner else name

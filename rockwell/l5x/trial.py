@@ -12,6 +12,7 @@ end the trial. The limit is a count, not a time, so that reports are reproducibl
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from scanrack.ladder.lowering.controller import Controller
@@ -147,14 +148,14 @@ def _count(imported: L5xImport, names: Iterable[str]) -> None:
             imported.reader.ran(name, each.name)
 
 
+@dataclass(slots=True)
 class Outcome:
     """The outcome of a trial."""
 
-    def __init__(self) -> None:
-        self.scans = False  # whether all scans were completed
-        self.fault = ""  # the first major fault, "" without one
-        self.program = ""  # its program
-        self.difference = ""  # the first difference, "" without one
+    scans: bool = False  # whether all scans were completed
+    fault: str = ""  # the first major fault, "" without one
+    program: str = ""  # its program
+    difference: str = ""  # the first difference, "" without one
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:

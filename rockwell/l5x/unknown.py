@@ -138,7 +138,7 @@ class UnknownTypes:
         return parts
 
     def _extend_axes(self, guesses: Guesses) -> dict[str, DataType]:
-        """Add the members in use to the types of axes; return those members by type."""
+        """Add the members in use to the types of axes; return the added members by type."""
         found: dict[str, DataType] = {}
         for name, axis in AXIS_TYPES.items():
             guess = guesses.found.get(name)

@@ -27,9 +27,7 @@ def widen(parts: Parts, specs: Mapping[str, Spec], report: Report) -> None:
     for key, guess in guesses.found.items():
         members = widening.added[key] = tuple(guess.root.own_members(guess.name))
         for each in members:
-            report.declared[f"{guess.name}.{each.name}"] = each.type.name + "".join(
-                f"[{n}]" for n in each.dims
-            )
+            report.declare(f"{guess.name}.{each.name}", each.type, each.dims)
     if not widening.added:
         return
     parts.declarations = widening.all_of(parts.declarations)

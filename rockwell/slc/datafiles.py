@@ -32,7 +32,7 @@ from scanrack.ladder.model.tree import (
 from scanrack.ladder.model.types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
 
 from .addresses import IMAGES, STRUCTURED
-from .datavalues import joined, value_of
+from .datavalues import placed_rows, value_of
 from .records import DataRecord
 
 MOST = 256
@@ -114,24 +114,21 @@ class DataFiles:
             return
         file = self._file(STATUS if letters == "S" else record.file)
         words = 3 if letters in STRUCTURED else 1
-        place = record.begin(words)
-        for row in joined(record.rows, words):
-            place = place if row.place is None else row.place
+        for place, row in placed_rows(record, words):
             if len(row.values) % words:
                 text = f"elements of {letters} have three words, {len(row.values)} values are given"
                 yield f"{record.file}:{place}", text, row.line
-            for at in range(0, len(row.values) - words + 1, words):
-                where = f"{record.file}{'.' if letters in IMAGES else ':'}{place}"
-                if place >= MOST:
-                    count = place + (len(row.values) - at) // words
-                    yield where, f"a file has up to {MOST} elements, these are {count}", row.line
+            end = place + len(row.values) // words
+            for at, element in enumerate(range(place, end)):
+                where = f"{record.file}{'.' if letters in IMAGES else ':'}{element}"
+                if element >= MOST:
+                    yield where, f"a file has up to {MOST} elements, these are {end}", row.line
                     return
                 try:
-                    file.values[place] = value_of(letters, row.values[at : at + words])
+                    file.values[element] = value_of(letters, row.values[at * words : (at + 1) * words])
                 except ValueError as error:
                     yield where, str(error), row.line
-                place += 1
-            file.need(place)
+            file.need(end)
 
     # --- uses
 
@@ -139,17 +136,13 @@ class DataFiles:
         """Note the elements that a routine uses."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
-                uses = self._uses(instruction)
-                for use, operand in zip(uses, instruction.operands, strict=False):
+                spec = self._specs.get(instruction.name)
+                for place, operand in enumerate(instruction.operands):
+                    use = spec.use_at(place) if spec else None
                     for address in addresses_in(operand):
                         self._address(address, is_bit=address is operand and use in _BITS)
                 self._show(instruction)
                 self._length(instruction)
-
-    def _uses(self, instruction: Instruction) -> list[Use]:
-        spec = self._specs.get(instruction.name)
-        uses = list(spec.operands) if spec else []
-        return [*uses, *[uses[-1] if uses else Use.ANYTHING] * len(instruction.operands)]
 
     def _address(self, address: Address, *, is_bit: bool) -> None:
         file = self._file(address.name)

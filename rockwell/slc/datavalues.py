@@ -21,7 +21,7 @@ from scanrack.ladder.model.arithmetic import real
 
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
-from .records import DataRow
+from .records import DataRecord, DataRow
 
 TEXT_LENGTH = 82
 """Maximum characters of an element in a file of strings (ST)."""
@@ -30,7 +30,16 @@ _HEX = re.compile(r"(?:0X|16#)([0-9A-F]{1,16})|([0-9A-F]{1,16})H", re.IGNORECASE
 _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}")
 
 
-def joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
+def placed_rows(record: DataRecord, words: int) -> Iterator[tuple[int, DataRow]]:
+    """Yield lines of values, each with the number of its first element; an element has `words` values."""
+    place = record.begin(words)
+    for row in _joined(record.rows, words):
+        place = place if row.place is None else row.place
+        yield place, row
+        place += -(-len(row.values) // words)
+
+
+def _joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
     """Yield lines of values; lines of one element are joined."""
     before: DataRow | None = None
     for row in rows:

@@ -202,8 +202,8 @@ class _SlcReader:
             return
         rungs = self._ladder.rungs if self._ladder is not None else []
         if described != comment and rungs and not self._comment:
-            said = "\n".join(filter(None, (rungs[-1].comment, text)))
-            rungs[-1] = replace(rungs[-1], comment=said)
+            joined = "\n".join(filter(None, (rungs[-1].comment, text)))
+            rungs[-1] = replace(rungs[-1], comment=joined)
         else:
             self._comment.append(text)
 
@@ -256,8 +256,8 @@ class _SlcReader:
             document.name = found[1].strip() or document.name
         elif found := _PROCESSOR.fullmatch(plain):
             self._leave()
-            said = " ".join((found[1], *line.comments)).split()
-            document.processor = " ".join(dict.fromkeys(said))
+            words = " ".join((found[1], *line.comments)).split()
+            document.processor = " ".join(dict.fromkeys(words))
         elif self._data is None and (found := _FILE_NAME.fullmatch(plain)):
             self._names[int(found[1])] = found[2].strip()
         else:

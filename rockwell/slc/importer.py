@@ -16,17 +16,13 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from scanrack.ladder.model.tree import Origin, Rung, Series
 
+from ..l5x.building import ROUNDS
+from ..l5x.importer import TRIAL_STUB
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document
 from .records import LadderRecord, SlcDocument
 from .rungs import RungError, RungReader, routine_name
-
-ROUNDS = 30
-"""Attempts to build after refusals; each refuses at least one rung."""
-
-TRIAL_STUB = "done after 20 ms"
-"""Result of messages in a trial."""
 
 LONGEST = 1000
 """Maximum characters of a rung in a refusal."""
@@ -194,7 +190,7 @@ class _Importer:
             files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
 
     def _is_bound(self, slot: int) -> bool:
-        """Return whether a slot's images are those of the rack."""
+        """Return whether a slot's images are the rack's images."""
         if self._slots is not None:
             return slot in self._slots
         if not self._document.slots:

@@ -45,9 +45,9 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
     while (found := _BEGIN.search(text, at)) is not None:
         words, end = _operands(text, found.end())
         spec = specs.get(found[1].upper())
-        uses = spec.operands if spec is not None and spec.operands else (Use.ANYTHING,)
         read = [
-            _word(found[1].upper(), uses[min(place, len(uses) - 1)], each) for place, each in enumerate(words)
+            _word(found[1].upper(), spec.use_at(place) if spec else None, each)
+            for place, each in enumerate(words)
         ]
         pieces += [text[at : found.end()], ",".join(read)]
         at = end
@@ -67,7 +67,7 @@ def _operands(text: str, at: int) -> tuple[list[str], int]:
     return words, at
 
 
-def _word(name: str, use: Use, word: str) -> str:
+def _word(name: str, use: Use | None, word: str) -> str:
     """Return an operand in the notation of programs; an unreadable operand is returned unchanged."""
     word = word.strip()
     if name == "JSR" and (found := ROUTINE_WORD.fullmatch(word)):

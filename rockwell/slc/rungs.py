@@ -147,9 +147,8 @@ class RungReader:
             return [self._routine(words[0], at)] if words else []
         found: list[Operand] = []
         for place, word in enumerate(words):
-            use = spec.operands[min(place, len(spec.operands) - 1)] if spec.operands else Use.IGNORED
             try:
-                found.append(read_operand(use, word))
+                found.append(read_operand(spec.use_at(place) or Use.IGNORED, word))
             except LadderError as error:
                 self._fail(str(error), "write an address, a number or an expression", at + place)
         return found
@@ -236,15 +235,15 @@ def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
     if isinstance(element, Branch):
         legs = f" {NEXT} ".join(rung_text(leg, specs) for leg in element.legs)
         return " ".join(f"{BEGIN} {legs} {END}".split())
-    uses = specs[element.name].operands if element.name in specs else ()
+    spec = specs.get(element.name)
     words = [element.name]
     for place, operand in enumerate(element.operands):
-        use = uses[min(place, len(uses) - 1)] if uses else Use.ANYTHING
+        use = spec.use_at(place) if spec else None
         words.append(_operand_text(element.name, use, operand))
     return " ".join(words)
 
 
-def _operand_text(name: str, use: Use, operand: Operand) -> str:
+def _operand_text(name: str, use: Use | None, operand: Operand) -> str:
     if name == "JSR" and isinstance(operand, Address):
         return f"U:{operand.name[len(ROUTINE) :]}"
     if use is Use.LABEL and isinstance(operand, Address):

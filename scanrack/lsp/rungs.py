@@ -80,7 +80,7 @@ def word_at(line: str, column: int) -> str:
 def declared_at(text: str, word: str) -> DeclarationLine | None:
     """Return the declaration of a name, or of the tag in an address; None if the text has none."""
     base = re.split(r"[.\[]", word.rpartition("\\")[2] if "\\" in word else word, maxsplit=1)[0].upper()
-    return next((each for each in declarations(text) if each.name.upper() == base), None)
+    return next((declaration for declaration in declarations(text) if declaration.name.upper() == base), None)
 
 
 def meaning(text: str, line: str, column: int) -> str:
@@ -185,12 +185,12 @@ def _members(type_name: str) -> list[Offer]:
     blocks = {each.name.upper(): each for each in _blocks()}
     if type_name in blocks:
         reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
-        parameters = [each for each in blocks[type_name].parameters if each.way in reached]
+        parameters = [parameter for parameter in blocks[type_name].parameters if parameter.way in reached]
         return [Offer(each.name, "member", each.type.name, each.comment) for each in parameters]
     types = {name: kind for each in LIBRARIES for name, kind in load_library(each).types.items()}
     kind = {**types, **PREDEFINED_TYPES}.get(type_name)
     members = kind.members if isinstance(kind, Structure) else ()
-    return [Offer(each.name, "member", each.type.name) for each in members]
+    return [Offer(member.name, "member", member.type.name) for member in members]
 
 
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:

@@ -83,7 +83,7 @@ class RackServer(LanguageServer):
 
     def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
         lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
-        found = [_diagnostic(each, lines) for each in remarks]
+        found = [_diagnostic(remark, lines) for remark in remarks]
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, number))
 
 

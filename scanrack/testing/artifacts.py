@@ -81,15 +81,15 @@ class TestArtifacts:
 
     def _new_trace(self, stem: str) -> Path:
         stem = file_name(stem) or "rack"
-        taken = {each.trace for each in self._opened}
+        taken = {opened.trace for opened in self._opened}
         names = [stem, *(f"{stem}-{number}" for number in range(2, len(taken) + 2))]
         return next(path for name in names if (path := self.folder.path / f"{name}.mcap") not in taken)
 
     def close(self) -> None:
         """Close all benches, the last one first, even if one of them raises."""
         with ExitStack() as stack:
-            for each in self._opened:
-                stack.callback(each.bench.close)
+            for opened in self._opened:
+                stack.callback(opened.bench.close)
 
     def reported(
         self, report: pytest.TestReport, call: pytest.CallInfo[None], *, of_subtest: bool = False
@@ -120,18 +120,18 @@ class TestArtifacts:
     def _explanations(self, error: BaseException) -> Iterator[str]:
         now_s = process_time()
         yield from self._whys(error)
-        for each in self._opened:
+        for opened in self._opened:
             if self._ended:
-                each.bench.end_recording()
-            yield from self._places(each, error, now_s - each.since_s)
+                opened.bench.end_recording()
+            yield from self._places(opened, error, now_s - opened.since_s)
 
     # --- why
 
     def _whys(self, error: BaseException) -> Iterator[str]:
         explained = 0
-        for each in reversed(self._opened):
-            for tag in tags_of(error, each.bench):
-                if explained < MOST_WHYS and (answer := _answer(each.bench, tag)):
+        for opened in reversed(self._opened):
+            for tag in tags_of(error, opened.bench):
+                if explained < MOST_WHYS and (answer := _answer(opened.bench, tag)):
                     explained += 1
                     yield answer
 

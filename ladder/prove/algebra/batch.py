@@ -13,11 +13,15 @@ from typing import Any
 import numpy as np
 from typing_extensions import override
 
+from ...model import arithmetic
 from .evaluation import Evaluator
 from .meaning import BOOL, F32, FAR, INT, meaning
 from .terms import T
 
 Array = np.ndarray[Any, np.dtype[Any]]
+
+_wrap: Callable[..., Any] = arithmetic.wrap
+"""Keeps at most 62 low bits of each element; arrays have the operators that it uses."""
 
 LANES = 256
 """Default number of runs at once."""
@@ -82,10 +86,10 @@ def _function(t: T) -> Callable[..., Array]:
     if t.op == "shr":
         return lambda a: a >> min(t.val, 62)
     if t.op == "wrap":
-        return partial(_wrapped, bits=t.val)
+        return partial(_wrap, bits=t.val)
     if t.op == "setbit":
         number, bits = t.val
-        return lambda a, truth: _wrapped(a & ~(1 << number) | truth.astype(np.int64) << number, bits)
+        return lambda a, truth: _wrap(a & ~(1 << number) | truth.astype(np.int64) << number, bits)
     if t.op in ("f2f", "i2f"):
         kind = dtype_of(t)
         return lambda a: a.astype(np.float64).astype(kind)
@@ -96,7 +100,7 @@ def _wide(t: T) -> Callable[..., Array]:
     """Return a function that computes with Python numbers."""
     function: Callable[..., Array]
     if t.op == "wrap":
-        function = partial(_wrapped, bits=t.val)
+        function = partial(_wrap, bits=t.val)
     elif t.op in _WIDE:
         function = _PLAIN[t.op]
     else:
@@ -104,18 +108,10 @@ def _wide(t: T) -> Callable[..., Array]:
     kind = dtype_of(t)
 
     def computed(*operands: Array) -> Array:
-        numbers = [each if each.dtype == np.bool_ else each.astype(object) for each in operands]
+        numbers = [operand if operand.dtype == np.bool_ else operand.astype(object) for operand in operands]
         return function(*numbers).astype(kind)
 
     return computed
-
-
-def _wrapped(a: Array, bits: int) -> Array:
-    """Keep at most 62 low bits, as `arithmetic.wrap` does."""
-    if bits < 0:
-        return a & (1 << -bits) - 1
-    half = 1 << bits - 1
-    return (a + half & half + half - 1) - half
 
 
 def _each(t: T) -> Callable[..., Array]:
@@ -123,7 +119,7 @@ def _each(t: T) -> Callable[..., Array]:
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 
     def computed(*operands: Array) -> Array:
-        lists = [each.tolist() for each in operands]
+        lists = [operand.tolist() for operand in operands]
         return np.array([function(*each) for each in zip(*lists, strict=True)], dtype=kind)
 
     return computed

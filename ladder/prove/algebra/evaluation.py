@@ -43,7 +43,7 @@ class Evaluator:
         for slot, name, default in self._variables:
             found[slot] = values.get(name, default)
         for slot, function, operands in self._steps:
-            found[slot] = function(*[found[each] for each in operands])
+            found[slot] = function(*[found[operand] for operand in operands])
         return [found[slot] for slot in self._roots]
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Iterator, Mapping
+from functools import reduce
 from itertools import count
 from typing import Any
 
@@ -119,6 +120,16 @@ def or_(a: T, b: T) -> T:
     return not_(and_(not_(a), not_(b)))
 
 
+def all_of(truths: Iterable[T]) -> T:
+    """Return the conjunction of any number of Booleans."""
+    return reduce(and_, truths, TRUE)
+
+
+def any_of(truths: Iterable[T]) -> T:
+    """Return the disjunction of any number of Booleans."""
+    return reduce(or_, truths, FALSE)
+
+
 def iff(a: T, b: T) -> T:
     """Return whether two Booleans are equal."""
     if a is b:
@@ -209,8 +220,8 @@ def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
     roots, found, masks = list(roots), list[T](), dict[int, int]()
     for t in reach(roots):
         mask = 0
-        for each in t.args:
-            mask |= masks[each.id]
+        for operand in t.args:
+            mask |= masks[operand.id]
         if t.op == "var":
             mask = 1 << len(found)
             found.append(t)

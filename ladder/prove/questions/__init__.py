@@ -50,5 +50,5 @@ def ask(
         known_run: returns the conditions that a known run makes true, such as the rack's scenario.
         listener: receives the findings as they are made.
     """
-    questions = [each for each in questions_of(problem, routines) if each.rule in rules]
+    questions = [question for question in questions_of(problem, routines) if question.rule in rules]
     return Questioning(problem, questions, limits, listener or Listener()).answers(known_run)

@@ -127,7 +127,7 @@ class Questioning:
         listener: Listener[Finding],
     ) -> None:
         self._questions, self._limits, self._listener = questions, limits, listener
-        rules = {each.bad: each.rule for each in reversed(questions)}
+        rules = {question.bad: question.rule for question in reversed(questions)}
         self._decider = TruthDecider(problem, limits, rules)
         self._left = dict(enumerate(questions))  # by index of the question
         self._findings: dict[int, Finding] = {}  # by index of the question

@@ -11,7 +11,7 @@ from ...model.spec import InstructionKind
 from ...state.lowered import LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel, steps_of
 from ..algebra.meaning import BOOL
 from ..algebra.numbers import bit
-from ..algebra.terms import FALSE, TRUE, T, and_, iff, not_, or_, replaced
+from ..algebra.terms import FALSE, TRUE, T, and_, any_of, iff, not_, or_, replaced
 from ..relation.symbols import term_of
 from ..system import ProgramSystem
 from .asking import Question
@@ -176,14 +176,6 @@ def _faults(problem: ProgramSystem) -> Iterator[Question]:
     if problem.deep is not FALSE:
         for site, name, why in machine.cut:
             yield Question("endless", site, f"{name}: {why}", problem.deep, fault=site)
-
-
-def any_of(truths: Iterable[T]) -> T:
-    """Return the condition that at least one of some conditions holds."""
-    found = FALSE
-    for each in truths:
-        found = or_(found, each)
-    return found
 
 
 # --- bits

@@ -16,14 +16,13 @@ from enum import StrEnum
 from ...model.errors import LadderError
 from ...model.spec import InstructionKind
 from ...run.engine import Engine
-from ..algebra.terms import T, and_, not_, variables
+from ..algebra.terms import T, and_, any_of, not_, variables
 from ..induction import Limits, prove
 from ..relation.noting import Passage
 from ..replaying import ScanOf
 from ..system import CLOCK, FIRST_SCAN, ProgramSystem
 from .asking import find_impossible
 from .deciding import QuestionLimits
-from .of_program import any_of
 
 
 class PointState(StrEnum):

@@ -42,7 +42,7 @@ class TermCalls(TermSteps):
             raise UnmodeledError("a routine in Python")
         if self._depth >= MOST_CALLS:
             raise UnmodeledError(f"calls more than {MOST_CALLS} deep")
-        kept = {each: getattr(self, each) for each in _OF_ROUTINE}
+        kept = {attribute: getattr(self, attribute) for attribute in _OF_ROUTINE}
         self._pending, self._labels, self._answers = {}, routine.labels, []
         self._depth += 1
         try:

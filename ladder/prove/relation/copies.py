@@ -6,37 +6,24 @@ its number is below the count.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
-from ...model.types import Elementary
 from ...state.memory import Store
 from ...state.regions import ArrayRegion, End
 from ..algebra.meaning import INT
 from ..algebra.numbers import lt
-from ..algebra.terms import T, const, ite, mk
-from .patterns import Pattern, Unknowns, constant_bytes, pack, unpack
+from ..algebra.terms import const, ite, mk
+from .patterns import Pattern, constant_bytes, pack, unpack
 from .places import kind_of
+from .stored import TermPlaces
 from .symbols import TermSymbol, UnmodeledError, term_of
 
 MOST_COPIED = 4096
 """Maximum number of values in a copy."""
 
 
-class Values(Unknowns, Protocol):
-    """The methods of `TermValues` that copies need."""
-
-    def converted(self, kind: Elementary, value: Any) -> Any:
-        """Return a number converted to a type."""
-
-    def symbol(self, t: T) -> Any:
-        """Return a term as a number."""
-
-
-class CopyRegions:
-    """Copies and fills in a scan on terms."""
-
-    def __init__(self, values: Values) -> None:
-        self._values = values
+class TermCopies(TermPlaces):
+    """Copies and fills regions."""
 
     def copy(self, source: End, target: End, length: Any) -> None:
         """Copy bytes for `length` elements of the target, up to the end of either array."""
@@ -52,10 +39,10 @@ class CopyRegions:
         for number in range(_most(count, region)):
             for part in region.parts:
                 index = (first + number) * part.per_element + part.field.index
-                filling = self._values.converted(part.leaf.type, value)
+                filling = self.converted(part.leaf.type, value)
                 self._write(store, part.leaf, index, filling, number, count)
 
-    def take(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Pattern:
+    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
         """Return elements as bytes."""
         found: Pattern = [None] * (_known(count, region) * region.size)
         for number in range(_known(count, region)):
@@ -65,15 +52,15 @@ class CopyRegions:
                 pack(found, number * region.size + part.field.offset, part.field, t)
         return found
 
-    def put(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
+    def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
         """Set elements from bytes."""
         cells = constant_bytes(data) if isinstance(data, bytes) else data
         for number in range(_known(count, region)):
             for part in region.parts:
                 offset = number * region.size + part.field.offset
-                t = unpack(cells, offset, part.field, self._values)
+                t = unpack(cells, offset, part.field, self)
                 index = (first + number) * part.per_element + part.field.index
-                store.write(part.leaf, index, self._values.symbol(t))
+                store.write(part.leaf, index, self.symbol(t))
 
     # --- copy by members or by bytes
 
@@ -102,10 +89,10 @@ class CopyRegions:
             return
         requested = count * into.size
         taken = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
-        data = self.take(origin, region, first, taken)[:requested]
+        data = self.take_bytes(origin, region, first, taken)[:requested]
         if len(data) < requested:
-            data += self.take(goal, into, at, count)[len(data) :]
-        self.put(goal, into, at, count, data)
+            data += self.take_bytes(goal, into, at, count)[len(data) :]
+        self.put_bytes(goal, into, at, count, data)
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
         """Write a value of an element, under the condition that its number is below the count."""
@@ -113,7 +100,7 @@ class CopyRegions:
             kept = store.read(leaf, index)
             kind = kind_of(leaf.type)[0]
             new, old = term_of(value, kind), term_of(kept, kind)
-            value = self._values.symbol(ite(lt(const(number), count.t), new, old))
+            value = self.symbol(ite(lt(const(number), count.t), new, old))
         store.write(leaf, index, value)
 
     def _least(self, a: Any, b: Any) -> Any:
@@ -124,7 +111,7 @@ class CopyRegions:
         if other.hi <= one.lo:
             return b
         least = min(one.lo, other.lo), min(one.hi, other.hi)
-        return self._values.symbol(mk("ite", (lt(one, other), one, other), INT, None, *least))
+        return self.symbol(mk("ite", (lt(one, other), one, other), INT, None, *least))
 
 
 def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
@@ -134,7 +121,7 @@ def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
 
 def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
     fields = (part.field for part in region.parts)
-    return [(each.type, each.offset, each.bit) for each in fields]
+    return [(field.type, field.offset, field.bit) for field in fields]
 
 
 def _most(count: Any, region: ArrayRegion) -> int:

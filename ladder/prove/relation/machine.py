@@ -19,14 +19,7 @@ from typing import Any
 
 from ...model.schedule import ScheduledTask, TaskKind
 from ...model.tags import OVERRIDE
-from ...state.lowered import (
-    Arms,
-    Body,
-    Loop,
-    LoweredLine,
-    LoweredProgram,
-    Selection,
-)
+from ...state.lowered import Arms, Body, Loop, LoweredLine, LoweredProgram, Selection
 from ..algebra.meaning import BOOL, F64, INT
 from ..algebra.numbers import add, le, wrap
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
@@ -150,7 +143,7 @@ class ScanMachine(TermCalls):
         for ranges, body in selection.choices:
             chosen = self.unknown(BOOL) if value is None else FALSE
             for bounds in ranges if value is not None else ():
-                low, high = (self.number(each, selection.width) for each in bounds)  # constants
+                low, high = (self.number(bound, selection.width) for bound in bounds)  # constants
                 chosen = or_(chosen, and_(term_of(low <= value, BOOL), term_of(value <= high, BOOL)))
             ends = or_(ends, self._body_where(and_(entry, and_(left, chosen)), body, inputs))
             left = and_(left, not_(chosen))

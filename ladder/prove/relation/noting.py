@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...state.lowered import LoweredStep, Parallel
-from ..algebra.terms import FALSE, T, and_, or_
+from ..algebra.terms import T, and_, any_of
 from .turning import TurningMachine
 
 
@@ -44,7 +44,4 @@ class NotingMachine(TurningMachine):
         powers = [self._series(leg, power) for leg in branch.legs]
         if self.noting:
             self.log.append_at(self.legs, id(branch), (active, tuple(powers)))
-        found = FALSE
-        for each in powers:
-            found = or_(found, each)
-        return found
+        return any_of(powers)

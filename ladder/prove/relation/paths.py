@@ -8,7 +8,7 @@ from typing import Any
 
 from ...model.errors import LadderFault
 from ..algebra.meaning import BOOL
-from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
+from ..algebra.terms import FALSE, T, all_of, any_of, const, ite, not_
 from .places import Key
 from .symbols import UnmodeledError, term_of
 
@@ -82,7 +82,7 @@ class Paths:
 
     def here(self) -> T:
         """Return the condition of this path so far."""
-        return _all_of(self._trail[: self._at])
+        return _condition_of(self._trail[: self._at])
 
     def walk(self, run: Callable[[], Any]) -> list[Path]:
         """Run a function on every path; return the paths in the order of a tree, true first."""
@@ -113,11 +113,9 @@ class Paths:
         return path
 
 
-def _all_of(decided: list[tuple[T, bool]]) -> T:
-    found = TRUE
-    for t, truth in decided:
-        found = and_(found, t if truth else not_(t))
-    return found
+def _condition_of(decided: list[tuple[T, bool]]) -> T:
+    """Return the condition that a path decides as it does."""
+    return all_of(t if truth else not_(t) for t, truth in decided)
 
 
 def written_by(paths: list[Path]) -> dict[Key, None]:
@@ -132,7 +130,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
         all_: whether the values of a path count although it faults; else another path's value may replace
             them.
     """
-    counted = paths if all_ else [each for each in paths if not each.faulted]
+    counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)
 
 
@@ -148,11 +146,7 @@ def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
 
 def faults_of(paths: list[Path]) -> T:
     """Return the condition that the path that is taken faults."""
-    found = FALSE
-    for path in paths:
-        if path.faulted:
-            found = or_(found, _all_of(path.decided))
-    return found
+    return any_of(_condition_of(path.decided) for path in paths if path.faulted)
 
 
 def result_of(path: Path) -> T:

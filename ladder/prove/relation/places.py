@@ -113,7 +113,7 @@ def chosen(values: list[T], number: T) -> T:
     while len(values) > 1:
         truth = bit(number, k)
         pairs = [values[at : at + 2] for at in range(0, len(values), 2)]
-        values = [ite(truth, each[-1], each[0]) for each in pairs]
+        values = [ite(truth, pair[-1], pair[0]) for pair in pairs]
         k += 1
     return values[0]
 

@@ -27,7 +27,7 @@ def shape_of(part: Any) -> Hashable:
     if own is not None:
         return type(part), *[shape_of(getattr(part, name)) for name in own]
     if is_dataclass(part) and not isinstance(part, (type, Spec)):
-        return type(part), *[shape_of(getattr(part, each.name)) for each in fields(part) if each.compare]
+        return type(part), *[shape_of(getattr(part, field.name)) for field in fields(part) if field.compare]
     return part if isinstance(part, Hashable) else object()
 
 
@@ -71,7 +71,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 def world_of(lowered: LoweredProgram) -> Hashable:
     """Return what affects a program besides its tags: tasks, results of messages, connections, its name."""
     schedule = lowered.schedule
-    tasks = () if schedule is None else tuple(_task(each.task) for each in schedule.tasks)
+    tasks = () if schedule is None else tuple(_task(scheduled.task) for scheduled in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))
 
 

@@ -8,8 +8,9 @@ follow the program there.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from scanrack.io_images.site import Site
@@ -22,7 +23,7 @@ from ...model.tags import OVERRIDE, Leaf
 from ...model.types import HIDDEN, leaves_of
 from ...state.lowered import AddOnCall, Call, LoweredStep, Node, Parallel
 from ..algebra.meaning import BOOL, INT
-from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
+from ..algebra.terms import FALSE, TRUE, T, and_, any_of, not_, or_
 from .places import Key
 from .shapes import world_of
 from .stored import MOST_OPEN
@@ -97,10 +98,7 @@ class TermSteps(TermValues):
         return power
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
-        power_after = FALSE
-        for leg in branch.legs:
-            power_after = or_(power_after, self._series(leg, power))
-        return power_after
+        return any_of(self._series(leg, power) for leg in branch.legs)
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
@@ -109,24 +107,30 @@ class TermSteps(TermValues):
         self.site = step.site
         if power is FALSE and not _acts_without_power(step):
             return FALSE
-        kept, mark = self._begin()
+        after, origin = self._attempt(step, power, partial(self._row, step, power))
+        return after if origin is None else self._power_after(step, power, origin)
+
+    def _attempt(
+        self, step: LoweredStep, power: T, row: Callable[[], Any]
+    ) -> tuple[Any, UnknownOrigin | None]:
+        """Run a step as a transaction; if its row has no terms, undo it and free what it may write.
+
+        Returns:
+            The result of the row and None; if it is refused, None and the origin of the unknown values.
+        """
+        kept, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
         try:
-            after = self._row(step, power)
+            result = row()
         except REFUSED as why:
             undone, moved = self._undo(kept, mark)
             self.site = step.site
-            origin = self._refused(step, power, why, undone, moved=moved)
-            return self._power_after(step, power, origin)
+            return None, self._refused(step, power, why, undone, moved=moved)
         self.log.commit(mark)
-        return after
-
-    def _begin(self) -> tuple[list[Any], tuple[int, int]]:
-        """Open a transaction; return what is needed to undo it."""
-        return [getattr(self, each) for each in _OF_STEP], self.log.begin()
+        return result, None
 
     def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
         """Undo a transaction; return the places that it wrote, and whether it redirected the scan."""
-        before = [getattr(self, each) for each in _FLOW]
+        before = [getattr(self, attribute) for attribute in _FLOW]
         undone = list(self.log.undo(mark))
         for name, value in zip(_OF_STEP, kept, strict=True):
             setattr(self, name, value)

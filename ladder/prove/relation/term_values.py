@@ -10,38 +10,21 @@ from ...model.errors import STRING_NUMBER_CODE
 from ...model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
 from ...model.operators import RELATIONS
 from ...model.types import ULINT, Elementary, Field
-from ...state.memory import Store
-from ...state.regions import ArrayRegion, End
 from ..algebra.meaning import BOOL, F32, F64, INT
-from ..algebra.numbers import (
-    bitop,
-    clip,
-    eq,
-    fop,
-    least,
-    lt,
-    to_float,
-    to_int,
-    wrap,
-)
-from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
-from .copies import CopyRegions
+from ..algebra.numbers import bitop, clip, eq, fop, least, lt, to_float, to_int, wrap
+from ..algebra.terms import FALSE, TRUE, T, all_of, and_, const, ite, not_, or_
+from .copies import TermCopies
 from .operations import DIVISIONS, FACTORS, REAL, TRUTH, UNKNOWN, WHOLE, is_finite, is_large, is_nan
 from .patterns import Byte, constant_bytes, unpack
 from .places import kind_of
-from .stored import TermPlaces
 from .symbols import FLOATS, TermSymbol, UnmodeledError, alike, term_of, truth_of, whole_of
 from .texts import TermText, digits, number_in
 
 _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
 
 
-class TermValues(TermPlaces):
+class TermValues(TermCopies):
     """Computes with terms as instructions require."""
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self.regions = CopyRegions(self)
 
     # --- conversions of rows
 
@@ -108,22 +91,6 @@ class TermValues(TermPlaces):
             return self.symbol(wrap(whole_of(value.t), kind.wraps))
         return self.symbol(self._rounded_to(value.t, kind)[0])
 
-    def copy(self, source: End, target: End, length: Any) -> None:
-        """Copy bytes for `length` elements of the target, up to the end of either array."""
-        self.regions.copy(source, target, length)
-
-    def fill(self, target: End, length: Any, value: Any) -> None:
-        """Set each member of the elements to the value, up to the end of the array."""
-        self.regions.fill(target, length, value)
-
-    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
-        """Return elements as bytes."""
-        return self.regions.take(store, region, first, count)
-
-    def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
-        """Set elements from bytes."""
-        self.regions.put(store, region, first, count, data)
-
     # --- arithmetic
 
     def rounded(self, value: Any, width: int) -> Any:
@@ -133,7 +100,7 @@ class TermValues(TermPlaces):
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
 
     def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
-        if not any(isinstance(each, TermSymbol) for each in values):
+        if not any(isinstance(value, TermSymbol) for value in values):
             return super()._calculate(name, values, width)
         if width <= 0:
             return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
@@ -157,14 +124,12 @@ class TermValues(TermPlaces):
         return result
 
     def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
-        terms = [term_of(each, kind) for each in values]
+        terms = [term_of(value, kind) for value in values]
         if name in ("/", "MOD"):
             self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
         result = self._real(name, terms, kind)
         if name not in ("NEG", "ABS"):
-            finite = TRUE
-            for each in terms:
-                finite = and_(finite, is_finite(each))
+            finite = all_of(map(is_finite, terms))
             self.overflow_if(and_(finite, not_(is_finite(result))))
         return result
 
@@ -240,7 +205,7 @@ class TermValues(TermPlaces):
         room: int = data.dims[-1]
         codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
         length = clip(term_of(store.read(counter, at), INT), 0, room)
-        return TermText(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
+        return TermText(self.symbol, length, [bitop("band", code, const(0xFF)) for code in codes])
 
     def set_text(self, target: Group, value: Any) -> None:
         """Set a string to characters that are truncated to its size and padded with 0."""
@@ -304,5 +269,5 @@ class TermValues(TermPlaces):
             return super().condition(condition)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.compare(condition.name, *condition.operands)
-        terms = [term_of(self.condition(each), BOOL) for each in condition.operands]
+        terms = [term_of(self.condition(operand), BOOL) for operand in condition.operands]
         return self.symbol(TRUTH[condition.name](*terms))

@@ -82,7 +82,7 @@ class TermText:
 
     def _shifted(self, ends: bytes, by: int) -> TermText:
         low, high = const(ends[0]), const(ends[1])
-        codes = [ite(and_(le(low, each), le(each, high)), add(each, const(by)), each) for each in self.codes]
+        codes = [ite(and_(le(low, code), le(code, high)), add(code, const(by)), code) for code in self.codes]
         return TermText(self.make, self.length, codes)
 
     # --- comparing

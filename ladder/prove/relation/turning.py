@@ -8,6 +8,7 @@ interpreter.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ...model.operands import Place
@@ -17,7 +18,6 @@ from ..algebra.terms import FALSE, TRUE, T, const, ite
 from .machine import ScanMachine
 from .paths import Path
 from .places import Key
-from .steps import REFUSED
 from .stored import Lost
 from .symbols import UnmodeledError
 
@@ -118,7 +118,7 @@ class TurningMachine(ScanMachine):
         if not self._turns:
             return super().merge_paths(run)
         paths = self.paths.walk(run)
-        self._skips += any(each.faulted for each in paths)
+        self._skips += any(path.faulted for path in paths)
         for each in paths:
             each.faulted = False
         self.write_paths(paths)
@@ -154,21 +154,13 @@ class TurningMachine(ScanMachine):
         if prescan is None:
             return
         self.site = step.site
-        kept, mark = self._begin()
-        try:
-            call = next((each for each in step.operands if isinstance(each, (Call, AddOnCall))), None)
-            if isinstance(call, AddOnCall):
-                self._prescan_add_on(call)
-            elif call is not None:
-                prescan(self, *step.operands)
-            else:
-                self.merge_paths(lambda: prescan(self, *step.operands))
-        except REFUSED as why:
-            undone, moved = self._undo(kept, mark)
-            self.site = step.site
-            self._refused(step, TRUE, why, undone, moved=moved)
-            return
-        self.log.commit(mark)
+        call = next((operand for operand in step.operands if isinstance(operand, (Call, AddOnCall))), None)
+        row: Callable[[], Any] = partial(prescan, self, *step.operands)
+        if isinstance(call, AddOnCall):
+            row = partial(self._prescan_add_on, call)
+        elif call is None:
+            row = partial(self.merge_paths, row)
+        self._attempt(step, TRUE, row)
 
     def _prescan_add_on(self, call: AddOnCall) -> None:
         """Copy the inputs, prescan the logic, run the Prescan routine, and copy the outputs."""

@@ -61,10 +61,10 @@ def named(step: LoweredStep, leaves: tuple[Leaf, ...], world: Hashable) -> Hasha
         leaves: all leaves that it names, with their types.
         world: what else decides what instructions do, see `shapes.world_of`.
     """
-    if any(isinstance(each, (Call, AddOnCall)) for each in step.operands):
+    if any(isinstance(operand, (Call, AddOnCall)) for operand in step.operands):
         return None  # the called routine decides, too
     shapes = tuple(map(shape_of, step.operands))
-    return step.spec, shapes, tuple((each.path.upper(), each.type, each.dims) for each in leaves), world
+    return step.spec, shapes, tuple((leaf.path.upper(), leaf.type, leaf.dims) for leaf in leaves), world
 
 
 _NOT_READ = frozenset((*(name for name in STATUS_FLAGS if name != "S:FS"), OVERRIDE.upper()))

@@ -211,8 +211,8 @@ class _Search:
         solver = Solver(self.fuse)
         frame = Frame(self.system, solver, first=first)
         if not first:
-            for each in candidates:
-                solver.state(frame.term(each.term))
+            for candidate in candidates:
+                solver.state(frame.term(candidate.term))
             frame = Frame(self.system, solver, frame)
         made = [frame.term(each.term) for each in candidates]
         self.work += solver.made  # counted before the questions, whose number depends on models
@@ -249,12 +249,12 @@ class _Search:
     def _values(self, frame: Frame) -> dict[str, Any]:
         """Return the values that the solver chose for the variables of the last scan."""
         system, values = self.system, dict[str, Any]()
-        for each in frame:
+        for scan in frame:
             values |= {name: system.initial[name] for name in system.held}
-            if each.first:
+            if scan.first:
                 values |= system.initial
-            values |= each.values()
-            if each is not frame:
+            values |= scan.values()
+            if scan is not frame:
                 values |= dict(zip(system.next, self._next(values), strict=True))
         return values
 

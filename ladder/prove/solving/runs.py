@@ -28,12 +28,7 @@ class Runs:
     """
 
     def __init__(
-        self,
-        system: System,
-        cone: Mapping[str, T],
-        roots: Sequence[T],
-        seed: int = 0,
-        lanes: int = LANES,
+        self, system: System, cone: Mapping[str, T], roots: Sequence[T], seed: int = 0, lanes: int = LANES
     ) -> None:
         self._system, self._cone, self._rng, self._lanes = system, cone, Random(seed), lanes
         self._states = [name for name in cone if name in system.next]

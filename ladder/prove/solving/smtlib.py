@@ -50,7 +50,7 @@ class Script:
         text = f"({head} {' '.join(each if isinstance(each, str) else each.text for each in args)})"
         known = self._names.get(text)
         if known is None:
-            sort = result_sort(op, [each.sort for each in args if isinstance(each, Text)], indices)
+            sort = result_sort(op, [operand.sort for operand in args if isinstance(operand, Text)], indices)
             known = self._names[text] = Text(f"t{len(self._names)}", sort)
             self.lines.append(f"(define-fun {known.text} () {_sort(sort)} {text})")
         return known

@@ -51,8 +51,8 @@ def sort_of(t: T) -> Sort:
 def declare(sink: Sink, t: T, name: str) -> Any:
     """Return a new variable; assert that it lies in the interval of its term."""
     made = sink.declare(sort_of(t), name)
-    for each in interval_conditions(sink, t, made):
-        sink.state(each)
+    for condition in interval_conditions(sink, t, made):
+        sink.state(condition)
     return made
 
 

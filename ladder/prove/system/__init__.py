@@ -18,12 +18,12 @@ Before the first scan, states have their values after prescan.
 | `program` | a program as a system |
 | `transition` | a system without a program |
 | `outside` | what changes outside of a program's scan |
-| `happenings` | what may happen between two scans: the key is turned, power fails, a link is lost |
+| `events` | what may happen between two scans: the key is turned, a run ends, a link is lost |
 | `held` | numbers and bits that are held: proofs assume their values |
 """
 
 from ..relation.places import CLOCK, Key, name_of
-from .happenings import RUN_ONLY, Happenings
+from .events import RUN_ONLY
 from .outside import refuse
 from .program import Contract, ProgramSystem, Runnable
 from .transition import (
@@ -54,7 +54,6 @@ __all__ = [
     "TURNED",
     "WRITTEN",
     "Contract",
-    "Happenings",
     "HeldNumber",
     "Key",
     "ProgramSystem",

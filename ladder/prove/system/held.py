@@ -94,4 +94,4 @@ def _parts(t: T, mask: int) -> tuple[int, ...]:
         return 1, mask, mask
     if t.op == "bit":
         return (1 << t.val if mask else 0,)
-    return tuple(_every(each) if mask else 0 for each in t.args)
+    return tuple(_every(operand) if mask else 0 for operand in t.args)

@@ -80,7 +80,11 @@ def refuse(lowered: LoweredProgram) -> None:
     schedule = lowered.schedule
     found = [f"routine {name} in Python" for name in sorted(lowered.functions)]
     if schedule is not None:
-        found += [f"task {each.task.name}, which preempts" for each in schedule.tasks if each.task.preempt]
+        found += [
+            f"task {scheduled.task.name}, which preempts"
+            for scheduled in schedule.tasks
+            if scheduled.task.preempt
+        ]
         found += [f"fault routine {each.fault}" for each in schedule.programs if each.fault is not None]
     found += [f"the sequential function chart {name}" for name in sorted(lowered.charts)]
     if lowered.axes or lowered.ideal is not None:
@@ -92,12 +96,12 @@ def refuse(lowered: LoweredProgram) -> None:
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
     """Return prefixes of paths that are not only written by rungs: SLC status, messages, consumed tags."""
     found = [STATUS] if before_scan in lowered.opening else []
-    if any(isinstance(each, partial) for each in lowered.closing):
+    if any(isinstance(hook, partial) for hook in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
         found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     brought = [to for to, _ in lowered.replies.values()]  # data from messages and from producers
-    brought += [name for each in lowered.connections for name in (each.tag, each.status)]
+    brought += [name for connection in lowered.connections for name in (connection.tag, connection.status)]
     for name in filter(None, brought):
         found.append(tag_in(tags.where(name).path).upper())
     return tuple(found)

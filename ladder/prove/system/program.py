@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Set
 from contextlib import suppress
 from typing import Any, ClassVar, Protocol
 
@@ -17,17 +17,9 @@ from ..algebra.numbers import add, bit, least, setbit
 from ..algebra.terms import FALSE, T, and_, const, ite, not_, numbers_in, or_, var
 from ..relation.noting import NotingMachine
 from ..relation.places import CLOCK, Key, kind_of, name_of
-from .happenings import Happenings
+from .events import LOST_LINK, PROGRAM_MODE, RETAINED_START
 from .held import held_bits, held_numbers
-from .outside import (
-    INPUTS,
-    is_length,
-    named_bits,
-    named_paths,
-    refuse,
-    written_beside,
-    written_bits,
-)
+from .outside import INPUTS, is_length, named_bits, named_paths, refuse, written_beside, written_bits
 from .transition import (
     BEGUN,
     FIRST_SCAN,
@@ -66,7 +58,6 @@ def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
 
 
 ANY_BOUNDS = ScanBounds()
-ANYTHING_USUAL = Happenings()
 
 
 class ProgramSystem(System):
@@ -79,7 +70,7 @@ class ProgramSystem(System):
         written_outside: tags that are written both by the program and from outside.
         assume: bits that are true after each scan of the runs to consider.
         contracts: conditions on inputs that hold in each scan.
-        happenings: what may happen between two scans.
+        happens: names of the events that may happen between two scans, see `events`.
         beside: another problem to compare with, whose terms stay shared.
         kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
             from outside.
@@ -101,7 +92,7 @@ class ProgramSystem(System):
         written_outside: Sequence[str] = (),
         assume: Sequence[Key] = (),
         contracts: Sequence[Contract] = (),
-        happenings: Happenings = ANYTHING_USUAL,
+        happens: Collection[str] = (PROGRAM_MODE,),
         beside: ProgramSystem | None = None,
         kept: Set[str] = frozenset(),
     ) -> None:
@@ -121,9 +112,9 @@ class ProgramSystem(System):
             "written_outside": written_outside,
             "assume": assume,
             "contracts": contracts,
-            "happenings": happenings,
+            "happens": happens,
         }
-        self.happenings = happenings
+        self.happens = happens
         self._begin()
         self._build(ends=False)
         if self.stops is not FALSE and not type(self).never_holds(self, self.stops):
@@ -135,11 +126,11 @@ class ProgramSystem(System):
         Args:
             ends: whether a major fault ends a scan.
         """
-        bounds, happenings = self.bounds, self.happenings
+        bounds, happens = self.bounds, self.happens
         System.__init__(self)
         self.open: dict[Key, int] = {}  # masks of the bits that are written from outside
         self._lost = FALSE  # where the module of the current contracts has lost its link
-        if happenings.retained_start:
+        if RETAINED_START in happens:
             self.next[BEGUN], self.initial[BEGUN] = var(RETAINED), False
         self.machine = self._scanned({}, ends=ends)
         self.lengths = self._constant_lengths()
@@ -156,15 +147,15 @@ class ProgramSystem(System):
             self.next[STOPPED], self.initial[STOPPED] = self.stops, False
             self.contract = not_(var(STOPPED))
         self.prescans = or_(
-            var(TURNED) if happenings.program_mode else FALSE,
-            var(RETAINED) if happenings.retained_start else FALSE,
+            var(TURNED) if PROGRAM_MODE in happens else FALSE,
+            var(RETAINED) if RETAINED_START in happens else FALSE,
         )
         if self.prescans is not FALSE:
             self._prescan_after()
         self.least, self.tick_ns = bounds.ticks[0], bounds.tick_ns
         self._settle()
-        for each in self.assume:
-            self.contract = and_(self.contract, self.after(each))
+        for key in self.assume:
+            self.contract = and_(self.contract, self.after(key))
         self.kept = [self._kept_by(number, make) for number, make in enumerate(self.settings["contracts"])]
         self._settle()
         self._open_bits()
@@ -178,7 +169,7 @@ class ProgramSystem(System):
 
         def begins(key: Key, t: T) -> T:
             leaf = machine.kinds.get(key)
-            if not self.happenings.retained_start or leaf is None or is_retained(self.lowered.layout, leaf):
+            if RETAINED_START not in self.happens or leaf is None or is_retained(self.lowered.layout, leaf):
                 return t
             value = 0 if key[0].endswith(CLOCK) else blank.read(leaf, key[1])
             return ite(var(RETAINED), const(value, t.kind), t)
@@ -200,7 +191,7 @@ class ProgramSystem(System):
         """Run one scan on a new machine and return the machine."""
         machine = NotingMachine(self.lowered, self.bounds.ticks, known)
         machine.tick_ns, machine.ends = self.bounds.tick_ns, ends
-        machine.begun = var(BEGUN) if self.happenings.retained_start else FALSE
+        machine.begun = var(BEGUN) if RETAINED_START in self.happens else FALSE
         machine.scan_terms()
         return machine
 
@@ -293,7 +284,7 @@ class ProgramSystem(System):
         after = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
         if key[0].endswith(CLOCK):
             off = (
-                and_(self.prescans, not_(var(RETAINED))) if self.happenings.retained_start else self.prescans
+                and_(self.prescans, not_(var(RETAINED))) if RETAINED_START in self.happens else self.prescans
             )
             most = self.machine.most_age
             return ite(off, least(add(after, var(OFF, INT, 0, most)), most), after)
@@ -361,7 +352,7 @@ class ProgramSystem(System):
 
     def is_written_beside(self, path: str) -> bool:
         """Whether something other than rungs writes a value, by its path in capitals."""
-        return any(path == each or path.startswith(each + ".") for each in self._beside)
+        return any(path == prefix or path.startswith(prefix + ".") for prefix in self._beside)
 
     # --- values for contracts and questions
 
@@ -397,7 +388,7 @@ class ProgramSystem(System):
 
     def _kept_by(self, number: int, make: Contract) -> T:
         """Return the condition of each scan that a module keeps its contracts or has lost its link."""
-        if self.happenings.lost_link:
+        if LOST_LINK in self.happens:
             self._lost = var(f"~lost:{number}")
         kept, self._lost = or_(self._lost, make(self)), FALSE
         return kept

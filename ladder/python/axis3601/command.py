@@ -118,7 +118,7 @@ class Command(LinkedWait[None]):
         self.words = array("h", image.words)
 
     def attend(self, drive: Handshake, now_ns: int) -> None:
-        """Act in a scan in which it is executed."""
+        """Act in each scan while it is executed."""
 
     def activate(self, now_ns: int) -> None:
         """Note that its words are sent in this scan."""

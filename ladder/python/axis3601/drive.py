@@ -154,7 +154,7 @@ class Drive:
     @property
     def state(self) -> State:
         """The PLCopen state of the axis."""
-        if self.msw < 0 or self.msw & _ALIVE != _MODULE_OK:
+        if _is_lost(self.msw):
             return State.DISABLED
         if self.error_stop:
             return State.ERROR_STOP
@@ -337,7 +337,7 @@ class Drive:
         return self._evidence.proves(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
-        """Update and return whether the axis has rested so long that the step can't end by itself."""
+        """Update and return whether the axis has rested too long for the step to end."""
         idle = (self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING) and not (
             self.moving or self.link.down
         )
@@ -365,8 +365,7 @@ class Drive:
     def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
         if self.running is not None:
             self.running.end(outcome, error_id, detail)
-        self.running = None
-        self._clear(HandshakeStep.ZEROS)
+        self._clear()
 
     # -- the newest command
 
@@ -382,8 +381,7 @@ class Drive:
     def _make_way(self, newer: Command, now_ns: int) -> None:
         """Stop the command under way, or change its speed."""
         if self.step == HandshakeStep.PARAMETERS:
-            self.running = None
-            self._clear(HandshakeStep.ZEROS)  # no command bit was sent
+            self._clear()  # no command bit was sent
         if self.step != _UNDER_WAY:
             return
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
@@ -403,13 +401,12 @@ class Drive:
     def _go_on(self, now_ns: int) -> None:
         command_error = self.msw & _COMMAND_ERROR != 0
         if self.step == HandshakeStep.YIELDING and not self.moving:
-            self.running = None
-            self._clear(HandshakeStep.ZEROS)
+            self._clear()
             if command_error:  # a Hold that arrived just as a move ended
                 self.out[0] = _RESET_ERRORS
                 self.step = HandshakeStep.RESETTING
         elif self.step == HandshakeStep.RESETTING and (self._stuck or not command_error):
-            self._clear(HandshakeStep.ZEROS)
+            self._clear()
         elif self.step == HandshakeStep.ZEROS:
             self.step = _REST
         elif self.step == HandshakeStep.PARAMETERS and self.running is not None:
@@ -471,9 +468,11 @@ class Drive:
         self.running, self.pending = command, None
         command.activate(now_ns)
 
-    def _clear(self, step: HandshakeStep) -> None:
+    def _clear(self) -> None:
+        """Send zeros instead of a command."""
+        self.running = None
         self._write(ZEROS)
-        self.step = step
+        self.step = HandshakeStep.ZEROS
 
     def _write(self, words: Sequence[int]) -> None:
         """Write words without parameters; `parameters_first` keeps the old ones, against partial updates."""

@@ -49,7 +49,7 @@ class Evidence:
         self._rests_since_ns: int | None = None
 
     def begin(self) -> None:
-        """Store the status of the scan in which a command is sent."""
+        """Store the status when a command is sent."""
         words = self._in
         self.taken = self.broken = False
         self.was_valid = not words[0] & _INVALID
@@ -57,7 +57,7 @@ class Evidence:
             self._from = (words[2], words[3])
 
     def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
-        """Add the status of a scan in which the module has the command's words."""
+        """Add the status of a scan while the module has the command's words."""
         self.broken = self.broken or down
         if moving and not down:
             self.broken = False

@@ -43,9 +43,9 @@ class CommandKind:
 
     name: str  # the method of the axis
     block: str  # its function block
-    allowed: tuple[State, ...]  # states in which it may be requested
+    allowed: tuple[State, ...]  # states that allow a request
     state: State = State.STANDSTILL  # state of the axis during the command
-    done: int | None = 0  # status bits, one of which means success at rest; 0: not needed, None: endless
+    done: int | None = 0  # status bits: one that is on means success at rest; 0: not needed, None: endless
     way: Yielding = Yielding.WAIT
     alone: bool = False  # whether its command word is zeroed once it runs; the module continues by itself
     keeps_out: bool = True  # whether a `stop` that holds the axis refuses it

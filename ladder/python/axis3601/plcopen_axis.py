@@ -197,8 +197,12 @@ class Axis3601(Device):
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
         """
-        move = self._move(MoveKind.ABSOLUTE, position, speed, acceleration, deceleration, shape)
-        return self._ask(Command(self.name, ABSOLUTE, f"move_to({position})"), move)
+
+        def words() -> Image:
+            rates, limits = (acceleration, deceleration), self._limits
+            return Move(MoveKind.ABSOLUTE, position, speed, *rates, shape, limits=limits).to_image()
+
+        return self._ask(Command(self.name, ABSOLUTE, f"move_to({position})"), words)
 
     def move_by(
         self,
@@ -217,8 +221,12 @@ class Axis3601(Device):
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
         """
-        move = self._move(MoveKind.RELATIVE, distance, speed, acceleration, deceleration, shape)
-        return self._ask(Command(self.name, RELATIVE, f"move_by({distance})"), move)
+
+        def words() -> Image:
+            rates, limits = (acceleration, deceleration), self._limits
+            return Move(MoveKind.RELATIVE, distance, speed, *rates, shape, limits=limits).to_image()
+
+        return self._ask(Command(self.name, RELATIVE, f"move_by({distance})"), words)
 
     @overload
     def run(
@@ -426,22 +434,6 @@ class Axis3601(Device):
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)
-
-    def _move(
-        self,
-        kind: MoveKind,
-        target: int,
-        speed: int,
-        acceleration: int,
-        deceleration: int,
-        shape: Acceleration,
-    ) -> Callable[[], Image]:
-        def words() -> Image:
-            return Move(
-                kind, target, speed, acceleration, deceleration, shape, limits=self._limits
-            ).to_image()
-
-        return words
 
     def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
         """Send a command if the axis' state allows it and its parameters are valid."""

@@ -36,7 +36,7 @@ def branches_in(wait: Wait[Any]) -> Iterator[Sequence]:
 
 
 Texts = dict[CodeType, str]
-"""The syntax of waiting functions from an earlier edition, in which line numbers differ."""
+"""The syntax of waiting functions from an earlier edition, whose line numbers differ."""
 
 
 def check_wait(
@@ -65,7 +65,7 @@ def _held(wait: Wait[Any]) -> Iterator[Any]:
 
 
 def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts) -> None:
-    """Check one value that a wait holds, such as a function, and what it is bound to."""
+    """Check one value that a wait holds, such as a function, and the object that it is bound to."""
     if any(value is each for each in changed):
         raise ConditionError(f"it waits for {value.name}, whose declaration has changed")
     if value is not None and any(value is getattr(each, "read", None) for each in changed):

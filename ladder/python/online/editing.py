@@ -17,6 +17,7 @@ What an edit does to each name:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from inspect import getattr_static
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -26,7 +27,6 @@ from scanrack.io_images.times import seconds
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part
-from ..sequences.signals import Signal, place_of
 from .edition import Edition
 from .field_plan import EditRefusal, FieldPlan, body_fields, own_fields, plan_fields
 from .fields import forced_fields, hold_forces, release
@@ -64,8 +64,8 @@ class LogicEdit:
         )
 
     def __str__(self) -> str:
-        said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
-        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *said])
+        groups = [f"{effect}: {', '.join(names)}" for effect, names in self.groups if names]
+        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *groups])
 
 
 @dataclass(slots=True)
@@ -175,7 +175,7 @@ def _sequences(
         raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(there))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
-    said = []
+    lines = []
     for each in logic._logic_sequences:
         if each.over or each.name in restart or each.name not in there:
             continue
@@ -185,16 +185,16 @@ def _sequences(
             errors[each.name] = error
         else:
             moves += own
-            said.append(_continued(each, own))
+            lines.append(_continued(each, own))
     if errors:
         raise _refusal(errors)
-    return moves, tuple(said)
+    return moves, tuple(lines)
 
 
 def _continued(sequence: Sequence, moves: list[SequenceMove]) -> str:
     """Return text that says where a sequence continues."""
     frames = moves[0].frames
-    line = frames[-1].after[1].node.lineno if frames else sequence.line
+    line = frames[-1].after.point.node.lineno if frames else sequence.line
     return f"{sequence.name} at line {line}"
 
 
@@ -271,10 +271,7 @@ def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
         if not hasattr(type(part), "__get__"):
             own[name] = part
     logic._logic_parts = tuple(plan.parts.parts.values())
-    logic._places = {
-        each.name: place_of(each, slots) for each in plan.parts.parts.values() if isinstance(each, Signal)
-    }
-    logic._logic_take_turns()
+    logic._logic_take_parts(slots)
 
 
 def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
@@ -283,7 +280,7 @@ def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]
     found = []
     for each in plan.fresh._logic_sequences:
         sequence = before.pop(each.name, None)
-        method = vars_of(type(plan.fresh), each.name)
+        method = getattr_static(type(plan.fresh), each.name)
         make = method.function.__get__(plan.logic)
         if sequence is None:
             sequence = each
@@ -298,11 +295,6 @@ def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]
         own.pop(name, None)
         gone.close()
     return tuple(found)
-
-
-def vars_of(kind: type, name: str) -> Any:
-    """Return an attribute of a class or its bases without binding it."""
-    return next(vars(each)[name] for each in kind.__mro__ if name in vars(each))
 
 
 def _share_modules(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> None:

@@ -9,10 +9,13 @@ from functools import cached_property
 from types import FunctionType, ModuleType
 from typing import Any
 
-from ..sequences.declaring import SequenceMethod
+from ..sequences.declaring import functions_in
 from ..sequences.logic import Logic
+from ..sequences.mistakes import first_line
 from ..sequences.parts import Part
 from .points import Function
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Edition:
@@ -20,6 +23,7 @@ class Edition:
 
     def __init__(self, kind: type[Logic]) -> None:
         self.kind = kind
+        self._trees: dict[str, ast.Module] = {}
 
     @cached_property
     def modules(self) -> dict[str, dict[str, Any]]:
@@ -42,28 +46,27 @@ class Edition:
     def tree(self, function: FunctionType) -> Function | None:
         """Return the syntax tree of a function, None if its source is missing."""
         code = function.__code__
+        begin = code.co_name, code.co_firstlineno
         for node in ast.walk(self._tree(code.co_filename)):
-            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                first = min((each.lineno for each in node.decorator_list), default=node.lineno)
-                if (node.name, first) == (code.co_name, code.co_firstlineno):
-                    return node  # type: ignore[return-value]  # a function that is not async has no awaits
+            if isinstance(node, _FUNCTIONS) and (node.name, first_line(node)) == begin:
+                return node  # type: ignore[return-value]  # a function that is not async has no awaits
         return None
 
     @cached_property
     def stored(self) -> frozenset[str]:
         """The names of the fields that its functions assign."""
-        nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
         return frozenset(
             node.attr
-            for node in nodes
+            for node in self._nodes()
             if isinstance(node, ast.Attribute) and not isinstance(node.ctx, ast.Load)
         )
 
     @cached_property
     def rebound(self) -> frozenset[str]:
         """The module globals that its functions assign, by name."""
-        nodes = [node for file in self._sources for node in ast.walk(self._tree(file))]
-        return frozenset(name for node in nodes if isinstance(node, ast.Global) for name in node.names)
+        return frozenset(
+            name for node in self._nodes() if isinstance(node, ast.Global) for name in node.names
+        )
 
     def changed_from(self, before: Edition) -> frozenset[str]:
         """Return the names, and attributes with a dot, whose meaning differs from an earlier edition.
@@ -80,7 +83,7 @@ class Edition:
         """Return the values in its class body that no function assigns."""
         found: dict[str, Any] = {}
         for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
-            found.update((name, value) for name, value in vars(kind).items() if _is_constant(name, value))
+            found.update((name, value) for name, value in vars(kind).items() if is_plain(name, value))
         return {name: value for name, value in found.items() if name not in self.stored}
 
     def constant(self, text: str) -> Any:
@@ -91,7 +94,7 @@ class Edition:
     def _constants(self) -> dict[str, Any]:
         found = {f".{name}": value for name, value in self.constants().items()}
         for names in self.modules.values():
-            found.update((name, value) for name, value in names.items() if _is_constant(name, value))
+            found.update((name, value) for name, value in names.items() if is_plain(name, value))
         return found
 
     def _bodies(self) -> dict[str, str]:
@@ -109,26 +112,24 @@ class Edition:
             found.update(vars(kind).get("_logic_sources", {}))
         return found
 
+    def _nodes(self) -> Iterator[ast.AST]:
+        for file in self._sources:
+            yield from ast.walk(self._tree(file))
+
     def _tree(self, file: str) -> ast.Module:
         if file not in self._trees:
             self._trees[file] = ast.parse(self._sources.get(file, ""))
         return self._trees[file]
 
-    @cached_property
-    def _trees(self) -> dict[str, ast.Module]:
-        return {}
-
     def _methods(self) -> Iterator[FunctionType]:
         for kind in self.kind.__mro__:
             if kind is Logic:
                 return
-            for each in vars(kind).values():
-                function = each.function if isinstance(each, SequenceMethod) else each
-                if isinstance(function, FunctionType):
-                    yield function
+            yield from functions_in(kind)
 
 
-def _is_constant(name: str, value: Any) -> bool:
+def is_plain(name: str, value: Any) -> bool:
+    """Whether an attribute of a class or module is a value of the program: a constant or an initial value."""
     if name.startswith(("_logic_", "__")) or isinstance(value, type | ModuleType | Part | Logic):
         return False
     return not callable(value) and not hasattr(type(value), "__get__")

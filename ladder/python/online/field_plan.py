@@ -12,7 +12,7 @@ from scanrack.io_images.site import SiteError
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Field, Logic
 from ..sequences.parts import Part
-from .edition import Edition
+from .edition import Edition, is_plain
 from .placing import foreign
 
 
@@ -65,13 +65,9 @@ def own_fields(logic: Logic) -> dict[str, Any]:
 
 def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
     """Return the initial values, from a class body, of the fields that methods assign."""
-    found = {}
-    for name in dir(type(logic)):
-        value = getattr(type(logic), name)
-        plain = not callable(value) and not hasattr(type(value), "__get__") and not isinstance(value, Part)
-        if plain and name in edition.stored and not name.startswith(("__", "_logic_")):
-            found[name] = value
-    return found
+    kind = type(logic)
+    values = {name: getattr(kind, name) for name in dir(kind) if name in edition.stored}
+    return {name: value for name, value in values.items() if is_plain(name, value)}
 
 
 def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Awaitable, Callable, Generator, Iterator
+from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -34,21 +35,13 @@ class Again:
                 self.inner.close()
                 raise
             except BaseException as error:
-                resume: Callable[[], object] = _thrower(self.inner, error)
+                resume: Callable[[], object] = partial(self.inner.throw, error)
             else:
-                resume = _sender(self.inner)
+                resume = partial(self.inner.send, None)
             try:
                 wait = resume()
             except StopIteration as over:
                 return over.value
-
-
-def _thrower(inner: Any, error: BaseException) -> Callable[[], object]:
-    return lambda: inner.throw(error)
-
-
-def _sender(inner: Any) -> Callable[[], object]:
-    return lambda: inner.send(None)
 
 
 class Rest:

@@ -10,7 +10,7 @@ import ast
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from .points import NESTED, Function, Point, end_of
+from .points import NESTED, Function, PlacedAwait, Point, end_of
 
 Names = frozenset[str]
 
@@ -53,35 +53,33 @@ class _Reads:
             ways = [self._block(each, bound) for each in (node.body, node.orelse) if not _leaves(each)]
             return frozenset.intersection(*ways) if ways else bound
         if isinstance(node, ast.With | ast.AsyncWith):
-            return self._block(node.body, bound | _stored(node.items))
+            return self._block(node.body, bound | _names(node.items))
         if isinstance(node, ast.For):
-            self._block(node.body, bound | _stored(node.target))
+            self._block(node.body, bound | _names(node.target))
             return bound & self._block(node.orelse, bound) if node.orelse else bound
         if isinstance(node, ast.Try | ast.While | ast.TryStar | ast.Match):
             return self._inside(node, bound)
-        return (bound | _stored(node)) - _deleted(node)
+        return (bound | _names(node)) - _names(node, ast.Del)
 
     def _inside(self, node: ast.AST, bound: Names) -> Names:
-        """Visit the blocks of a statement, any of which may be left at any point."""
+        """Visit the blocks of a statement; the program may leave each block at any point."""
         for field in _BLOCKS:
             value = getattr(node, field, [])
             if field in ("handlers", "cases"):
                 for each in value:
-                    self._read([child for child in ast.iter_child_nodes(each) if _is_no_block(child)], bound)
-                    own = frozenset({each.name}) if getattr(each, "name", None) else _captured(each)
-                    self._block(each.body, bound | own)
+                    head = [child for child in ast.iter_child_nodes(each) if not isinstance(child, ast.stmt)]
+                    self._read(head, bound)
+                    self._block(each.body, bound | _bound(each))
             else:
                 self._block(value, bound)
         return bound
 
     def _read(self, value: object, bound: Names) -> None:
-        nodes = value if isinstance(value, list) else [value]
-        for node in nodes:
-            if isinstance(node, ast.AST):
-                names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
-                self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
-                if isinstance(node, ast.AugAssign):
-                    self._found |= _stored(node.target) - bound
+        for node in _nodes(value):
+            names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
+            self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
+            if isinstance(node, ast.AugAssign):
+                self._found |= _names(node.target) - bound
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
@@ -91,20 +89,10 @@ def _leaves(block: list[ast.stmt]) -> bool:
 _BLOCKS = ("body", "handlers", "cases", "orelse", "finalbody")
 
 
-def _is_no_block(node: ast.AST) -> bool:
-    return not isinstance(node, ast.stmt)
-
-
-def _stored(value: Any) -> Names:
-    nodes = value if isinstance(value, list) else [value]
-    found = (each for node in nodes for each in ast.walk(node) if isinstance(each, ast.Name))
-    return frozenset(each.id for each in found if isinstance(each.ctx, ast.Store))
-
-
-def _deleted(node: ast.AST) -> Names:
-    return frozenset(
-        each.id for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Del)
-    )
+def _names(value: Any, context: type[ast.expr_context] = ast.Store) -> Names:
+    """Return the names in a node or in nodes that are stored, or used in another context."""
+    found = (each for node in _nodes(value) for each in ast.walk(node) if isinstance(each, ast.Name))
+    return frozenset(each.id for each in found if isinstance(each.ctx, context))
 
 
 def _captured(case: ast.AST) -> Names:
@@ -120,8 +108,8 @@ def _captured(case: ast.AST) -> Names:
 
 def check_origins(
     needed: Collection[str],
-    before: tuple[Function, Point],
-    after: tuple[Function, Point],
+    before: PlacedAwait,
+    after: PlacedAwait,
     changed: Collection[str],
     loops: Collection[str] = (),
 ) -> None:
@@ -189,7 +177,7 @@ def _in_head(node: ast.stmt) -> tuple[Names, Names]:
     """Return the names that a statement sets and reads outside its blocks."""
     heads: list[Any] = [value for field, value in ast.iter_fields(node) if field not in _BLOCKS]
     nodes = [each for value in heads for each in _nodes(value)]
-    return _stored(nodes), _loaded(nodes)
+    return _names(nodes), _loaded(nodes)
 
 
 def _setting_inside(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
@@ -218,9 +206,8 @@ def _nodes(value: object) -> list[ast.AST]:
 
 def _loaded(nodes: list[Any]) -> Names:
     """Return the names that nodes read, and attributes with a dot."""
-    found = [each for node in nodes for each in ast.walk(node)]
-    names = {each.id for each in found if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
-    return frozenset(names | {f".{each.attr}" for each in found if isinstance(each, ast.Attribute)})
+    attributes = (each for node in nodes for each in ast.walk(node) if isinstance(each, ast.Attribute))
+    return _names(nodes, ast.Load) | {f".{each.attr}" for each in attributes}
 
 
 def names_read(node: ast.AST) -> Names:

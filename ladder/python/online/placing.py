@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ast
 import gc
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Mapping
 from enum import Enum
 from functools import partial
 from pathlib import Path
@@ -28,7 +28,7 @@ from .conditions import OURS, Texts, branches_in, check_wait
 from .edition import Edition
 from .held import Again, keep_for_ever
 from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
-from .points import Function, Point, counterpart, points_of
+from .points import Function, PlacedAwait, Point, counterpart, points_of
 from .resumed import ResumptionBody, arguments_of, compiled, resume
 from .suspended import Hold, UnknownStackError, WaitingFrame, suspended
 
@@ -62,8 +62,7 @@ class FrameMove:
 
     frame: WaitingFrame
     function: FunctionType
-    before: tuple[Function, Point]
-    after: tuple[Function, Point]
+    after: PlacedAwait
     resumed: ResumptionBody
     values: dict[str, Any]
     held: list[Any]
@@ -85,8 +84,8 @@ class SequenceMove:
         awaited: Any = Again(self.frames[-1].frame.awaited, wait)
         codes = []
         for each in reversed(self.frames):
-            function = compiled(each.after[0], each.resumed, tuple(each.values), each.function)
-            point = each.after[1]
+            function = compiled(each.after.function, each.resumed, tuple(each.values), each.function)
+            point = each.after.point
             further = arguments_of(
                 each.resumed, point.holds, each.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
             )
@@ -126,7 +125,7 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
     _named(name, last, lambda: context.check_wait(wait))
     if all(_is_as_before(each, context) for each in waiting):
         for each in waiting:
-            _named(name, each, partial(_check_staying, each, context))
+            _named(name, each, partial(_check_locals, each.values, context))
         moves = [SequenceMove(sequence, (), tuple(each.code for each in waiting))]
     else:
         planned = [_named(name, each, partial(_move_of, each, context)) for each in waiting]
@@ -189,7 +188,8 @@ def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
     read = set(frame.code.co_names)
     if read & (context.old.rebound | context.new.rebound | {each.lstrip(".") for each in context.names}):
         return False
-    return _dump(before, lines=True) == _dump(after, lines=True)
+    texts = [ast.dump(each, include_attributes=True) for each in (before, after)]
+    return texts[0] == texts[1]
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
@@ -201,9 +201,9 @@ def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
     return here[0]
 
 
-def _check_staying(frame: WaitingFrame, context: EditContext) -> None:
-    """Check that everything that the locals of a staying frame refer to continues."""
-    for name, value in frame.values.items():
+def _check_locals(values: Mapping[str, Any], context: EditContext) -> None:
+    """Raise a ValueError for a local that refers to something that does not continue."""
+    for name, value in values.items():
         _check_local(name, value, context)
 
 
@@ -249,17 +249,18 @@ def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
 
 def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _, edited = _functions_of(frame, context)
-    before, after = _trees_of(frame, context)
-    points = points_of(before)
+    present_tree, edited_tree = _trees_of(frame, context)
+    points = points_of(present_tree)
     here = _point_of(frame, points)
-    target = counterpart(here, points, points_of(after))
-    resume(before, here)  # raises if its frame can't be read
-    resumed = resume(after, target)
+    target = counterpart(here, points, points_of(edited_tree))
+    before, after = PlacedAwait(present_tree, here), PlacedAwait(edited_tree, target)
+    resume(present_tree, here)  # raises if its frame can't be read
+    resumed = resume(edited_tree, target)
     held = frame.held(here.holds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
-    values = _fitting(frame, (before, here), (after, target), resumed, edited, context, loops)
-    return FrameMove(frame, edited, (before, here), (after, target), resumed, values, held)
+    values = _fitting(frame, before, after, resumed, edited, context, loops)
+    return FrameMove(frame, edited, after, resumed, values, held)
 
 
 def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
@@ -270,8 +271,8 @@ def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
 
 def _fitting(
     frame: WaitingFrame,
-    before: tuple[Function, Point],
-    after: tuple[Function, Point],
+    before: PlacedAwait,
+    after: PlacedAwait,
     resumed: ResumptionBody,
     edited: FunctionType,
     context: EditContext,
@@ -281,12 +282,11 @@ def _fitting(
     code = edited.__code__
     own = [each for each in (*code.co_varnames, *code.co_cellvars) if not each.startswith(".")]
     values = {name: frame.values[name] for name in own if name in frame.values}
-    needed = names_needed(resumed.body, after[1])
-    if _dump(before[0]) != _dump(after[0]):
+    needed = names_needed(resumed.body, after.point)
+    if ast.dump(before.function) != ast.dump(after.function):
         check_bound(needed, own, values)
     check_origins(needed & frozenset(own), before, after, context.names, loops)
-    for name in sorted(needed & values.keys()):
-        _check_local(name, values[name], context)
+    _check_locals({name: values[name] for name in sorted(needed & values.keys())}, context)
     return values
 
 
@@ -332,16 +332,11 @@ def _is_library(owner: Any, depth: int = 3) -> bool:
 def foreign(value: Any, old: Edition, depth: int = 4) -> str:
     """Describe the first object in a value whose class the program defines; "" if there is none."""
     kind = type(value)
-    if kind.__module__ in old.modules and not isinstance(value, Enum):
-        return f"a {kind.__name__} of the program before"
-    if isinstance(value, Enum) and kind.__module__ in old.modules:
-        return f"{kind.__name__}.{value.name} of the program before"
+    if kind.__module__ in old.modules:
+        name = f"{kind.__name__}.{value.name}" if isinstance(value, Enum) else f"a {kind.__name__}"
+        return f"{name} of the program before"
     if isinstance(value, dict):
         value = [*value, *value.values()]
     if depth and isinstance(value, list | tuple | set | frozenset):
         return next((text for each in value if (text := foreign(each, old, depth - 1))), "")
     return ""
-
-
-def _dump(function: ast.AST, *, lines: bool = False) -> str:
-    return ast.dump(function, include_attributes=lines)

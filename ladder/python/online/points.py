@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.io_images.dataclass import dataclass
 
@@ -72,6 +72,13 @@ class Point:
         if isinstance(self.node, ast.AsyncWith):
             return place in (_range(self.node), _range(self.node.items[0].context_expr))
         return place == _range(self.node)
+
+
+class PlacedAwait(NamedTuple):
+    """A point and its function."""
+
+    function: Function
+    point: Point
 
 
 def points_of(function: Function) -> list[Point]:

@@ -44,7 +44,7 @@ class CannotBeginError(ValueError):
 
 @dataclass(slots=True)
 class ResumptionBody:
-    """The body of a function from one of its awaits on, and its additional parameters."""
+    """The body of a function after one of its awaits, and its additional parameters."""
 
     body: list[ast.stmt] = field(default_factory=list)
     blocks: list[str] = field(default_factory=list)  # parameters for what open blocks hold, outermost first

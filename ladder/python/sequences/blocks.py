@@ -24,6 +24,8 @@ true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from scanrack.io_images.amci3601.parameters import require
 from scanrack.io_images.times import parse_time
 from typing_extensions import override
@@ -67,15 +69,10 @@ class EdgeBlock(Block):
         return self._before and not before
 
 
-class Timer(Block):
-    """A timer with a time such as "500 ms"; raises a ValueError for an invalid time."""
+class PresetBlock(Block):
+    """A block that continues with another preset after an online edit."""
 
-    def __init__(self, time: str) -> None:
-        super().__init__()
-        self.preset_ns = parse_time(time)  # its time, ns; a change takes effect at the next call
-        self._clock: Clock | None = None
-        self._since_ns: int | None = None
-        self._elapsed_ns = 0
+    preset_name: ClassVar[str]
 
     @override
     def continues_as(self, edited: Part) -> bool:
@@ -83,10 +80,22 @@ class Timer(Block):
 
     @override
     def continue_as(self, edited: Part) -> None:
-        assert isinstance(edited, Timer), "see `continues_as`"
         if self._part_made != edited._part_made:
-            self.preset_ns = edited.preset_ns
+            setattr(self, self.preset_name, getattr(edited, self.preset_name))
         super().continue_as(edited)
+
+
+class Timer(PresetBlock):
+    """A timer with a time such as "500 ms"; raises a ValueError for an invalid time."""
+
+    preset_name = "preset_ns"
+
+    def __init__(self, time: str) -> None:
+        super().__init__()
+        self.preset_ns = parse_time(time)  # its time, ns; a change takes effect at the next call
+        self._clock: Clock | None = None
+        self._since_ns: int | None = None
+        self._elapsed_ns = 0
 
     @property
     def elapsed_ns(self) -> int:
@@ -100,7 +109,7 @@ class Timer(Block):
     @override
     def reset_part(self) -> None:
         super().reset_part()
-        self._since_ns, self._elapsed_ns = None, 0
+        self._stop()
 
     def _run(self) -> bool:
         if self._clock is None:
@@ -174,25 +183,16 @@ class Fall(EdgeBlock):
         return self._result
 
 
-class AnyCounter(EdgeBlock):
+class AnyCounter(PresetBlock, EdgeBlock):
     """A counter; raises a ValueError for a preset out of range."""
+
+    preset_name = "preset"
 
     def __init__(self, preset: int) -> None:
         super().__init__()
         require("preset", preset, LEAST, MOST)
         self.preset = preset  # number of rises to count, -2,147,483,648 to 2,147,483,647
         self.value = 0  # the count [CV]
-
-    @override
-    def continues_as(self, edited: Part) -> bool:
-        return type(self) is type(edited)
-
-    @override
-    def continue_as(self, edited: Part) -> None:
-        assert isinstance(edited, AnyCounter), "see `continues_as`"
-        if self._part_made != edited._part_made:
-            self.preset = edited.preset
-        super().continue_as(edited)
 
     @override
     def reset_part(self) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Iterator
+from types import FunctionType
 from typing import Any, overload
 
 from scanrack.io_images.annotations import signature_of
@@ -84,6 +85,14 @@ def _check_every_scan(function: Any) -> None:
         raise TypeError(f"{where}: every_scan must be a plain method, without async")
     if inspect.isgeneratorfunction(function) or len(signature_of(function).parameters) != 1:
         raise TypeError(f"{where}: every_scan must be a plain method every_scan(self), without yield")
+
+
+def functions_in(cls: type) -> Iterator[FunctionType]:
+    """Yield the functions in the body of a class, including those of its sequences."""
+    for each in vars(cls).values():
+        function = each.function if isinstance(each, SequenceMethod) else each
+        if isinstance(function, FunctionType):
+            yield function
 
 
 def declarations(cls: type) -> dict[str, SequenceMethod | Part]:

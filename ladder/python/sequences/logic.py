@@ -9,7 +9,7 @@ parts are reset, and sequences begin again. Its own fields keep their values.
 Observers can read, in any scan:
 
     for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
-        each.resumed                    # changes when it, or a branch of it, continues
+        each.resumed                    # changes when it, or one of its branches, continues
         each.name, each.line, each.file # where it waits; line is None when it is over
         each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made on demand
         str(each)                       # "cycle, line 14: axis.move_to(4000)"
@@ -138,13 +138,13 @@ class Logic:
             refused.errors = tuple(errors)
             raise refused
         self._logic_slots = slots
+        self._logic_take_parts(slots)
+
+    def _logic_take_parts(self, slots: Slots) -> None:
+        """Collect the places of the signals and the actions of the devices, in order of definition."""
         self._places = {
             each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
         }
-        self._logic_take_turns()
-
-    def _logic_take_turns(self) -> None:
-        """Collect the actions of the devices, in order of definition."""
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)

@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 from scanrack.io_images.annotations import declared
 from scanrack.io_images.site import Site
 
-from .declaring import SequenceMethod
+from .declaring import SequenceMethod, functions_in
 from .parts import Part
 from .signals import Input
 from .waits import Wait
@@ -181,10 +181,7 @@ def sources_of(cls: type) -> dict[str, str]:
 
 def _functions(cls: type) -> Iterator[FunctionType]:
     """Yield the methods of a class, then the `async def` functions before it in its module."""
-    for each in vars(cls).values():
-        function = each.function if isinstance(each, SequenceMethod) else each
-        if isinstance(function, FunctionType):
-            yield function
+    yield from functions_in(cls)
     module = sys.modules.get(cls.__module__)
     for each in getattr(module, "__dict__", {}).values():
         if inspect.iscoroutinefunction(each) and each.__module__ == cls.__module__:
@@ -213,10 +210,10 @@ def _parsed(source: str) -> _File:
     alone = {id(each.value) for each in nodes if isinstance(each, ast.Expr)}
     attributes = (each for each in nodes if isinstance(each, ast.Attribute) and id(each) not in alone)
     read = frozenset(each.attr for each in attributes if isinstance(each.ctx, ast.Load))
-    return _File({(each.name, _first_line(each)): each for each in functions}, read)
+    return _File({(each.name, first_line(each)): each for each in functions}, read)
 
 
-def _first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+def first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     """Return the first line of a function, including decorators."""
     return min((decorator.lineno for decorator in function.decorator_list), default=function.lineno)
 

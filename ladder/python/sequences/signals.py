@@ -53,6 +53,10 @@ class Signal(Part):
         self.address = address
         self.at: Address | None = None  # the place, once the logic is attached to a rack
 
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        self.at = self.find(slots)
+
     def find(self, slots: Slots) -> Address:
         """Return its place in a rack; raise a ValueError if it is unknown, in the other image, or a word."""
         try:
@@ -135,10 +139,6 @@ class InputWord(Signal):
 
     search = staticmethod(find_word)
 
-    @override
-    def attach(self, slots: Slots, clock: Clock) -> None:
-        self.at = self.find(slots)
-
     @overload
     def __get__(self, logic: None, owner: type) -> Self: ...
     @overload
@@ -173,10 +173,6 @@ class Output(Signal):
     """A bit of an output image as a `bool`; for pyright declare `lamp: Output = Output(...)`."""
 
     image = "O"
-
-    @override
-    def attach(self, slots: Slots, clock: Clock) -> None:
-        self.at = self.find(slots)
 
     @override
     def owns(self) -> tuple[int, int, int] | None:

@@ -1,4 +1,4 @@
-"""What a wait depends on: it need not be polled in scans in which none of this changes.
+"""What a wait depends on: a scan need not poll the wait if none of this changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time

@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from scanrack.ladder.instructions import BY_NAME
+from scanrack.ladder.model.operators import COMPARISONS
 from scanrack.ladder.model.predefined.block_types import BLOCK_STRUCTURES, DIAGRAM_TYPES
 from scanrack.ladder.model.predefined.process_types import ARRAYS
 from scanrack.ladder.model.types import Structure
@@ -81,17 +83,7 @@ FORMULAS: Mapping[str, BlockForm] = {
     "TRN": _formula("FBD_TRUNCATE", "Dest", "TRN({Source})"),
     "TOD": _formula("FBD_CONVERT", "Dest", "TOD({Source})"),
     "FRD": _formula("FBD_CONVERT", "Dest", "FRD({Source})"),
-    **{
-        name: _two("FBD_COMPARE", operator)
-        for name, operator in (
-            ("EQU", "="),
-            ("NEQ", "<>"),
-            ("LES", "<"),
-            ("LEQ", "<="),
-            ("GRT", ">"),
-            ("GEQ", ">="),
-        )
-    },
+    **{name: _two("FBD_COMPARE", operator) for name, operator in COMPARISONS.items()},
     "LIM": _formula("FBD_LIMIT", "Dest", _LIMITS),
     "MEQ": _formula("FBD_MASK_EQUAL", "Dest", "({Source} AND {Mask}) = ({Compare} AND {Mask})"),
     "AND": _two("FBD_LOGICAL", "AND"),
@@ -112,34 +104,15 @@ BLOCKS: Mapping[str, BlockForm] = {
 }
 """Blocks by type."""
 
-OTHER_NAMES: Mapping[str, str] = {
-    "EQ": "EQU",
-    "NE": "NEQ",
-    "LT": "LES",
-    "LE": "LEQ",
-    "GT": "GRT",
-    "GE": "GEQ",
-    "LIMIT": "LIM",
-    "SQRT": "SQR",
-    "EXPT": "XPY",
-    "TRUNC": "TRN",
-    "TO_BCD": "TOD",
-    "BCD_TO": "FRD",
-    "ASIN": "ASN",
-    "ACOS": "ACS",
-    "ATAN": "ATN",
-}
-"""Names in Studio 5000 since revision 36, and names of functions."""
-
 FUNCTION = "__F"
 """Suffix of a function's type, as in `ADD__F`."""
 
 
 def canonical(name: str) -> str:
-    """Return the name of a block or function in `BLOCKS`, if it is there.
+    """Return the name in `BLOCKS` of a block or function, which may have the name of another revision.
 
     >>> canonical("SQRT__F"), canonical("add")
     ('SQR', 'ADD')
     """
     plain = name.upper().removesuffix(FUNCTION)
-    return OTHER_NAMES.get(plain, plain)
+    return BY_NAME[plain].name if plain in BY_NAME else plain

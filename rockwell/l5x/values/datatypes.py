@@ -28,6 +28,7 @@ from ..xml.elements import number_of
 from ..xml.records import DataTypeRecord, Element, MemberRecord
 from .layouts import Layouts
 from .module_bits import in_words
+from .per_type import per_type
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
 """Measured memory of a path to values, such as `Line.Speed`, and of one of its values, bytes."""
@@ -60,7 +61,7 @@ class UnknownTypeError(LadderError):
 
 
 class Types:
-    """All types by name: the document's, of which the first with each name counts, and others."""
+    """All types by name; of several types in the document with one name, the first counts."""
 
     def __init__(
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
@@ -71,12 +72,10 @@ class Types:
         major = number_of(revision.partition(".")[0])
         self._own = set(self._records)  # names of types with all members known
         self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
-        self._initials: dict[int, tuple[DataType, bool]] = {}
-        self._instances: dict[int, tuple[DataType, bool]] = {}
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
-        self._counts: dict[int, tuple[DataType, _Counts]] = {}
+        self.by_type: dict[tuple[str, int], tuple[DataType, Any]] = {}  # see `per_type`
         self._mib = memory_mib
         self._left = memory_mib << 20  # bytes for further tags
         self._depth = 0
@@ -146,39 +145,29 @@ class Types:
         found = self._counted(kind)
         return found.paths * PATH_BYTES + found.values * count_of(dims) * VALUE_BYTES
 
+    @per_type
     def _counted(self, kind: DataType) -> _Counts:
         """Count the paths and the values of an element of a type."""
         if isinstance(kind, Elementary):
             return _Counts(1, 1)
-        known = self._counts.get(id(kind))
-        if known is None:
-            inner = [(self._counted(each.type), count_of(each.dims)) for each in kind.own]
-            paths = sum(each.paths for each, _ in inner)
-            total = _Counts(paths, sum(each.values * count for each, count in inner))
-            known = self._counts[id(kind)] = kind, total
-        return known[1]
+        inner = [(self._counted(each.type), count_of(each.dims)) for each in kind.own]
+        paths = sum(each.paths for each, _ in inner)
+        return _Counts(paths, sum(each.values * count for each, count in inner))
 
+    @per_type
     def has_initials(self, kind: DataType) -> bool:
         """Return whether a type has initial values other than zero."""
         if isinstance(kind, Elementary):
             return False
-        known = self._initials.get(id(kind))  # equal types may have other initial values
-        if known is None:
-            found = any(each.initial is not None or self.has_initials(each.type) for each in kind.members)
-            known = self._initials[id(kind)] = kind, found
-        return known[1]
+        return any(each.initial is not None or self.has_initials(each.type) for each in kind.members)
 
+    @per_type
     def has_locals(self, kind: DataType) -> bool:
         """Return whether a type contains instances of add-ons, whose local tags decorated data lack."""
         if isinstance(kind, Elementary):
             return False
-        known = self._instances.get(id(kind))
-        if known is None:
-            found = kind.name.upper() in self.layouts.add_ons or any(
-                self.has_locals(each.type) for each in kind.own
-            )
-            known = self._instances[id(kind)] = kind, found
-        return known[1]
+        is_add_on = kind.name.upper() in self.layouts.add_ons
+        return is_add_on or any(self.has_locals(each.type) for each in kind.own)
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
         """Add the memory of a tag to the total; raise a LadderError beyond the limit."""

@@ -37,7 +37,7 @@ from .datatypes import Types
 from .initials import ValueReading, nested, scalar
 from .l5k import OtherVersionError, filled, from_l5k
 from .raw import RawReader, bytes_in, fits
-from .value_texts import TRUTH, ValueTextError, unquoted_or_raise, unsaid, value_of
+from .value_texts import TRUTH, ValueTextError, ignored, unquoted_or_raise, value_of
 
 _INDEX = re.compile(r"\d{1,9}")
 
@@ -47,7 +47,7 @@ def initial_of(
     kind: DataType,
     dims: tuple[int, ...],
     types: Types,
-    say: Callable[[str], None] = unsaid,
+    remark: Callable[[str], None] = ignored,
 ) -> Any:
     """Return an initial value from `Data` elements; None for the type's own.
 
@@ -55,8 +55,8 @@ def initial_of(
         ValueTextError: the value can't be read.
     """
     if len(data) == 1 and data[0].value is not None and isinstance(kind, Elementary) and not dims:
-        return scalar(data[0].value, kind, ValueReading(say=say))
-    return _Forms(data, kind, dims, types, say).value()
+        return scalar(data[0].value, kind, ValueReading(remark=remark))
+    return _Forms(data, kind, dims, types, remark).value()
 
 
 class _Forms:
@@ -68,11 +68,11 @@ class _Forms:
         kind: DataType,
         dims: tuple[int, ...],
         types: Types,
-        say: Callable[[str], None],
+        remark: Callable[[str], None],
     ) -> None:
-        self._kind, self._dims, self._say, self._types = kind, dims, say, types
+        self._kind, self._dims, self._remark, self._types = kind, dims, remark, types
         self._data = {each.form: each for each in data}
-        self._how = ValueReading(types.has_initials(kind), say, types.layouts)
+        self._how = ValueReading(types.has_initials(kind), remark, types.layouts)
 
     def value(self) -> Any:
         """Return the value of the first form; report forms that differ from it."""
@@ -106,13 +106,13 @@ class _Forms:
             yield "L5K", self._filled(value) if self._how.unread else value
         except OtherVersionError as error:
             if "Decorated" not in self._data or self._types.has_locals(self._kind):
-                self._say(str(error))
+                self._remark(str(error))
 
     def _filled(self, value: Any) -> Any:
         """Fill in, from decorated data, the members of a value whose memory layout is unknown."""
         if self._types.has_locals(self._kind):
             names = ", ".join(dict.fromkeys(self._how.unread))
-            self._say(f"{names} in local tags start with their defaults: their memory is not known")
+            self._remark(f"{names} in local tags start with their defaults: their memory is not known")
         return filled(value, self._decorated(keep=True) if "Decorated" in self._data else None)
 
     def _raw(self) -> bytes | None:
@@ -135,7 +135,7 @@ class _Forms:
         kind = self._kind
         if not isinstance(kind, Structure) or not kind.is_string:
             return None
-        return _cut(_quoted(self._data["String"].element.text or ""), kind) or None
+        return _cut(unquoted_or_raise((self._data["String"].element.text or "").strip()), kind) or None
 
     def _other(self) -> Any:
         kind, dims = self._kind, self._dims
@@ -145,7 +145,7 @@ class _Forms:
         if "String" in self._data and isinstance(kind, Structure) and kind.is_string:
             if not dims:
                 return self._string()
-            self._say("the file has its first text only")
+            self._remark("the file has its first text only")
             return nested([self._string()], kind, ())
         if self._data.keys() == {""}:
             known = self._types.layouts.is_known(kind)
@@ -160,7 +160,7 @@ class _Forms:
             if path is not None:
                 forms = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())
                 place = f" at {''.join(path)}" if path else ""
-                self._say(f"its forms differ{place}: {', '.join(forms)}; the {first} count")
+                self._remark(f"its forms differ{place}: {', '.join(forms)}; the {first} count")
                 return
 
 
@@ -218,7 +218,7 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
         else:
             value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
         if value is not None and wrong:
-            how.say(wrong)
+            how.remark(wrong)
         elif value is not None:
             found[member.name] = value
     return found or None
@@ -226,7 +226,7 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
 
 def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> str | None:
     text = next((each.text for each in values.inner if each.name == "DATA"), None)
-    characters = None if text is None else _cut(_quoted(text), kind)
+    characters = None if text is None else _cut(unquoted_or_raise(text.strip()), kind)
     return characters if characters or how.keep else None
 
 
@@ -262,13 +262,6 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
 
 
-def _quoted(text: str) -> str:
-    text = text.strip()
-    if text[:1] == "'" == text[-1:] and len(text) > 1:
-        text = text[1:-1]
-    return unquoted_or_raise(text)
-
-
 def _cut(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
@@ -285,7 +278,7 @@ def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: V
         position += 1
         at = position if position < row and index == f"[{position}]" else _flat(index, dims)
         if at is None:
-            how.say(f"no element {index}")
+            how.remark(f"no element {index}")
             continue
         if isinstance(kind, Elementary):
             value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)

@@ -9,7 +9,7 @@ from typing import Any
 from scanrack.ladder.model.types import DataType, Elementary
 
 from .layouts import Layouts
-from .value_texts import unsaid, value_of
+from .value_texts import ignored, value_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +17,7 @@ class ValueReading:
     """How values are read."""
 
     keep: bool = False  # whether zeros are kept, because the type has other initial values
-    say: Callable[[str], None] = unsaid  # called with each value that is omitted or truncated
+    remark: Callable[[str], None] = ignored  # called with each value that is omitted or truncated
     layouts: Layouts = field(default_factory=lambda: Layouts(eights=True))
     unread: list[str] = field(default_factory=list)  # names of types in it whose memory layout is unknown
 
@@ -30,7 +30,7 @@ def scalar(text: str | None, kind: Elementary, how: ValueReading) -> Any:
     """
     if text is None:
         return None
-    value = value_of(text, kind, how.say)
+    value = value_of(text, kind, how.remark)
     return value if value or how.keep else None
 
 

@@ -142,7 +142,7 @@ def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
 
 
 def filled(value: Any, other: Any) -> Any:
-    """Return a value with `UNREAD` members replaced by those of another form."""
+    """Return a value with `UNREAD` members replaced by the members of another form."""
     if value is UNREAD:
         return other
     if isinstance(value, dict):

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from scanrack.ladder.model.types import (
     BOOL,
@@ -30,6 +30,8 @@ from scanrack.ladder.model.types import (
     members_at,
     size_of,
 )
+
+from .per_type import per_type
 
 Bits: TypeAlias = tuple[tuple[Member, int], ...]
 """BOOLs in a 32-bit word, each with its bit number."""
@@ -47,7 +49,6 @@ _WITH_STATUS = (TIMER, COUNTER, CONTROL)
 
 @dataclass(slots=True)
 class _Memory:
-    kind: Structure  # keeps its identity
     places: tuple[Place, ...]
     size: int
     alignment: int
@@ -66,25 +67,18 @@ class Layouts:
     eights: bool
     own: Container[str] = ()
     add_ons: dict[str, frozenset[str]] = field(default_factory=dict)
-    _parts: dict[int, tuple[Structure, tuple[Part, ...]]] = field(default_factory=dict)
-    _memories: dict[int, _Memory] = field(default_factory=dict)
-    _known: dict[int, tuple[DataType, bool]] = field(default_factory=dict)
+    by_type: dict[tuple[str, int], tuple[DataType, Any]] = field(default_factory=dict)  # see `per_type`
 
+    @per_type
     def parts(self, kind: Structure) -> tuple[Part, ...]:
         """Return the parts of a structure in the order of its memory."""
-        known = self._parts.get(id(kind))
-        if known is None:
-            known = self._parts[id(kind)] = kind, tuple(self._ordered(kind))
-        return known[1]
-
-    def _ordered(self, kind: Structure) -> Iterable[Part]:
         status = tuple((each, each.bit) for each in kind.own if each.bit is not None)
         if status:
-            return [status, *(each for each in kind.own if each.bit is None)]
+            return (status, *(each for each in kind.own if each.bit is None))
         left_out = self.add_ons.get(kind.name.upper())
         if left_out is None:
-            return kind.own
-        return _packed(each for each in kind.own if each.name not in left_out)
+            return tuple(kind.own)
+        return tuple(_packed(each for each in kind.own if each.name not in left_out))
 
     def has_members(self, kind: DataType) -> bool:
         """Return whether the members of a type are known one by one, because the document defines it."""
@@ -97,14 +91,9 @@ class Layouts:
             return True
         return not any(each.type is BOOL and not each.dims for each in kind.own)
 
+    @per_type
     def is_known(self, kind: DataType) -> bool:
         """Return whether the memory layout of a type is known."""
-        known = self._known.get(id(kind))
-        if known is None:
-            known = self._known[id(kind)] = kind, self._is_known(kind)
-        return known[1]
-
-    def _is_known(self, kind: DataType) -> bool:
         if isinstance(kind, Elementary):
             return self.eights or kind.bits < 64
         if kind in _WITH_STATUS or kind.is_string:
@@ -126,15 +115,10 @@ class Layouts:
         """Return the members of a structure with their places."""
         return self._memory(kind).places
 
+    @per_type
     def _memory(self, kind: Structure) -> _Memory:
-        known = self._memories.get(id(kind))
-        if known is None:
-            known = self._memories[id(kind)] = self._laid_out(kind)
-        return known
-
-    def _laid_out(self, kind: Structure) -> _Memory:
         if kind in _WITH_STATUS or kind.is_string or not self.is_complete(kind):
-            return _Memory(kind, members_at(kind), size_of(kind), WORD_BYTES)
+            return _Memory(members_at(kind), size_of(kind), WORD_BYTES)
         places: list[Place] = []
         size, whole = 0, WORD_BYTES
         for part in self.parts(kind):
@@ -147,7 +131,7 @@ class Layouts:
             else:
                 places.append((part, size, None))
                 size += self.size(part.type, part.dims)
-        return _Memory(kind, tuple(places), -(-size // whole) * whole, whole)
+        return _Memory(tuple(places), -(-size // whole) * whole, whole)
 
     def _alignment(self, kind: DataType) -> int:
         if isinstance(kind, Structure):

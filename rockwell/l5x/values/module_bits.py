@@ -79,7 +79,7 @@ def _bits_of(host: Member, run: Sequence[Member], values: Mapping[str, str]) -> 
 
 
 def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
-    """Return the bit of each name, without those that are not known."""
+    """Return the bit of each name, except unknown bits."""
     if len(names) == bits or (len(names) > 1 and _are_series(names)):
         return {name: bit for bit, name in enumerate(names)}
     ends = {name: int(end[1]) for name in names if (end := _AT_END.search(name))}

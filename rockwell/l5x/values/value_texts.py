@@ -38,18 +38,18 @@ class ValueTextError(ValueError):
     """The text of a value can't be read."""
 
 
-def unsaid(_text: str) -> None:
+def ignored(_text: str) -> None:
     """Ignore a remark."""
 
 
-def _single_of(text: str, kind: Elementary, say: Callable[[str], None]) -> float:
+def _single_of(text: str, kind: Elementary, remark: Callable[[str], None]) -> float:
     value = _real_of(text)
     if math.isfinite(value) and math.isinf(real(value)):
-        say(f"{text} does not fit {kind.name}: it starts as infinite")
+        remark(f"{text} does not fit {kind.name}: it starts as infinite")
     return real(value)
 
 
-def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
+def value_of(text: str, kind: Elementary, remark: Callable[[str], None] = ignored) -> bool | int | float:
     """Return a value from text in any radix, truncated to the type's bits.
 
     Raises:
@@ -58,7 +58,7 @@ def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -
     if kind.is_double:
         return _real_of(text)
     if kind.is_real:
-        return _single_of(text, kind, say)
+        return _single_of(text, kind, remark)
     bits = False
     try:
         number = int(text)
@@ -67,13 +67,13 @@ def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -
         number = _integer_of(text.strip())
     if kind.is_bool:
         if number not in (0, 1):
-            say(f"{text} is no BOOL: it starts with {number & 1}")
+            remark(f"{text} is no BOOL: it starts with {number & 1}")
         return bool(number & 1)
     if kind.lowest <= number <= kind.highest:
         return number
     cut = wrap(number, kind.wraps)
     if not bits or number >> kind.bits not in (0, -1):
-        say(f"{text} does not fit {kind.name}: it starts with {cut}")
+        remark(f"{text} does not fit {kind.name}: it starts with {cut}")
     return cut
 
 
@@ -85,7 +85,7 @@ def _integer_of(text: str) -> int:
         except ValueError:
             raise ValueTextError(f"{text!r} has digits that are not of radix {radix[1]}") from None
     if text[:1] == "'" == text[-1:] and len(text) > 1:
-        return int.from_bytes(unquoted_or_raise(text[1:-1]).encode("latin-1", "replace"), "big")
+        return int.from_bytes(unquoted_or_raise(text).encode("latin-1", "replace"), "big")
     date = _DATE.fullmatch(text)
     if date:
         return _date_of(date)
@@ -101,7 +101,13 @@ def _integer_of(text: str) -> int:
 
 
 def unquoted_or_raise(text: str) -> str:
-    """Return the characters of a literal; raise a ValueTextError for an invalid escape."""
+    """Return the characters of a literal with or without quotes.
+
+    Raises:
+        ValueTextError: an escape is invalid.
+    """
+    if text[:1] == "'" == text[-1:] and len(text) > 1:
+        text = text[1:-1]
     try:
         return unquoted(text)
     except ValueError as error:

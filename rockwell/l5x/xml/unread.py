@@ -134,7 +134,7 @@ def is_add_on(element: Any) -> bool:
 
 
 def _name(element: Any) -> str:
-    """Return the name of a part; for an encoded object also its type and name."""
+    """Return the name of a part; for an encoded object, with its type and name."""
     if element.tag != "EncodedData":
         return str(element.tag)
     return " ".join(filter(None, (element.tag, element.get("EncodedType"), element.get("Name"))))

@@ -78,10 +78,6 @@ Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 """Yields the verdicts of proofs about a rack's program and its facts."""
 
 
-def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
-    return ()
-
-
 def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
     """List what a 3601 program must change to run on a networked drive; LadderError as in `check_rack`."""
     facts = facts_of(job)
@@ -92,7 +88,7 @@ def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> 
     return CheckReport(tuple(found), tuple(facts.not_seen))
 
 
-def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
+def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = None) -> CheckReport:
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
@@ -104,10 +100,10 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_pro
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    found = list(_judged(list(_findings(subject)), list(prover(job, facts)), facts))
+    found = list(_judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts))
     suppressions = Suppressions(job)
     kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
-    stubs = (f"behind {each}" for each in job.stubs)
+    stubs = (f"behind {stub}" for stub in job.stubs)
     not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
     return CheckReport(kept, not_seen, len(found) - len(kept))
 
@@ -118,7 +114,7 @@ def refused(error: Exception, file: str) -> CheckReport:
     Args:
         file: the file that was to be checked, used for a mistake without a place.
     """
-    found = [each for each in sites_of(error) if each.file]
+    found = [site for site in sites_of(error) if site.file]
     sites = [each for each in found if each.line] or [Site(file=file, line=1)]
     text = str(error)
     findings = (Finding("refused", FileLine(each.file, each.line or 1), text, each) for each in sites[-1:])

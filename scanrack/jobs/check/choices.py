@@ -29,7 +29,7 @@ UNKNOWN_CHOICES = Choices()
 
 def combined(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
     """Apply a function to options; unknown if a part is unknown, if sources differ, or if the call fails."""
-    several = [each for each in parts if len(each.options) > 1]
+    several = [part for part in parts if len(part.options) > 1]
     if len({each.source for each in several}) > 1:
         return UNKNOWN_CHOICES
     rows = range(min((len(each.options) for each in several), default=1))

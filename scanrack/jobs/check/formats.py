@@ -16,7 +16,7 @@ PAGE = "docs/check-rules.md"
 def as_json(report: CheckReport) -> dict[str, object]:
     """Return the report as `--json` prints it."""
     return {
-        "findings": [_finding(each) for each in report.findings],
+        "findings": [_finding(finding) for finding in report.findings],
         "ignored": report.ignored,
         "not_seen": report.not_seen,
     }
@@ -56,13 +56,13 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
     driver = {"name": "scanrack check", "version": version, "rules": rules}
     results = [
         {
-            "ruleId": each.rule,
-            "ruleIndex": numbers[each.rule],
-            "level": each.row.level,
-            "message": {"text": f"{each.text}; {each.row.remedy}"},
-            "locations": [_location(each)],
+            "ruleId": finding.rule,
+            "ruleIndex": numbers[finding.rule],
+            "level": finding.row.level,
+            "message": {"text": f"{finding.text}; {finding.row.remedy}"},
+            "locations": [_location(finding)],
         }
-        for each in report.findings
+        for finding in report.findings
     ]
     return {"$schema": SCHEMA, "version": "2.1.0", "runs": [{"tool": {"driver": driver}, "results": results}]}
 
@@ -92,7 +92,7 @@ def as_junit(report: CheckReport, name: str) -> str:
         name: name of the test suite, such as the rack file.
     """
     cases = []
-    failed = {each.rule for each in report.findings}
+    failed = {finding.rule for finding in report.findings}
     for rule in RULES:
         own = [each for each in report.findings if each.rule == rule.id]
         failures = "".join(_failure(each) for each in own)

@@ -12,8 +12,8 @@ Item = TypeVar("Item")
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
     """Return items grouped by a key; groups and items keep their order."""
     found: dict[Key, list[Item]] = {}
-    for each in items:
-        found.setdefault(key(each), []).append(each)
+    for item in items:
+        found.setdefault(key(item), []).append(item)
     return found
 
 

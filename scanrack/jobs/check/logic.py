@@ -91,14 +91,14 @@ def all_of(*parts: Condition) -> Condition:
     """Return the condition that all parts hold. Parts beyond `MOST_PARTS` become unknown."""
     kept: list[Condition] = []
     size = 0
-    for each in parts:
-        if each == TRUE:
+    for part in parts:
+        if part == TRUE:
             continue
-        size += sum(1 for _ in islice(leaves(each), MOST_PARTS + 1))
+        size += sum(1 for _ in islice(leaves(part), MOST_PARTS + 1))
         if size > MOST_PARTS:
             kept.append(UNKNOWN)
             break
-        kept += each.parts if isinstance(each, AllOf) else [each]
+        kept += part.parts if isinstance(part, AllOf) else [part]
     return AllOf(tuple(kept)) if len(kept) > 1 else kept[0] if kept else TRUE
 
 
@@ -131,7 +131,7 @@ def with_leaves(condition: Condition, of: Callable[[Condition], Condition]) -> C
     """Return a condition with each leaf replaced by `of(leaf)`."""
     match condition:
         case AllOf(parts):
-            return AllOf(tuple(with_leaves(each, of) for each in parts))
+            return AllOf(tuple(with_leaves(part, of) for part in parts))
         case AnyOf(parts):
             return AnyOf(tuple(with_leaves(each, of) for each in parts))
     return of(condition)
@@ -159,8 +159,8 @@ def constant_condition(condition: Condition) -> tuple[str, str] | None:
 def leaves(condition: Condition) -> Iterator[Condition]:
     """Yield the parts of a condition that have no parts themselves."""
     if isinstance(condition, AllOf | AnyOf):
-        for each in condition.parts:
-            yield from leaves(each)
+        for part in condition.parts:
+            yield from leaves(part)
     else:
         yield condition
 
@@ -202,12 +202,12 @@ def compares(leaf: Condition, number: str) -> bool:
 
 def is_only_of(condition: Condition, number: str) -> bool:
     """Whether a condition only compares one number."""
-    return all(compares(each, number) for each in leaves(condition) if each != TRUE)
+    return all(compares(leaf, number) for leaf in leaves(condition) if leaf != TRUE)
 
 
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
     """Return the values of a number for which a condition can hold; None for all of them."""
-    compared = (each for each in leaves(condition) if isinstance(each, Compare))
+    compared = (leaf for leaf in leaves(condition) if isinstance(leaf, Compare))
     names = sorted({each.name for each in compared if base_of(each.name) == number})
     if not names:
         return None
@@ -255,11 +255,11 @@ def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
 
 def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
     """Yield the parts that hold together; a part that consists of such parts is replaced by them."""
-    for each in parts:
-        if isinstance(each, AllOf):
-            yield from _flat(each.parts)
+    for part in parts:
+        if isinstance(part, AllOf):
+            yield from _flat(part.parts)
         else:
-            yield each
+            yield part
 
 
 def is_impossible(term: Term) -> bool:

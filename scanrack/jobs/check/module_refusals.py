@@ -7,7 +7,7 @@ them break it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import NamedTuple, cast
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, Configuration, Firmware, check
@@ -77,21 +77,6 @@ class Breach(NamedTuple):
         return self.text
 
 
-@dataclass(frozen=True, slots=True)
-class _State:
-    configuration: Configuration
-    start_sps: int
-
-
-@dataclass(frozen=True, slots=True)
-class _AtRest:
-    """A module at rest, as far as the rules of `LAST_WORD` read it."""
-
-    state: _State
-    firmware: Firmware
-    profile: Profile
-
-
 ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, starting_speed=1)
 """A configuration that allows every command."""
 
@@ -106,7 +91,9 @@ def broken(
         configuration: configuration of the module; None if it is unknown.
     """
     used = configuration or ANY_CONFIGURATION
-    host = cast(Host, _AtRest(_State(used, used.starting_speed), firmware, profile))
+    state = SimpleNamespace(configuration=used, start_sps=used.starting_speed)
+    at_rest = SimpleNamespace(state=state, firmware=firmware, profile=profile)  # what these rules read
+    host = cast("Host", at_rest)
     first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]
     names = [each for each in first if all(each in other for other in others)]
     return tuple(_breach(name, words, profile) for name in dict.fromkeys(names))

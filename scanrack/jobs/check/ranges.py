@@ -52,7 +52,7 @@ def joined(*ranges: Range) -> Range:
     if not ranges:
         return ANY
     return Range(
-        min(each.least for each in ranges),
+        min(number.least for number in ranges),
         max(each.most for each in ranges),
         all(each.whole for each in ranges),
     )

@@ -18,7 +18,7 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder import LadderLogic
 
-from .facts import Access, Facts, FileLine, Touch, Violation
+from .facts import Facts, FileLine, Touch, Violation
 from .module_kinds import MODE_CONFIG
 from .python.images import Images
 from .python.reader import Reader
@@ -78,32 +78,28 @@ def _uses(subject: Subject) -> Iterator[Use]:
     for sent in facts.configurations:
         if sent.slot is None or sent.slot in slots:
             yield sent.place, "", 0, 0, "configuration"
-    for each in facts.commands:
-        if each.words and each.text in _COMMANDS:
-            yield each.place, "O", 0, _COMMANDS[each.text].value, each.text
+    for command in facts.commands:
+        if command.words and command.text in _COMMANDS:
+            yield command.place, "O", 0, _COMMANDS[command.text].value, command.text
     if subject.job.program.suffix == ".py" and not isinstance(subject.job.logic, LadderLogic):
         yield from _of_python(subject, slots)
 
 
 def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield the uses of image bits by address, bit name or alias."""
-    for each in facts.accesses:
-        image, place = _IMAGE.match(each.variable), _PLACE.match(each.part)
+    for access in facts.accesses:
+        image, place = _IMAGE.match(access.variable), _PLACE.match(access.part)
         if image is None or place is None:
             continue
         side, number = (image[2], image[1]) if image[1] else (image[3], image[4])
-        if int(number) in slots and place[2] is not None and _acts(each, side):
-            yield each.place, side, int(place[1]), 1 << int(place[2]), each.text or each.variable
-
-
-def _acts(access: Access, side: str) -> bool:
-    """Whether an access reads a status or sets a command; clearing a bit means the same on a drive."""
-    return side == "I" or access.use is not Touch.UNLATCH
+        acts = side == "I" or access.use is not Touch.UNLATCH  # clearing a bit means the same on a drive
+        if acts and int(number) in slots and place[2] is not None:
+            yield access.place, side, int(place[1]), 1 << int(place[2]), access.text or access.variable
 
 
 def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield constants that are written to command words."""
-    configures = {each.place for each in facts.writes if each.word == 0 and each.sets & MODE_CONFIG}
+    configures = {write.place for write in facts.writes if write.word == 0 and write.sets & MODE_CONFIG}
     for each in facts.writes:
         if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
             continue

@@ -50,7 +50,7 @@ class Subject:
 
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
         """Return the words sent to a slot; if there are none, those sent to an unknown slot."""
-        own = [each for each in sent if each.slot == slot]
+        own = [sent_command for sent_command in sent if sent_command.slot == slot]
         return own or [each for each in sent if each.slot is None]
 
     def configurations(self, slot: int | None) -> list[Configuration]:
@@ -60,7 +60,7 @@ class Subject:
             if slot is None and not sent:
                 sent = self.facts.configurations
             limits = self.profile(slot).limits
-            found = dict.fromkeys(_configuration(each, limits) for each in sent)
+            found = dict.fromkeys(_configuration(sent_command, limits) for sent_command in sent)
             self._read[slot] = [each for each in found if each is not None]
         return self._read[slot]
 
@@ -97,7 +97,7 @@ class Subject:
 def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:
     if len(sent.words) < 8:
         return None
-    signed = [each - 0x10000 if each > 0x7FFF else each for each in sent.words]
+    signed = [word - 0x10000 if word > 0x7FFF else word for word in sent.words]
     try:
         return Configuration.from_image(Image(signed), limits=limits)
     except ValueError:

@@ -64,15 +64,12 @@ def _in_file(file: str) -> dict[int, frozenset[str]]:
     waiting: frozenset[str] = frozenset()
     for number, line in enumerate(lines, 1):
         text = line.strip()
-        named = _names(_PYTHON if file.endswith(".py") else _RUNGS, line) if _has_mark(line) else frozenset()
+        has_mark = any(mark in line for mark in _MARKS)
+        named = _names(_PYTHON if file.endswith(".py") else _RUNGS, line) if has_mark else frozenset()
         found[number] = waiting | named
         is_comment = text.startswith(_MARKS)
         waiting = (waiting | named) if is_comment else frozenset()
     return {number: names for number, names in found.items() if names}
-
-
-def _has_mark(line: str) -> bool:
-    return any(mark in line for mark in _MARKS)
 
 
 def _names(pattern: re.Pattern[str], text: str) -> frozenset[str]:

@@ -163,8 +163,8 @@ def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
     if isinstance(error, SyntaxError):
         yield _mistake(Site(line=error.lineno or 1, column=error.offset), error.msg, file)
     elif isinstance(error, BuildError):
-        for each in error.problems:
-            yield _mistake(each.site, f"{each.text}; {each.remedy}", file, each.rule)
+        for problem in error.problems:
+            yield _mistake(problem.site, f"{problem.text}; {problem.remedy}", file, problem.rule)
     elif isinstance(error, SiteError):
         reasons = getattr(error, "reasons", ()) or [error.reason] * len(error.sites)
         for site, reason in zip(error.sites, reasons, strict=False):

@@ -54,16 +54,16 @@ class SentImage:
 
     def variants(self) -> Iterator[tuple[tuple[int | None, ...], str]]:
         """Yield the words for each option of each source (None for unknown words), with the option's name."""
-        sources = dict.fromkeys(each.value.source for each in self.cells if len(each.value.options) > 1)
+        sources = dict.fromkeys(cell.value.source for cell in self.cells if len(cell.value.options) > 1)
         yield self._words("", 0), ""
         for source in sources:
             values = [each.value for each in self.cells if each.value.source == source]
-            for at in range(min(len(each.options) for each in values)):
+            for at in range(min(len(value.options) for value in values)):
                 name = values[0].names[at] if at < len(values[0].names) else ""
                 yield self._words(source, at), name
 
     def _words(self, source: str, at: int) -> tuple[int | None, ...]:
-        rest = (_option(each.value, source, at) for each in self.cells[1:])
+        rest = (_option(cell.value, source, at) for cell in self.cells[1:])
         return (signed_word(self.command), *rest)
 
 
@@ -96,7 +96,7 @@ class _Flow:
 
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
-        leading = [each for each in actions if each.goes is not None]
+        leading = [action for action in actions if action.goes is not None]
         self._goes = [each for each in leading if each.steps is not None]
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
         entered_by_others = {each.goes for each in self._goes if each.steps != frozenset((each.goes,))}
@@ -106,9 +106,9 @@ class _Flow:
         self._before: dict[Step, _Words] = dict.fromkeys(filter(firsts.__contains__, self._steps), _Words())
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
-        found: set[Step] = set().union(*(each.steps or () for each in actions))
+        found: set[Step] = set().union(*(action.steps or () for action in actions))
         found.update(each.goes for each in actions if each.goes is not None)
-        acting = (each.steps.get(self._machine, (None, False))[0] for each in self._writes)
+        acting = (write.steps.get(self._machine, (None, False))[0] for write in self._writes)
         return found.union(*(each or () for each in acting))
 
     def images(self) -> Iterator[SentImage]:
@@ -128,34 +128,32 @@ class _Flow:
             yield from self._given_in(step)
 
     def _onward(self, step: Step) -> Iterator[tuple[Step, _Words]]:
-        for each in self._goes:
-            if each.goes is not None and each.happens_in(step) and each.goes != step:
-                yield each.goes, self._after(step, each.when)
-
-    def _after(self, step: Step, when: Condition) -> _Words:
-        """Return the words after a scan of a step, given a condition that holds in it."""
-        return self._written(self._at(step), step, when, self._in(step))
+        """Yield the next steps, each with the words after the scan that goes to it."""
+        for action in self._goes:
+            if action.goes is not None and action.happens_in(step) and action.goes != step:
+                yield action.goes, self._written(self._at(step), step, action.when, self._in(step))
 
     def _at(self, step: Step) -> _Words:
         return self._before.get(step, _Words())
 
     def _in(self, step: Step) -> list[WordWrite]:
         """Return the writes that may act in a step."""
-        return [each for each in self._writes if each.acts_in(self._machine, step)[0]]
+        return [write for write in self._writes if write.acts_in(self._machine, step)[0]]
 
     def _written(self, before: _Words, step: Step, when: Condition, writes: Sequence[WordWrite]) -> _Words:
+        """Return the words after writes in a scan of a step, given a condition that holds in it."""
         on, cells = before
         kept = list(cells)
-        for each in writes:
-            _, sure = each.acts_in(self._machine, step)
-            acts = sure or implies(when, each.when)
-            if each.word == 0:
-                on &= ~each.clears
-                on |= each.sets if acts else 0
-            if each.value is not None:
-                kept[each.word] = Cell(each.value if acts else UNKNOWN_CHOICES, each.place)
-            elif each.word:
-                kept[each.word] = _with_bits(kept[each.word], each, acts=acts)
+        for write in writes:
+            _, sure = write.acts_in(self._machine, step)
+            acts = sure or implies(when, write.when)
+            if write.word == 0:
+                on &= ~write.clears
+                on |= write.sets if acts else 0
+            if write.value is not None:
+                kept[write.word] = Cell(write.value if acts else UNKNOWN_CHOICES, write.place)
+            elif write.word:
+                kept[write.word] = _with_bits(kept[write.word], write, acts=acts)
         return _Words(on & UNSIGNED_MAX, tuple(kept))
 
     def _with(self, step: Step, command: WordWrite) -> _Words:
@@ -164,19 +162,19 @@ class _Flow:
         images = {each.place for each in here if each.word == 0}
         others = [each for each in here if _is_another(each, command, images)]
         on, cells = self._at(step)
-        for each in others:  # another write may have acted in an earlier scan
-            on &= ~each.clears if each.word == 0 else UNSIGNED_MAX
+        for other in others:  # another write may have acted in an earlier scan
+            on &= ~other.clears if other.word == 0 else UNSIGNED_MAX
         return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
 
     def _given_in(self, step: Step) -> Iterator[SentImage]:
         """Yield the images of the commands in a step."""
-        for each in self._writes:
-            may, _ = each.acts_in(self._machine, step)
-            if may and each.word < 2 and each.sets:
-                on, cells = self._with(step, each)
-                fresh = each.sets if each.word == 0 else 0
+        for write in self._writes:
+            may, _ = write.acts_in(self._machine, step)
+            if may and write.word < 2 and write.sets:
+                on, cells = self._with(step, write)
+                fresh = write.sets if write.word == 0 else 0
                 if on & fresh == fresh:
-                    yield SentImage(each.place, each.slot, on, fresh, cells, each.text)
+                    yield SentImage(write.place, write.slot, on, fresh, cells, write.text)
 
 
 def _is_another(write: WordWrite, command: WordWrite, images: Collection[FileLine]) -> bool:

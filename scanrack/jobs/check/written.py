@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
+
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.text_limits import LIMITS, TextKind
 
 from .choices import Choices
 from .logic import TRUE, Condition
@@ -32,6 +36,16 @@ class _Site(Protocol):
 def place_at(site: _Site, file: str | Path) -> FileLine:
     """Return the file and line of a site; `file` and line 1 if the site does not give them."""
     return FileLine(site.file or str(file), site.line or 1)
+
+
+def declaration_lines(path: Path) -> Callable[[str], int]:
+    """Return a function that gives the line that declares a tag, or 1 if none does."""
+    lines: dict[str, int] = {}
+    text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
+    for number, line in enumerate(text.splitlines(), 1):
+        for word in re.findall(r"\w+", line.partition("//")[0]):
+            lines.setdefault(word.upper(), number)
+    return lambda name: lines.get(name.rpartition(".")[2].upper(), 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -107,7 +107,7 @@ def with_needed_firmware(job: LoadedRack) -> RackSpec:
     Raises:
         ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
-    modules = [each for each in list(sys.modules.values()) if _is_loaded_from(each, job.program)]
+    modules = [module for module in list(sys.modules.values()) if _is_loaded_from(module, job.program)]
     named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
     if named is None:
         return job.spec
@@ -144,13 +144,13 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     chosen = {name: STANDARD[name] for name in setup.checks}
     origin: dict[str, Path] = {}
     for file in dict.fromkeys(setup.invariants):
-        for each in load_invariants(file):
-            if each.name in origin:
+        for invariant in load_invariants(file):
+            if invariant.name in origin:
                 raise InvariantError(
-                    f"{file}: {each.name} is in {origin[each.name]}, too: give it another name"
+                    f"{file}: {invariant.name} is in {origin[invariant.name]}, too: give it another name"
                 )
-            origin[each.name] = file
-            chosen[each.name] = each
+            origin[invariant.name] = file
+            chosen[invariant.name] = invariant
     return list(chosen.values())
 
 
@@ -256,9 +256,8 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
     """Record a scenario as a trace and `scanrack drive` scripts; return replay commands and obstacles."""
     scripts: dict[int, DriveScript] = {}
     lines = []
-    made: list[ScanLogic] = []  # the running logic, whose tags are recorded
 
-    def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
+    def listeners(spec: RackSpec, rack: Rack, logic: ScanLogic) -> Iterable[ScanListener]:
         for slot in spec.slot:
             why = obstacle(spec, slot)
             if why is None:
@@ -267,13 +266,9 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
             else:
                 lines.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
         trace, orders = folder / "trace.mcap", bool(scenario.orders)
-        yield watching(recorder_for(job, rack, trace, made[-1], orders=orders, keep=0), made[-1])
+        yield watching(recorder_for(job, rack, trace, logic, orders=orders, keep=0), logic)
 
-    def fresh_logic() -> ScanLogic:
-        made.append(bench.fresh_logic())
-        return made[-1]
-
-    TrialBench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
+    replace(bench, invariants=(), scans=scans).run(scenario, listeners=listeners)
     modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
         file = write_text(folder / f"drive-slot{number}.jsonl", script.text())

@@ -40,8 +40,8 @@ class LearnedScenario(NamedTuple):
 def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
     """Yield the actions on the inputs; of real hardware, they are derived from status bits."""
     live = {slot.number for slot in spec.slot if slot.is_live}
-    noted = [each for each in recorded_stimuli(recording) if each.slot not in live]
-    shown = [each for each in recorded_levels(recording) if each.slot in live]
+    noted = [stimulus for stimulus in recorded_stimuli(recording) if stimulus.slot not in live]
+    shown = [level for level in recorded_levels(recording) if level.slot in live]
     yield from sorted([*noted, *shown], key=lambda each: each.at_ns)
 
 
@@ -100,11 +100,11 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
     file, which has their exact values.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
-    made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
+    made_again = {(slot.number, station.input) for slot in spec.slot for station in slot.machine.stations}
     by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
-    for each in stimuli:
-        if each.slot in machines and (each.slot, each.input) not in made_again:
-            by_input[each.slot, each.input].append(each)
+    for stimulus in stimuli:
+        if stimulus.slot in machines and (stimulus.slot, stimulus.input) not in made_again:
+            by_input[stimulus.slot, stimulus.input].append(stimulus)
     presses = [press for found in by_input.values() for press in _presses(found, machines, end_ns)]
     presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
     return Scenario(presses=tuple(presses), incidents=spec.incidents)
@@ -112,7 +112,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
     """Yield the presses of one input. Each level lasts until the next; a released button is not a press."""
-    ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
+    ends = [stimulus.at_ns for stimulus in stimuli[1:]] + [end_ns]
     for each, until_ns in zip(stimuli, ends, strict=True):
         fed = machines[each.slot].fed_inputs & each.input.value
         if (each.energized or (fed and each.energized is False)) and until_ns > each.at_ns:

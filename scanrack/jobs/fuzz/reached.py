@@ -11,7 +11,7 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import Reading, lines_of
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine, steps_of
 
-from ..check.rungs.structure import own_routines
+from ..check.rungs.view import own_routines
 from ..load.loading import LoadedRack
 from .aim.branches import branch_lines
 from .aim.corpus import Feature

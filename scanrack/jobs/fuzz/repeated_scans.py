@@ -51,7 +51,7 @@ class RepeatedScans:
         self._period_ns, self._stops, self._until = period_ns, stops, until
         self._minor, self._memory = engine.fault_log.minor, engine.memory
         self._scanned = clocks.scanned
-        self._timers = [each for each in clocks.timers if self._has(each)]
+        self._timers = [timer for timer in clocks.timers if self._has(timer)]
         self._plain: list[CellType] = []
         self._bytes: list[TagBytes] = []
         self._lists: list[tuple[list[Any], list[int]]] = []
@@ -93,7 +93,7 @@ class RepeatedScans:
                 values[place] = 0
         plain = [cell.cell_contents for cell in self._plain]
         minor_faults = self._minor[-1] if self._minor else None
-        return plain, lists, [each.saved() for each in self._bytes], minor_faults
+        return plain, lists, [byte.saved() for byte in self._bytes], minor_faults
 
     def _clocks(self) -> Clocks:
         read = self._memory.read

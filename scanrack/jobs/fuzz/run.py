@@ -153,40 +153,39 @@ class _LineCounter(TextIOBase):
         return len(text)
 
 
-class _InvariantWatch:
+@dataclass(slots=True)
+class _WatchedInvariant:
     """The state of an invariant in one run."""
 
-    __slots__ = ("broken", "invariant", "watch")
-
-    def __init__(self, invariant: Invariant) -> None:
-        self.invariant = invariant
-        self.watch: Watch = invariant.start()
-        self.broken = False  # whether it was broken in the previous scan: failures count once
+    invariant: Invariant
+    watch: Watch
+    broken: bool = False  # whether it was broken in the previous scan: failures count once
 
 
+@dataclass(eq=False)
 class _Watcher(QuietListener):
     """A listener that checks every scan and stops the CPU when an invariant is broken.
 
-    Args:
+    Attributes:
         known: keys of failures that are ignored: the run continues.
         place: returns the cause of a failure for which no rule has fired.
+        sequences: the sequences of the program.
+        rules: number of firings of each rule so far.
+        broken: the failure that stopped the CPU.
     """
 
-    def __init__(
-        self, watches: Sequence[_InvariantWatch], known: Collection[str], place: Callable[[], str]
-    ) -> None:
-        self._watches = watches
-        self._known = known
-        self._place = place
-        self.snapshot: Snapshot
-        self.cpu: Cpu
-        self.rules: Counter[str] = Counter()
-        self.broken: BrokenInvariant | None = None
-        self.spent_ns = 0
-        self.sequences: tuple[LogicSequence, ...] = ()
-        self._stood: tuple[str, ...] = ()
-        self._explanations: list[str] = []
-        self._fired: dict[int, list[str]] = {}
+    watched: Sequence[_WatchedInvariant]
+    known: Collection[str]
+    place: Callable[[], str]
+    snapshot: Snapshot = field(init=False)
+    cpu: Cpu = field(init=False)
+    sequences: tuple[LogicSequence, ...] = ()
+    rules: Counter[str] = field(default_factory=Counter)
+    broken: BrokenInvariant | None = None
+    spent_ns: int = 0
+    _waits_at_fault: tuple[str, ...] = ()
+    _explanations: list[str] = field(default_factory=list)
+    _fired: dict[int, list[str]] = field(default_factory=dict)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Record the rules that fire, and an adapter's messages."""
@@ -200,57 +199,57 @@ class _Watcher(QuietListener):
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Check every invariant, unless the scan was not finished."""
         if flags & FAULT:
-            self._stood = self._standing(scan)  # read them before the CPU closes the sequences
+            self._waits_at_fault = self._wait_sentences(scan)  # before the CPU closes the sequences
             return
         start_ns = 0 if scan % TIMED else wall_ns()
         snapshot = self.snapshot
         snapshot.move_on(scan, now_ns, flags)
         snapshot.rules = self._fired.get(scan, ())
-        for each in self._watches:
-            why = each.watch(snapshot)
+        for watched in self.watched:
+            why = watched.watch(snapshot)
             if why is None:
-                each.broken = False
-            elif not each.broken:
-                each.broken = True
-                if self._is_new(each, why):
+                watched.broken = False
+            elif not watched.broken:
+                watched.broken = True
+                if self._is_new(watched, why):
                     self.cpu.stop()
                     return
         self._explanations.clear()
         if start_ns:
             self.spent_ns += (wall_ns() - start_ns) * TIMED
 
-    def _is_new(self, watching: _InvariantWatch, why: str) -> bool:
+    def _is_new(self, watched: _WatchedInvariant, why: str) -> bool:
         """Record a failure if it is new; return whether it is."""
-        broken = self._broken(watching.invariant.name, watching.invariant.sentence, why)
-        origin = getattr(watching.watch, "origin_scan", broken.scan)
+        broken = self._broken(watched.invariant.name, watched.invariant.sentence, why)
+        origin = getattr(watched.watch, "origin_scan", broken.scan)
         refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
         fired = self._fired.get(origin, ())
-        refused = next((rule for rule in fired if any(rule in each for each in refusals)), "")
-        broken = replace(broken, cause=refused or self._place())
-        if broken.key in self._known:
+        refused = next((rule for rule in fired if any(rule in refusal for refusal in refusals)), "")
+        broken = replace(broken, cause=refused or self.place())
+        if broken.key in self.known:
             return False
         self.broken = broken
         return True
 
-    def waits(self) -> bool:
+    def has_running_clock(self) -> bool:
         """Return whether the clock of any invariant is running."""
-        return any(getattr(each.watch, "waiting", False) for each in self._watches)
+        return any(getattr(watched.watch, "waiting", False) for watched in self.watched)
 
     def same_until_ns(self, counting: bool) -> int:
         """Return the instant until which every invariant keeps its answer, see `Watch`; 0 if unknown."""
-        methods = [getattr(each.watch, "same_until_ns", None) for each in self._watches]
-        return min((0 if each is None else each(counting) for each in methods), default=FOREVER_NS)
+        methods = [getattr(watched.watch, "same_until_ns", None) for watched in self.watched]
+        return min((0 if method is None else method(counting) for method in methods), default=FOREVER_NS)
 
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
         """Let goals call `note` when they are reached."""
-        for each in self._watches:
-            if isinstance(each.watch, Sometimes | MaximumGoal):
-                each.watch.note = note
+        for watched in self.watched:
+            if isinstance(watched.watch, Sometimes | MaximumGoal):
+                watched.watch.note = note
 
     @property
     def greatest(self) -> dict[str, float]:
         """The greatest value of each maximized number, by name."""
-        watches = [(each.invariant.name, each.watch) for each in self._watches]
+        watches = [(watched.invariant.name, watched.watch) for watched in self.watched]
         return {
             name: watch.greatest
             for name, watch in watches
@@ -261,19 +260,19 @@ class _Watcher(QuietListener):
     def applied(self) -> frozenset[str]:
         """Names of the invariants that have had something to check."""
         return frozenset(
-            each.invariant.name for each in self._watches if getattr(each.watch, "applied", True)
+            watched.invariant.name for watched in self.watched if getattr(watched.watch, "applied", True)
         )
 
     def _broken(self, name: str, sentence: str, why: str) -> BrokenInvariant:
         """Return the record of an invariant that is broken in this scan."""
         now = self.snapshot
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
-        shows += self._stood or self._standing(now.scan)
+        shows += self._waits_at_fault or self._wait_sentences(now.scan)
         return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._explanations))
 
-    def _standing(self, scan: int) -> tuple[str, ...]:
+    def _wait_sentences(self, scan: int) -> tuple[str, ...]:
         """Return a sentence for each wait of the program's sequences."""
-        return tuple(str(standing(each, scan)) for each in self.sequences)
+        return tuple(str(standing(sequence, scan)) for sequence in self.sequences)
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
         """Return the failure for a fault of the CPU."""
@@ -282,10 +281,11 @@ class _Watcher(QuietListener):
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
 
-Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
+Listeners = Callable[[RackSpec, Rack, ScanLogic], Iterable[ScanListener]]
+"""Returns further listeners of a run, for its rack and its logic."""
 
 
-def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
+def _no_listeners(_spec: RackSpec, _rack: Rack, _logic: ScanLogic) -> Iterable[ScanListener]:
     return ()
 
 
@@ -322,7 +322,7 @@ class TrialBench:
     @property
     def goals(self) -> tuple[Invariant, ...]:
         """The goals of the search."""
-        return tuple(each for each in self.invariants if each.is_goal)
+        return tuple(invariant for invariant in self.invariants if invariant.is_goal)
 
     def run(
         self,
@@ -348,8 +348,8 @@ class TrialBench:
         """
         start_ns = wall_ns()
         ignored = frozenset(without)
-        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe)
-        run.explored_stop = None if explored is None else explored.begin(scenario, self.spec)
+        stop = None if explored is None else explored.begin(scenario, self.spec)
+        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe, explored_stop=stop)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.is_unplaced:
             verdict = self._placed(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
@@ -390,6 +390,7 @@ class _Run:
         traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
             trace no scan.
         every_scan: whether to run also scans that repeat the previous one, see `repeated_scans`.
+        explored_stop: ends a run with a probe in an explored state; None = run all scans.
     """
 
     def __init__(
@@ -401,16 +402,16 @@ class _Run:
         traced_since: int | None = None,
         every_scan: bool = True,
         probe: Probe | None = None,
+        explored_stop: ExploredStateStop | None = None,
     ) -> None:
-        self.explored_stop: ExploredStateStop | None = None
         self._scans, self._scenario = bench.scans, scenario
-        self._every_scan = every_scan
+        self._every_scan, self._explored_stop = every_scan, explored_stop
         self._without = without
         self._printed = _LineCounter()
         self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
         self._rack = build_rack(self._spec)
         with self._kept_quiet(aloud=False):
-            logic = bench.fresh_logic()
+            logic = self._logic = bench.fresh_logic()
         self._probe = probe
         if probe is not None:
             logic = probe.prepared(logic)
@@ -419,7 +420,8 @@ class _Run:
         called: ScanLogic = self._torn or logic
         self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
         self._timed = _TimedLogic(self._output_line or called)
-        watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
+        invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
+        watches = [_WatchedInvariant(each, each.start()) for each in invariants]
         self._watcher = _Watcher(watches, without, self._place)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
@@ -436,7 +438,7 @@ class _Run:
         """
         watcher = self._watcher
         probes = [] if self._probe is None else [self._probe]
-        listening = [*listeners(self._spec, self._rack), *probes, watcher]
+        listening = [*listeners(self._spec, self._rack, self._logic), *probes, watcher]
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
         if self._torn is not None:
             self._torn.cpu = cpu
@@ -477,8 +479,8 @@ class _Run:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
         until_ns = self._watcher.same_until_ns
-        if self.explored_stop is not None:
-            self.explored_stop.calm = RARELY
+        if self._explored_stop is not None:
+            self._explored_stop.calm = RARELY
         cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
 
     def _instants_ns(self) -> Iterator[int]:
@@ -488,18 +490,18 @@ class _Run:
             yield end_ns(part)
 
     def _run_scans(self, cpu: Cpu) -> None:
-        if self.explored_stop is None or self._probe is None:
+        if self._explored_stop is None or self._probe is None:
             cpu.run(self._scans)
             return
-        self.explored_stop.run(cpu, self._probe, self._scans, self._watcher.waits)
+        self._explored_stop.run(cpu, self._probe, self._scans, self._watcher.has_running_clock)
         if self._watcher.broken is None:
-            self.explored_stop.learn()
+            self._explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
         """Return an object that applies the scenario's orders; None if it has none."""
         if not self._orders:
             return None
-        given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
+        given = [AppliedAction(order.at_ns // self._spec.scan_ns, order.order) for order in self._orders]
         repeated = OrderRepeater(
             cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), given
         )
@@ -523,7 +525,7 @@ class _Run:
 
     def _waits(self) -> str:
         """Return where the sequences of the program wait; empty if it has none."""
-        waiting = [each for each in self._watcher.sequences if not each.over]
+        waiting = [sequence for sequence in self._watcher.sequences if not sequence.over]
         return " ".join(f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting)
 
     def _commands(self) -> str:

@@ -164,7 +164,7 @@ def digits(number: int) -> int:
 
 def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
     """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
-    decimal = (each for each in rounder(time_ns) if each % scan_ns == 0)
+    decimal = (number for number in rounder(time_ns) if number % scan_ns == 0)
     in_scans = (each * scan_ns for each in rounder(time_ns // scan_ns))
     given = digits(time_ns), time_ns
     yield from (each for each in dict.fromkeys((*decimal, *in_scans)) if (digits(each), each) < given)

@@ -88,7 +88,7 @@ def play(
 
 
 def _outcome(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
-    broken = [str(each.broken) for each in replay(bench, scenario)]
+    broken = [str(failure.broken) for failure in replay(bench, scenario)]
     return RunOutcome(broken, places_in(bench, scenario, job))
 
 
@@ -125,7 +125,7 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
     text = TEXT.format(
         rack=Path(setup.rack).name,
         path=relative(setup.rack, folder),
-        invariants=[relative(each, folder) for each in setup.invariants],
+        invariants=[relative(file, folder) for file in setup.invariants],
         checks=list(setup.checks),
         scans=setup.scans,
         reached="\n".join(rows),

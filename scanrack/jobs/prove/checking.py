@@ -83,7 +83,7 @@ def check(folder: Path, solver: Solver) -> Opinion:
 
 def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield the questions of a certificate, each with its name."""
-    ranges = [each["term"] for each in roles["ranges"] if each["state"]]
+    ranges = [bound["term"] for bound in roles["ranges"] if bound["state"]]
     for script in _inductive(relation, roles, ranges):
         yield "ranges", script
     for part in roles["parts"]:
@@ -94,7 +94,7 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
         base, step = (_Scans(relation, roles, first=first, more=part["k"]) for first in (True, False))
         some = " ".join(base.each(part["bad"]))
         yield f"base of {says}", base.text([f"(or {some} false)"], contract)
-        kept = [term for each in invariants for term in step.each(each)]
+        kept = [term for invariant in invariants for term in step.each(invariant)]
         *before, last = step.each(part["bad"])
         unbroken = [f"(not {each})" for each in before]
         yield f"step of {says}", step.text([*kept, *unbroken, last], contract)
@@ -110,7 +110,7 @@ def _inductive(
     if not terms:
         return
     first = _Scans(relation, roles, first=True)
-    yield first.text([_some_not(first.last(each) for each in terms)], contract)
+    yield first.text([_some_not(first.last(term) for term in terms)], contract)
     scans = _Scans(relation, roles, first=False)
     before = [scans.last(each) for each in terms]
     scans.add_next()
@@ -146,9 +146,9 @@ class _Scans:
                 self._lines.append(f"(define-fun {name} () {declared[2]} {given[declared[1]]})")
             else:
                 self._lines.append(_numbered(line, number))
-        for each in self._roles["ranges"]:
-            if each["of"] not in given:
-                self._lines.append(f"(assert {_numbered(each['term'], number)})")
+        for bound in self._roles["ranges"]:
+            if bound["of"] not in given:
+                self._lines.append(f"(assert {_numbered(bound['term'], number)})")
 
     def last(self, term: str) -> str:
         """Return a term in the last scan."""
@@ -161,7 +161,7 @@ class _Scans:
     def text(self, truths: list[str], contract: str) -> str:
         """Return the script that asks whether truths can hold if each scan keeps a contract; "" for none."""
         truths = [*(self.each(contract) if contract else ()), *truths]
-        return "\n".join([*self._lines, *[f"(assert {each})" for each in truths], "(check-sat)", ""])
+        return "\n".join([*self._lines, *[f"(assert {truth})" for truth in truths], "(check-sat)", ""])
 
 
 def _numbered(text: str, number: int) -> str:

@@ -17,7 +17,7 @@ from scanrack.ladder.prove.difference import ChangedValue, Difference, compare
 from scanrack.ladder.prove.differing_runs import FAULT
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
 from scanrack.ladder.prove.system import Key, ScanBounds
-from scanrack.ladder.prove.system.happenings import LEFT_OUT
+from scanrack.ladder.prove.system.events import LEFT_OUT
 
 from ..check.alone import load_any
 from ..load.loading import LoadedRack
@@ -69,14 +69,9 @@ class EditedSubject:
     open: tuple[str, ...] = ()  # what is not compared, and where the relation is not exact
 
     @property
-    def beyond(self) -> tuple[ChangedTag, ...]:
-        """The values that can differ although no option allows it."""
-        return tuple(each for each in self.changed if not each.allowed)
-
-    @property
     def is_equal(self) -> bool:
         """Whether only allowed values can differ, and everything was compared."""
-        return not self.beyond and not self.open
+        return all(tag.allowed for tag in self.changed) and not self.open
 
 
 def edited(
@@ -99,16 +94,16 @@ def edited(
     bounds = bounds_of(job)
     layout = logic.build().layout
     allowed = [_named(layout, each, "--may-differ") for each in only]
-    places = [_named(layout, each, "--outputs") for each in outputs]
+    places = [_named(layout, output, "--outputs") for output in outputs]
     found = compare(
         before[1],
         logic,
         bounds,
         free=given.free,
         written_outside=given.written_outside,
-        is_output=lambda key: not places or any(_is_in(key, each) for each in places),
+        is_output=lambda key: not places or any(_is_in(key, place) for place in places),
     )
-    held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
+    held = {number.named(tag_text(layout, number.key)): number.value for number in found.held}
     changed = []
     for each in (*found.changed, *([] if found.fault is None else [found.fault])):
         may_differ = any(_is_in(each.key, one) for one in allowed)
@@ -199,7 +194,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
 def _summary(found: EditedSubject) -> str:
     """Return a sentence with the number of values that can differ."""
     values = [each for each in found.changed if each.name != FAULT_NAME]
-    now = sum(each.now for each in values)
+    now = sum(value.now for value in values)
     others = "the others are not proved equal" if found.open else "all others are equal in every run"
     return f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
 

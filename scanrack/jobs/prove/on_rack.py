@@ -186,7 +186,7 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
     if not job.spec.slot:
         return ""
     scenario = on_scans_of(subject.problem.lowered.layout, scans, job.spec.scan_ns)
-    if any(each.again for each in scans):
+    if any(scan.again for scan in scans):
         return f"on the rack: {TWO_RUNS}"
     try:
         with ExitStack() as ports:

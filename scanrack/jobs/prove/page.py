@@ -60,10 +60,10 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
 
 def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
     """Yield the parts of a page of answers."""
-    rows = [_row(each) for each in results]
+    rows = [_row(result) for result in results]
     if rows:
         yield _table(("property", "claim", "", ""), rows)
-    watched = {each.claim: each for each in subject.program.properties}
+    watched = {claim.claim: claim for claim in subject.program.properties}
     for each in results:
         if each.answer.steps:
             yield f'<h2 id="{escape(each.name)}">{escape(each.name)}</h2>'
@@ -112,14 +112,14 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
 def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) -> str:
     """Return the rungs that decide a claim as SVG, with their power in the last scan of a scenario."""
     debugger = Debugger(program)
-    for each in scans:
-        each.write_inputs(debugger.engine)
+    for scan in scans:
+        scan.write_inputs(debugger.engine)
         try:
-            debugger.scan(1, each.ms)
+            debugger.scan(1, scan.ms)
         except LadderFault:
             break
     shown = list(_deciding(debugger, watched))
-    by_name = {each.name: each for each in program.routines}
+    by_name = {routine.name: routine for routine in program.routines}
     routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in _grouped(shown).items()]
     truths = {name: debugger.truth(name) for name in _grouped(shown) if name in by_name}
     return routines_svg(routines, WIDTH, truths, captions_of(program))
@@ -148,19 +148,19 @@ def _deciding(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
             count += 1
             yield place
         for path in sorted(reads.get(place, ())):
-            queue += [each for name in _around(path, writers) for each in writers[name]]
+            queue += [writer for name in _around(path, writers) for writer in writers[name]]
 
 
 def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dict[str, list[RungPlace]]]:
     """Return the paths that each rung reads, and the rungs that write each path."""
     reads: dict[RungPlace, set[str]] = {}
     writers: dict[str, list[RungPlace]] = {}
-    for each in debugger.cross_reference.mentions:
-        place = each.site.routine, each.site.rung or 0
-        path = each.where.path.upper()
-        if each.reads:
+    for mention in debugger.cross_reference.mentions:
+        place = mention.site.routine, mention.site.rung or 0
+        path = mention.where.path.upper()
+        if mention.reads:
             reads.setdefault(place, set()).add(path)
-        if each.writes:
+        if mention.writes:
             writers.setdefault(path, []).append(place)
     return reads, writers
 

@@ -24,7 +24,7 @@ from scanrack.runtime.loop.pace import wall_ns
 from scanrack.traces.files.guard import Used
 from scanrack.traces.files.portable import no_device
 
-from ..check.rungs.structure import own_routines
+from ..check.rungs.view import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
 from ..load.loading import SCENARIO, SCENARIO_TRACE, LoadedRack
@@ -105,7 +105,7 @@ class Result:
     @property
     def refused_by(self) -> tuple[Opinion, ...]:
         """Solvers that find a run which the proof excludes; the claim is then unknown."""
-        return tuple(each for each in self.opinions if each.refused)
+        return tuple(opinion for opinion in self.opinions if opinion.refused)
 
     @property
     def word(self) -> str:
@@ -167,7 +167,7 @@ def _at_own_time(
         The answer; None if the rack has shown the run, no scan is longer, or the claim is refuted again.
     """
     own_ns = subject.job.spec.scan_ns
-    longer = any(each.ms * 1_000_000 > own_ns and not each.turned for each in found.scans)
+    longer = any(scan.ms * 1_000_000 > own_ns and not scan.turned for scan in found.scans)
     if rack is None or rack.confirmed or not longer:
         return None
     bounds = ScanBounds.of(own_ns / 1e6, own_ns / 1e6)
@@ -224,7 +224,7 @@ def ask_questions(
     Raises:
         ValueError, OSError: see `prove_all`.
     """
-    own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
+    own = {routine.name.upper() for routine in own_routines(subject.program.program, subject.problem.lowered)}
     writer = _FindingWriter(subject, folder, others, listener or AnswerListener())
     answers = ask(
         subject.problem,
@@ -234,7 +234,7 @@ def ask_questions(
         listener=writer,
     )
     answers.open.update(writer.refused)
-    made = [writer.made[id(each)] for each in answers.findings if id(each) in writer.made]
+    made = [writer.made[id(finding)] for finding in answers.findings if id(finding) in writer.made]
     return Questions(tuple(made), answers.counts, answers.open)
 
 
@@ -282,7 +282,7 @@ class _FindingWriter(Listener[Finding]):
         if not scans:
             proof = self._folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
             opinions = tuple(check(proof, other) for other in self._others)
-            refused = any(one.refused for one in opinions)
+            refused = any(opinion.refused for opinion in opinions)
             return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
         rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
         layout = subject.problem.lowered.layout

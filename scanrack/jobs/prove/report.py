@@ -8,6 +8,7 @@ from typing import Any
 from scanrack.io_images.times import time_text
 from scanrack.ladder.prove.answers import ScenarioStep
 from scanrack.ladder.prove.induction import VerdictKind
+from scanrack.ladder.prove.system.events import assumed
 
 from .checking import Opinion
 from .proving import FoundAnswer, Questions, Result
@@ -114,10 +115,10 @@ def question_lines(answers: Questions) -> Iterator[str]:
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return the assumptions of the answers, one sentence each."""
     held: dict[str, Any] = {}
-    sentences = dict.fromkeys(subject.problem.happenings.assumed())  # also those of the built-in questions
-    for each in results:
-        held |= dict(each.answer.held)
-        sentences |= dict.fromkeys(each.answer.assumed)
+    sentences = dict.fromkeys(assumed(subject.problem.happens))  # also those of the built-in questions
+    for result in results:
+        held |= dict(result.answer.held)
+        sentences |= dict.fromkeys(result.answer.assumed)
     bounds = subject.problem.bounds
     wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
     late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
@@ -136,13 +137,13 @@ def held_text(held: Mapping[str, Any]) -> str:
 def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
     """Return the answers as JSON values, with times in ns and scans numbered from 1."""
     return {
-        "properties": [_row(each) for each in results],
+        "properties": [_row(result) for result in results],
         "found": [_found(each) for each in answers.found],
         "asked": dict(sorted(answers.counts.items())),
         "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
         "modules": list(subject.assumed),
-        "assumed": list(subject.problem.happenings.assumed()),
+        "assumed": list(assumed(subject.problem.happens)),
     }
 
 
@@ -169,7 +170,7 @@ def _row(result: Result) -> dict[str, Any]:
         "rack": None if result.rack is None else result.rack.to_json(),
         "at_own_time": None if result.at_own_time is None else result.at_own_time.verdict.kind,
         "proof": None if result.proof is None else str(result.proof),
-        "opinions": [each._asdict() for each in result.opinions],
+        "opinions": [opinion._asdict() for opinion in result.opinions],
     }
 
 
@@ -177,12 +178,12 @@ def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
     """Return the scans of a scenario as JSON values."""
     return [
         {
-            "ms": each.ms,
-            "set": dict(each.changes),
-            **({"key": "program"} if each.turned else {}),
-            **({"start": "retained"} if each.again else {}),
+            "ms": step.ms,
+            "set": dict(step.changes),
+            **({"key": "program"} if step.turned else {}),
+            **({"start": "retained"} if step.again else {}),
         }
-        for each in steps
+        for step in steps
     ]
 
 
@@ -200,5 +201,5 @@ def _found(found: FoundAnswer) -> dict[str, Any]:
         "scenario": None if found.scenario is None else str(found.scenario),
         "rack": found.rack or None,
         "proof": None if found.proof is None else str(found.proof),
-        "opinions": [each._asdict() for each in found.opinions],
+        "opinions": [opinion._asdict() for opinion in found.opinions],
     }

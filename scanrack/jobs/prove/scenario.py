@@ -40,7 +40,7 @@ class RackScenario:
 
     def without_forces(self) -> RackScenario:
         """Return the same without forces on module words."""
-        kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
+        kept = tuple(order for order in self.orders if not isinstance(order[1], Force))
         return RackScenario(kept, self.scans, self.left_out)
 
     @property
@@ -69,7 +69,7 @@ def on_scans_of(
             first = at + count
         orders += [(first, order) for order in _orders(layout, each.inputs)]
         at += count
-    left_out = {tag_text(layout, key) for each in scans for key in each.inputs if not _is_set(layout, key)}
+    left_out = {tag_text(layout, key) for scan in scans for key in scan.inputs if not _is_set(layout, key)}
     return RackScenario(tuple(orders), at + 1, tuple(sorted(left_out)))
 
 

@@ -10,7 +10,7 @@ from scanrack.io_images.amci3601.contracts import contracts_of
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.monitors import MonitoredProgram
-from scanrack.ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBounds
+from scanrack.ladder.prove.system import Contract, ProgramSystem, ScanBounds
 from scanrack.runtime.modules.record import Trait
 
 from ..check.alone import load_any
@@ -25,13 +25,11 @@ class ProofSubject:
 
     Attributes:
         name: stem of its file.
-        alone: whether it is a program or export without a rack file.
         assumed: what the proofs assume about the modules, one sentence each.
     """
 
     name: str
     job: LoadedRack
-    alone: bool
     program: MonitoredProgram
     problem: ProgramSystem
     assumed: tuple[str, ...]
@@ -43,9 +41,8 @@ def subject_of(file: str) -> ProofSubject:
     Raises:
         ValueError: a file is invalid, or no proof covers something in the program, which the message names.
     """
-    job, alone = load_any(file)
-    found = subject_of_job(job)
-    return replace(found, name=Path(split_address(file)[0]).stem, alone=alone)
+    job, _ = load_any(file)
+    return replace(subject_of_job(job), name=Path(split_address(file)[0]).stem)
 
 
 def subject_of_job(
@@ -71,12 +68,10 @@ def subject_of_job(
         written_outside=given.written_outside,
         assume=program.assume,
         contracts=[contract for contract, _ in rows],
-        happenings=Happenings.of(given.happens),
+        happens=given.happens,
         beside=beside,
     )
-    return ProofSubject(
-        job.rack_file.stem, job, False, program, problem, tuple(sentence for _, sentence in rows)
-    )
+    return ProofSubject(job.rack_file.stem, job, program, problem, tuple(sentence for _, sentence in rows))
 
 
 def bounds_of(job: LoadedRack) -> ScanBounds:

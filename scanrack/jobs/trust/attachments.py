@@ -139,7 +139,7 @@ def _stub_functions(job: LoadedRack) -> dict[str, Path]:
     given = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(each) for each in job.stub_files]
     return {
-        each.as_posix(): job.folder / each for each in paths if (job.folder / each).resolve() not in given
+        path.as_posix(): job.folder / path for path in paths if (job.folder / path).resolve() not in given
     }
 
 

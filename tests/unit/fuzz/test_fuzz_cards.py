@@ -64,6 +64,19 @@ def test_a_push_is_written_and_read_again(tmp_path: Path) -> None:
     parse_rack_file(text, file)
 
 
+def test_presses_that_overlap_those_of_the_rack_file_are_written_as_one(tmp_path: Path) -> None:
+    """15 to 22 ms of the rack and 20 to 30 ms of the scenario are 15 to 30 ms; a card refuses an overlap."""
+    file = tmp_path / "rack.toml"
+    own = 'inputs = { home = 1 }\ntimeline = [{ at_ms = 15, input = "home", for_ms = 7 }]\n'
+    file.write_text(
+        f'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IQ16"\n[slot.options]\n{own}', encoding="utf-8"
+    )
+    spec = parse_rack_file(file.read_text(encoding="utf-8"), file).spec
+    written = parse_rack_file(rack_text(file, spec, PUSHED, 100, tmp_path), file).spec
+    assert written.slot[0].options["timeline"] == [{"at_ms": 15, "input": "home", "for_ms": 15}]
+    assert written.slot == PUSHED.laid_over(spec).slot
+
+
 def test_a_push_of_another_rack_is_refused() -> None:
     PUSHED.check(RACK)
     with pytest.raises(ValueError, match="slot 2 has no button 'at_two', only start, home"):

@@ -71,7 +71,7 @@ def recorded(module, scenario):
     """Run a scenario; return the images of the run, and those of its script on the bench."""
     kept: list[Any] = []
 
-    def listeners(spec, made):
+    def listeners(spec, made, _logic):
         assert obstacle(spec, spec.slot[0]) is None
         kept.extend((Images(made.slots[1]), DriveScript(spec, spec.slot[0], made.slots[1])))
         return kept

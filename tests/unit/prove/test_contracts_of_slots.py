@@ -13,7 +13,8 @@ from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import RUN_ONLY, Happenings
+from scanrack.ladder.prove.system import RUN_ONLY
+from scanrack.ladder.prove.system.events import LOST_LINK, PROGRAM_MODE
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -32,11 +33,11 @@ END
 """Keeps Homed until one of the bits with which a position is lost: chapter 6, Position Invalid 1 to 6."""
 
 
-def problem(text, contracts, happenings=RUN_ONLY):
+def problem(text, contracts, happens=RUN_ONLY):
     """The program with the claim, and the place of its bit."""
     made = monitored(parse_program(text), [Claim("lost", ClaimKind.NEVER, LOST)])
     kept = [KeptBy(1, tuple(contracts))]
-    return ProgramSystem(made.program, contracts=kept, happenings=happenings), made.properties[0].bit
+    return ProgramSystem(made.program, contracts=kept, happens=happens), made.properties[0].bit
 
 
 def test_a_position_that_is_remembered_as_valid_is_proved_with_the_contracts_only():
@@ -45,13 +46,13 @@ def test_a_position_that_is_remembered_as_valid_is_proved_with_the_contracts_onl
 
 
 def test_a_latch_outlives_program_mode_in_which_the_position_is_lost():
-    verdict = prove(*problem(REMEMBERS, contracts_of(), Happenings()))
+    verdict = prove(*problem(REMEMBERS, contracts_of(), [PROGRAM_MODE]))
     assert verdict.kind is VerdictKind.REFUTED
     assert verdict.scans[-1].turned
 
 
 def test_a_module_that_has_lost_its_link_keeps_no_contract():
-    lost = Happenings.of(["lost link"])
+    lost = [LOST_LINK]
     assert prove(*problem(REMEMBERS, contracts_of(), lost)).kind is VerdictKind.REFUTED
     without_memory = REMEMBERS.replace(
         "XIC(Homed)XIC(Go)", "XIC(Homed)XIO(axis.status.POSITION_INVALID)XIC(Go)"
@@ -108,7 +109,7 @@ def test_contracts_count_only_where_their_inputs_decide():
     )
     made = monitored(parse_program(text), [Claim("blink", ClaimKind.NEVER, "Blink AND old(Blink)")])
     kept = [KeptBy(1, contracts_of())]
-    asked = ProgramSystem(made.program, contracts=kept, happenings=RUN_ONLY)
+    asked = ProgramSystem(made.program, contracts=kept, happens=RUN_ONLY)
     assert prove(asked, made.properties[0].bit).kind is VerdictKind.PROVED
     bad = asked.after(made.properties[0].bit)
     with asked.narrowing([bad]):

@@ -343,7 +343,7 @@ class Judged:
             self.count["not built"] += 1
             return
         bounds = ScanBounds(1, 100)
-        given: dict[str, Any] = {"free": pair.free, "happenings": RUN_ONLY}
+        given: dict[str, Any] = {"free": pair.free, "happens": RUN_ONLY}
         old = ProgramSystem(programs[0], bounds, **given)
         new = ProgramSystem(programs[1], bounds, **given, beside=old)
         found = compared(old, new, LIMITS, 400_000)

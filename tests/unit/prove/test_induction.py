@@ -251,7 +251,7 @@ def test_two_timers_count_parts_of_a_ms_from_their_own_instants() -> None:
     )
     text = text.replace("TAG Go", "TAG U : TIMER\nTAG Other : BOOL\nTAG Go", 1)
     claim = "T.TT AND U.TT AND old(T.TT) AND old(U.TT) AND T.ACC - old(T.ACC) <> U.ACC - old(U.ACC)"
-    in_run = {"happenings": RUN_ONLY}
+    in_run = {"happens": RUN_ONLY}
     found = [asked(text, claim, bounds=ScanBounds.of(each, each), **in_run)[0].kind for each in (2, 2.5)]
     assert found == [VerdictKind.PROVED, VerdictKind.REFUTED]
 

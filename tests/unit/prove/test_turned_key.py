@@ -14,7 +14,7 @@ from relation_programs import drawn
 from relation_rows import BLOCKS, HAVOCKED, ROWS, SLC_ROWS, groups, logix, slc, texts
 from scanrack.ladder import LadderFault
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.prove.system.happenings import KEPT, LEFT_OUT, PROGRAM_MODE, Happenings
+from scanrack.ladder.prove.system.events import KEPT, LEFT_OUT, PROGRAM_MODE, assumed
 from scanrack.ladder.run.edit import retain, retained_text, started_again
 
 LATCH = """PROGRAM latch
@@ -161,9 +161,8 @@ def test_what_a_proof_leaves_out_comes_with_the_option_that_takes_it_in() -> Non
     assert not any(LEFT_OUT[PROGRAM_MODE] in each for each in with_it.assumed)
 
 
-def test_happenings_have_names() -> None:
-    assert Happenings.of(LEFT_OUT).names == tuple(LEFT_OUT)
-    assert list(Happenings.of(LEFT_OUT).assumed()) == [KEPT]
+def test_a_proof_that_excludes_no_event_assumes_what_is_retained() -> None:
+    assert list(assumed(LEFT_OUT)) == [KEPT]
 
 
 PASSED = """PROGRAM passed

@@ -8,10 +8,14 @@ calls.py        calls of axis methods in that class
 loops.py        loops that never wait
 sequence_summaries.py   the commands of each sequence in order, and its locks
 numbers.py, conditions.py   ranges and conditions in a program text
-locks.py        the orders in which locks are taken
 scans.py        how a function of the scan uses slots and words
 images.py       which of its expressions are slots and images
+walk.py         each statement of a function of the scan, with the condition under which it acts
+local_names.py  the meaning of local names at a statement
+expression_options.py   the possible values of an expression, one by one
 steps.py        steps, and what the program does in them
+hand_writes.py  writes to the output words of 3601s
+times.py        elapsed times that were meant in another unit
 names.py        fields and terminals, and what accesses them
 flow.py         mistakes that show in one function: conditions, lines never reached, numbers
 scopes.py       names that nothing reads or that hide others

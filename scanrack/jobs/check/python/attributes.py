@@ -18,9 +18,8 @@ from inspect import isfunction, signature
 from types import FunctionType, ModuleType
 
 from .chance import resolved
-from .nodes import Function, field_of, is_loaded, is_stored, names_in, nodes_in, unpacks
+from .nodes import Function, field_of, is_loaded, is_stored, missing, names_in, nearest, nodes_in, unpacks
 from .reader import Reader, functions_in
-from .scans import missing, nearest
 
 
 def note_names(reader: Reader) -> None:
@@ -58,17 +57,13 @@ def _bound(function: Function) -> Iterator[str]:
         match node:
             case ast.arg(arg=name) | ast.Name(id=name, ctx=ast.Store()):
                 yield name
-            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+                yield node.name
+            case ast.alias():
+                yield (node.asname or node.name).partition(".")[0]
+            case ast.ExceptHandler(name=str(name)) | ast.MatchAs(name=str(name)):
                 yield name
-            case ast.Import(names=names) | ast.ImportFrom(names=names):
-                yield from ((each.asname or each.name).partition(".")[0] for each in names)
-            case (
-                ast.ExceptHandler(name=str(name))
-                | ast.MatchAs(name=str(name))
-                | ast.MatchStar(name=str(name))
-            ):
-                yield name
-            case ast.MatchMapping(rest=str(name)):
+            case ast.MatchStar(name=str(name)) | ast.MatchMapping(rest=str(name)):
                 yield name
 
 
@@ -88,16 +83,10 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> No
     name = node.value.id if isinstance(node.value, ast.Name) else ""
     annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
     kind = None if annotation is None else resolved(annotation, reader.names)
-    if not is_dataclass(kind) or _assigns(function, name):
+    names = nodes_in(function, ast.Name)
+    if not is_dataclass(kind) or any(each.id == name and is_stored(each) for each in names):
         return
-    names = {*dir(kind), *(each.name for each in fields(kind))}
-    if node.attr not in names:
-        text = missing(ast.unparse(node), node.attr, names)
-        reader.remark("unknown-attribute", node, text)
-
-
-def _assigns(function: Function, name: str) -> bool:
-    return any(node.id == name and is_stored(node) for node in nodes_in(function, ast.Name))
+    reader.remark_unless_in({*dir(kind), *(field.name for field in fields(kind))}, node)
 
 
 def _element(node: ast.Subscript, reader: Reader) -> None:
@@ -124,7 +113,7 @@ def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
 
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
     """Return the keys that a table may have; None if other code may add keys."""
-    used = [each for each in nodes_in(tree, ast.Subscript) if ast.unparse(each.value) == name]
+    used = [node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.value) == name]
     changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
     stored = [each.slice for each in filter(is_stored, used) if id(each) not in changed]
     constants = [each.value for each in stored if isinstance(each, ast.Constant)]

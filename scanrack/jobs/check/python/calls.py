@@ -21,9 +21,8 @@ from scanrack.ladder.python.sequences.signals import Signal
 
 from ..facts import FileLine, Violation
 from ..module_kinds import FROM_STARTING_SPEED
-from .nodes import field_of, nodes_in, unpacks
+from .nodes import field_of, missing, nodes_in, unpacks
 from .reader import NEUTRAL, Reader, UnknownError, variants
-from .scans import missing
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
 """Expressions that are not functions."""

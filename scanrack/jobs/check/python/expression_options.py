@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, cast
@@ -133,7 +133,7 @@ class Options:
             tested = self.of(node.test, names, depth)
         except UnknownError:
             parts = [self.of(each, names, depth) for each in (node.body, node.orelse)]
-            options = tuple(option for each in parts for option in each.options)
+            options = tuple(option for part in parts for option in part.options)
             return Choices(options[:MOST], ast.unparse(node))
         ways = {bool(each) for each in tested.options}
         if len(ways) > 1:
@@ -181,7 +181,7 @@ class Options:
             except UnknownError:
                 continue
             options += found.options
-            names += found.names or [f"{text} = {each}" for each in found.options]
+            names += found.names or [f"{text} = {option}" for option in found.options]
         if not options:
             raise UnknownError
         return Choices(tuple(options[:MOST]), text if len(options) > 1 else "", tuple(names[:MOST]))
@@ -193,7 +193,7 @@ class Options:
             raise UnknownError
         keys = [str(each.arg) for each in call.keywords]
         nodes = [*call.args, *(each.value for each in call.keywords)]
-        given = [self.of(each, names, depth) for each in nodes]
+        given = [self.of(node, names, depth) for node in nodes]
         if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not given:
             made = self.of(call.func.value, names, depth)
             return _each([made], lambda each: tuple(each.to_image()))
@@ -210,7 +210,7 @@ class Options:
         known = self._reader.names.get(name, _BUILT_IN.get(name))
         kind = getattr(amci3601, name.rpartition(".")[2], None)
         is_made = isinstance(kind, type) and (known is kind or name not in self._reader.names)
-        function = kind if is_made else PURE.get(known) if _is_hashable(known) else None
+        function = kind if is_made else PURE.get(known) if isinstance(known, Hashable) else None
         if function is None:
             raise UnknownError
         return cast("Callable[..., Any]", function)
@@ -293,10 +293,6 @@ def _is_plain(value: Any) -> bool:
 
 def _is_frozen(value: Any) -> bool:
     return bool(type(value).__dataclass_params__.frozen)
-
-
-def _is_hashable(value: object) -> bool:
-    return value is not None and type(value).__hash__ is not None
 
 
 def _changed(tree: ast.Module) -> Sequence[str]:

@@ -38,7 +38,7 @@ class HandWrites:
         self.remarks: list[Violation] = []  # numbers that do not fit into their word
 
     def writes(self) -> Iterator[WordWrite]:
-        """Yield the writes of all functions; note the changes of steps, too."""
+        """Yield the writes of all functions, and note the changes of steps."""
         for node, place in self._walk.statements():
             match node:
                 case ast.Assign(targets=targets, value=value):
@@ -98,7 +98,7 @@ class HandWrites:
         """Yield the writes that load a whole image."""
         try:
             found = self._walk.options.of(self._walk.local.closed(image), {})
-            images = [tuple(each) for each in found.options if len(tuple(each)) == WORDS]
+            images = [tuple(option) for option in found.options if len(tuple(option)) == WORDS]
         except (UnknownError, TypeError):
             found, images = UNKNOWN_CHOICES, []
         for word in range(WORDS):
@@ -183,7 +183,7 @@ class HandWrites:
             found = self._walk.options.of(self._walk.local.closed(node), {})
         except UnknownError:
             return UNKNOWN_CHOICES
-        options = [each for each in found.options if isinstance(each, int)]
+        options = [option for option in found.options if isinstance(option, int)]
         wrong = [at for at, each in enumerate(options) if not WORD_MIN <= each <= UNSIGNED_MAX]
         if len(options) < len(found.options):
             return UNKNOWN_CHOICES

@@ -17,7 +17,6 @@ from scanrack.runtime.loop.scan import LogicScan
 from ..groups import grouped
 from .nodes import Function, last_name, nodes_in, parameters_of
 from .reader import Reader, functions_in
-from .scans import missing
 
 KINDS: Mapping[str, type] = {"scan": LogicScan, "slot": Slot, "inputs": Image, "outputs": Image}
 """Classes of the objects that a function of the scan uses."""
@@ -57,12 +56,10 @@ class Images:
 
     def _node(self, node: ast.AST, local: Mapping[str, What]) -> None:
         match node:
-            case ast.Attribute(value=owner, attr=name):
-                kind, _ = self.what(owner, local)
-                names = _names_of(KINDS[kind]) if kind in KINDS else {name}
-                if name not in names:
-                    text = missing(ast.unparse(node), name, names)
-                    self._reader.remark("unknown-attribute", node, text)
+            case ast.Attribute(value=owner):
+                kind = KINDS.get(self.what(owner, local)[0])
+                if kind is not None:
+                    self._reader.remark_unless_in(_names_of(kind), node)
             case ast.Subscript(value=image, slice=index):
                 self._place(image, [index], node, local)
             case ast.Call(func=ast.Attribute(value=image, attr="bit" | "set_bit"), args=args):

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from scanrack.ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
 from scanrack.ladder.python.sequences.blocks import Block
 from scanrack.ladder.python.sequences.logic import fields_of
 
-from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
+from ..facts import Access, FileLine, OutputWrite, Role, Touch, Variable
 from ..logic import INPUT, TRUE, AllOf, Bit, Condition, all_of, base_of, needed, negated, with_leaves
+from ..written import declaration_lines, place_at
 from .conditions import ConditionNames, condition
 from .nodes import Function, bodies_of, field_of, is_loaded, nodes_in, targets_of
+from .reader import Reader
 
 DEPTH = 4
 """Maximum depth of helpers that are followed."""
@@ -21,115 +24,117 @@ DEPTH = 4
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
 
 
-def variables_of(
-    logic: Logic, place: FileLine, is_recorded: Callable[[str], bool], lines: Callable[[str], int]
-) -> Iterator[Variable]:
+def variables_of(logic: Logic, path: Path, is_recorded: Callable[[str], bool]) -> Iterator[Variable]:
     """Yield the fields and terminals of an instance."""
-    for each in parts_of(logic):
-        role = next((role for kind, role in ROLES if isinstance(each, kind)), None)
+    lines = declaration_lines(path)
+    for part in parts_of(logic):
+        role = next((role for kind, role in ROLES if isinstance(part, kind)), None)
         if role is not None:
-            at = FileLine(each.declared.file or place.file, each.declared.line or place.line)
-            yield Variable(each.name, at, role, "bool", set=True)
+            yield Variable(part.name, place_at(part.declared, path), role, "bool", set=True)
     for name, value in fields_of(logic).items():
         is_set = not isinstance(value, bool) or value
         is_number = not isinstance(value, bool)
-        where = FileLine(place.file, lines(name))
+        where = FileLine(str(path), lines(name))
         yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """The conditions of a statement.
+
+    Attributes:
+        once: whether it runs only once.
+        top: whether every run of the method reaches it.
+    """
+
+    reached: Condition = TRUE
+    once: bool = False
+    top: bool = False
+
+
 class Accesses:
-    """Collects the accesses of a class.
+    """The accesses of a method to fields and terminals.
 
     Args:
         owners: the sequences that reach each method; "" stands for `every_scan`.
     """
 
-    def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
-        self._facts, self._owners, self._sequences = facts, owners, sequences
+    def __init__(
+        self, reader: Reader, function: Function, owners: Mapping[str, set[str]], sequences: Sequence[str]
+    ) -> None:
+        self._reader, self._facts, self._function = reader, reader.facts, function
+        self._owners = sorted(owners.get(function.name, {""}))
+        self._starts_once = function.name == "__init__" or function.name in sequences
         self._names = ConditionNames()
-        self._file, self._function = "", ""
 
-    def note(self, file: str, function: Function) -> None:
-        """Note the accesses of a method to fields and terminals."""
-        self._file, self._function = file, function.name
-        self._names.forget()
-        once = function.name == "__init__"
-        self._body(function.body, TRUE, once=once or function.name in self._sequences, top=True)
+    def note(self) -> None:
+        """Note the accesses."""
+        self._body(self._function.body, _Place(once=self._starts_once, top=True))
 
-    def _body(self, body: Sequence[ast.stmt], reached: Condition, *, once: bool, top: bool) -> None:
-        for each in body:
-            self._statement(each, reached, once=once, top=top)
-            if isinstance(each, ast.If) and not each.orelse and isinstance(each.body[-1], ast.Return):
-                top = False
+    def _body(self, body: Sequence[ast.stmt], place: _Place) -> None:
+        for node in body:
+            self._statement(node, place)
+            if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
+                place = replace(place, top=False)
 
-    def _statement(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+    def _statement(self, node: ast.stmt, place: _Place) -> None:
+        inner = replace(place, top=False)
         match node:
             case ast.If(test=test):
                 self._reads(test)
                 own = condition(test, self._names)
-                self._inner(all_of(reached, own), node.body, once=once)
-                self._inner(all_of(reached, negated(own)), node.orelse, once=once)
+                self._body(node.body, replace(inner, reached=all_of(place.reached, own)))
+                self._body(node.orelse, replace(inner, reached=all_of(place.reached, negated(own))))
             case ast.While(test=test):
                 self._reads(test)
-                self._inner(TRUE, *bodies_of(node), once=False)
+                self._bodies(node, _Place())
             case ast.For(iter=iterable) | ast.AsyncFor(iter=iterable):
                 self._reads(iterable)
-                self._inner(reached, *bodies_of(node), once=False)
+                self._bodies(node, replace(inner, once=False))
             case ast.With(items=items) | ast.AsyncWith(items=items):
                 for item in items:
                     self._reads(item.context_expr)
-                self._inner(reached, node.body, once=once)
+                self._bodies(node, inner)
             case ast.Try():
-                self._inner(reached, *bodies_of(node), once=once)
+                self._bodies(node, inner)
             case ast.Match(subject=subject):
                 self._reads(subject)
-                self._inner(reached, *bodies_of(node), once=once)
+                self._bodies(node, inner)
             case _:
-                self._simple(node, reached, once=once, top=top)
+                self._simple(node, place)
 
-    def _inner(self, reached: Condition, *bodies: Sequence[ast.stmt], once: bool) -> None:
-        """Note the accesses in the bodies of a statement, under its condition."""
-        for body in bodies:
-            self._body(body, reached, once=once, top=False)
+    def _bodies(self, node: ast.stmt, inner: _Place) -> None:
+        for body in bodies_of(node):
+            self._body(body, inner)
 
-    def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+    def _simple(self, node: ast.stmt, place: _Place) -> None:
         self._reads(node)
         if isinstance(node, ast.AugAssign):
-            self._write(node.target, Touch.BOTH, reached, once=once, top=False)
+            self._write(node.target, Touch.BOTH, replace(place, top=False))
         declared = [node.target] if isinstance(node, ast.AnnAssign) else []
         value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
         for target in targets_of(node) or declared:
             for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
-                use = Touch.WRITE if each is not target else _use(value)
-                self._write(each, use, reached, once=once, top=top, value=value)
+                self._write(each, Touch.WRITE if each is not target else _use(value), place, value)
         self._names.forget()
 
     def _reads(self, node: ast.AST) -> None:
         for each in nodes_in(node, ast.Attribute):
             name = field_of(each)
             if name in self._facts.variables and is_loaded(each):
-                self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
+                self._add(Access(name, "", Touch.READ, self._reader.place(each)))
 
-    def _write(
-        self,
-        target: ast.expr,
-        use: Touch,
-        reached: Condition,
-        *,
-        once: bool,
-        top: bool,
-        value: ast.expr | None = None,
-    ) -> None:
+    def _write(self, target: ast.expr, use: Touch, place: _Place, value: ast.expr | None = None) -> None:
         name = field_of(target)
         if name not in self._facts.variables:
             return
-        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
-        is_default = top and self._function == "every_scan" and use is not Touch.BOTH
-        use = Touch.COIL if is_default else use
-        place = FileLine(self._file, target.lineno)
-        self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
-        if is_default or self._function == "every_scan":
-            self._switched(name, place, reached, value)
+        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(place.reached))
+        is_every_scan = self._function.name == "every_scan"
+        is_default = place.top and is_every_scan and use is not Touch.BOTH
+        use, at = Touch.COIL if is_default else use, self._reader.place(target)
+        self._add(Access(name, "", use, at, needs=needs, once=place.once, default=is_default))
+        if is_every_scan:
+            self._switched(name, at, place.reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
         """Note the condition under which an output is switched on."""
@@ -153,8 +158,8 @@ class Accesses:
         return with_leaves(found, of)
 
     def _add(self, access: Access) -> None:
-        for owner in sorted(self._owners.get(self._function, {""})):
-            self._facts.accesses.append(replace(access, unit=self._function, owner=owner))
+        for owner in self._owners:
+            self._facts.accesses.append(replace(access, unit=self._function.name, owner=owner))
 
 
 def _use(value: ast.expr | None) -> Touch:

@@ -1,9 +1,10 @@
-"""Walks over the syntax tree of a Python program, and tests of what its nodes are."""
+"""Walks over the syntax tree of a Python program, tests of its nodes, and sentences about its names."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator, Sequence
+import difflib
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import TypeVar, overload
 
 One = TypeVar("One", bound=ast.AST)
@@ -131,3 +132,14 @@ def field_of(node: ast.AST) -> str:
 def last_name(node: ast.AST) -> str:
     """Return the last part of a dotted name: that of a function, attribute or variable."""
     return ast.unparse(node).rpartition(".")[2]
+
+
+def missing(text: str, name: str, names: Collection[str]) -> str:
+    """Return a message that an attribute does not exist, with the closest existing name."""
+    return f"no {text}{nearest(name, [each for each in names if not each.startswith('_')])}"
+
+
+def nearest(name: str, names: Collection[str]) -> str:
+    """Return the end of a message about a name that does not exist: the closest existing name."""
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {near[0]}?" if near else ""

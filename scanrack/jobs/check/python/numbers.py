@@ -83,7 +83,7 @@ class Numbers:
             return _of_values(self._reader.possible(node))
         stored = self._known(node) if depth else []
         if stored:
-            return tuple(each for value in stored for each in self.choices(value, given, depth - 1))
+            return tuple(choice for value in stored for choice in self.choices(value, given, depth - 1))
         found = self._range(node, given, depth)
         return (found,) if found != ANY else self._options_of(node)
 
@@ -96,7 +96,7 @@ class Numbers:
     def _options_of(self, node: ast.expr) -> tuple[Range, ...]:
         """Return the ranges of the options of an expression, such as the elements of tables."""
         stored = {
-            name: [each for each in values if each is not None] for name, values in self._stored.items()
+            name: [value for value in values if value is not None] for name, values in self._stored.items()
         }
         try:
             return _of_values(Options(self._reader, NO_FUNCTIONS, stored).of(node, {}).options)
@@ -134,14 +134,14 @@ class Numbers:
     def _of_call(name: str, ranges: Sequence[Range]) -> Range:
         if name in ("min", "max") and len(ranges) > 1:
             pick = min if name == "min" else max
-            return Range(pick(each.least for each in ranges), pick(each.most for each in ranges), False)
+            return Range(pick(number.least for number in ranges), pick(each.most for each in ranges), False)
         if name == "abs":
             return OPERATIONS["ABS"](ranges[0])
         return OPERATIONS["TRN"](ranges[0]) if name in ("int", "round") else ANY
 
 
 def _of_values(values: Sequence[object]) -> tuple[Range, ...]:
-    numbers = [each for each in values if isinstance(each, int | float)]
+    numbers = [value for value in values if isinstance(value, int | float)]
     if not numbers or len(numbers) < len(values):
         raise UnknownError
     return tuple(map(exactly, numbers))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ast
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from inspect import signature
 from types import MappingProxyType
@@ -22,7 +22,7 @@ from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
 from ..facts import Facts, FileLine, UsesBit, Violation
-from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
+from .nodes import FUNCTIONS, Function, given_to, is_stored, missing, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -85,6 +85,11 @@ class Reader:
         """Add a mistake that shows in one place."""
         self.facts.remark(rule, self.place(node), text)
 
+    def remark_unless_in(self, names: Collection[str], node: ast.Attribute) -> None:
+        """Note an attribute that is not among the names of its owner."""
+        if node.attr not in names:
+            self.remark("unknown-attribute", node, missing(ast.unparse(node), node.attr, names))
+
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
         """Yield the calls of command classes, each with the name of the class."""
         for node in nodes_in(self.tree, ast.Call):
@@ -132,7 +137,7 @@ class Reader:
         if isinstance(node, ast.Name) and node.id in self.loops:
             iterable, at = self.loops[node.id]
             elements = self._elements(iterable)
-            return elements if at is None else [_item(each, at) for each in elements]
+            return elements if at is None else [_item(element, at) for element in elements]
         return (self.value(node),)
 
     def _elements(self, node: ast.expr) -> Sequence[object]:
@@ -226,12 +231,10 @@ def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, 
     stored = Counter(node.id for node in filter(is_stored, nodes_in(functions, ast.Name)))
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
-        is_row = isinstance(loop.target, ast.Tuple)
-        for at, target in enumerate(
-            loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
-        ):
+        targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
+        for at, target in enumerate(targets):
             if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
-                yield target.id, (loop.iter, at if is_row else None)
+                yield target.id, (loop.iter, None if target is loop.target else at)
 
 
 def _item(row: object, at: int) -> object:

@@ -47,14 +47,14 @@ class _PythonReals:
             return False
         local = _assigned(function)
         copies = self._copies(one, other, local) or self._copies(other, one, local)
-        return not copies and any(self._is_calculated(each, local, DEPTH) for each in sides)
+        return not copies and any(self._is_calculated(side, local, DEPTH) for side in sides)
 
     def _is_exact(self, sides: Sequence[ast.expr], op: ast.cmpop) -> bool:
         """Whether a compared constant is not a number, or is a 0 that may be compared for equality."""
         found = [each.value for each in map(constant_of, sides) if each is not None]
         if not all(isinstance(each, int | float) for each in found):
             return True
-        may_be_zero = isinstance(op, ast.NotEq) or any(ast.unparse(each) in self._divisors for each in sides)
+        may_be_zero = isinstance(op, ast.NotEq) or any(ast.unparse(side) in self._divisors for side in sides)
         return may_be_zero and not all(found)
 
     def _copies(self, copy: ast.expr, source: ast.expr, local: Mapping[str, list[ast.expr]]) -> bool:
@@ -70,13 +70,13 @@ class _PythonReals:
                 return True
             case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult(), right=right):
                 sides = (left, right)
-                return any(_is_fraction(each) or self._is_calculated(each, local, depth) for each in sides)
+                return any(_is_fraction(side) or self._is_calculated(side, local, depth) for side in sides)
             case ast.UnaryOp(operand=operand):
                 return self._is_calculated(operand, local, depth)
             case ast.Name() | ast.Attribute() if depth:
                 found = local if isinstance(node, ast.Name) else self._attributes
                 values = found.get(ast.unparse(node), ())
-                return any(self._is_calculated(each, local, depth - 1) for each in values)
+                return any(self._is_calculated(value, local, depth - 1) for value in values)
         return False
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-import difflib
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
@@ -105,10 +104,8 @@ class Scans:
     def _missing(self, tree: ast.AST, name: str, known: set[str]) -> None:
         """Note attributes that an object does not have, in a text where it has this name."""
         for node in nodes_in(tree, ast.Attribute):
-            if node.attr not in known and ast.unparse(node.value) == name:
-                self._reader.remark(
-                    "unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known)
-                )
+            if ast.unparse(node.value) == name:
+                self._reader.remark_unless_in(known, node)
 
     def _views(self) -> dict[str, object]:
         """Return the classes of status views by variable name, such as `status`."""
@@ -164,7 +161,7 @@ class Scans:
         """Whether a configuration is used, in place or by its global name."""
         assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
         own = [node for node in assignments if made in ast.walk(node.value)]
-        names = {ast.unparse(each) for node in own for each in node.targets}
+        names = {ast.unparse(target) for node in own for target in node.targets}
         loads = filter(is_loaded, nodes_in(self._reader.tree, ast.Name))
         return not own or any(each.id in names for each in loads)
 
@@ -196,17 +193,6 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
                 yield name
                 if name in ("__init__", "__post_init__"):
                     yield from stored_attributes(node)
-
-
-def missing(text: str, name: str, names: Collection[str]) -> str:
-    """Return a message that an attribute does not exist, with the closest existing name."""
-    return f"no {text}{nearest(name, [each for each in names if not each.startswith('_')])}"
-
-
-def nearest(name: str, names: Collection[str]) -> str:
-    """Return the end of a message about a name that does not exist: the closest existing name."""
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
 
 
 def word_lost(value: ast.expr, found: Range) -> str:

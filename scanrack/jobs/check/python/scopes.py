@@ -49,7 +49,7 @@ class Scopes:
 
     def _is_called(self, name: str) -> bool:
         calls = (node.func for node in nodes_in(self._reader.tree, ast.Call))
-        return any(isinstance(each, ast.Name) and each.id == name for each in calls)
+        return any(isinstance(call, ast.Name) and call.id == name for call in calls)
 
     def _shadows(self, function: Function) -> None:
         """Note local names that hide a global name or a built-in function."""
@@ -83,17 +83,12 @@ class Scopes:
         calls: dict[str, set[str]] = {}
         for function, owner in functions:
             called = (node.func for node in nodes_in(function, ast.Call))
-            own = (each for each in called if _is_own(each, method=owner is not None))
+            own = (each for each in called if isinstance(each, ast.Name) or (owner and field_of(each)))
             calls[function.name] = {ast.unparse(each).removeprefix("self.") for each in own}
         for function, _ in functions:
             if function.name in reached([function.name], lambda name: calls.get(name, ())):
                 text = f"{function.name} calls itself, directly or through others"
                 self._reader.remark("recursion", function, text)
-
-
-def _is_own(called: ast.expr, *, method: bool) -> bool:
-    """Whether a call has the form `self.name()`, or `name()` in a plain function."""
-    return isinstance(called, ast.Name) or (method and bool(field_of(called)))
 
 
 def _is_stub(function: Function) -> bool:

@@ -16,9 +16,9 @@ from scanrack.ladder.python.axis3601 import Axis3601
 
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
-from .locks import Locks
 from .nodes import Function, bodies_of, field_of, given_to, last_name, nodes_in, parents_in
 from .numbers import Numbers
+from .reader import Reader
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
 """Commands that end by themselves; the next command must wait for the end."""
@@ -32,8 +32,8 @@ RELEASING = ("halt", "stop", "reset")
 DEPTH = 8
 """Maximum depth of helpers that are followed."""
 
-Method = tuple[str, Function]
-"""A method with its file."""
+Method = tuple[Reader, Function]
+"""A method with the reader of its file."""
 
 
 @dataclass(slots=True)
@@ -66,8 +66,9 @@ class SequenceSummaries:
         numbers: Mapping[str, Numbers],
         facts: Facts,
     ) -> None:
-        self._methods, self._axes, self._locks = methods, axes, Locks(locks, facts)
+        self._methods, self._axes, self._locks = methods, axes, locks
         self._numbers, self._facts = numbers, facts
+        self._taken: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, and where
         self._owner = ""
         self._order = 0
         self._pending: dict[str, tuple[str, int]] = {}
@@ -83,9 +84,9 @@ class SequenceSummaries:
         """Follow a method into its body."""
         if name not in self._methods or place.depth == 0:
             return
-        file, function = self._methods[name]
+        reader, function = self._methods[name]
         self.reached.setdefault(name, set()).add(self._owner)
-        inner = replace(place, file=file, unit=name, depth=place.depth - 1, axes={}, numbers={})
+        inner = replace(place, file=reader.file, unit=name, depth=place.depth - 1, axes={}, numbers={})
         if call is not None:
             inner.axes, inner.numbers = self._arguments(function, call, place)
         self._body(function.body, inner)
@@ -185,10 +186,36 @@ class SequenceSummaries:
         for item in statement.items:
             self._expression(item.context_expr, place)
             name = field_of(item.context_expr)
-            if name in self._locks.names:
-                self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
+            if name in self._locks:
+                self._take(name, place.locks, FileLine(place.file, statement.lineno))
                 place = replace(place, locks=(*place.locks, name))
         return place
+
+    def _take(self, name: str, held: Sequence[str], at: FileLine) -> None:
+        """Note that a sequence takes a lock; remark if its order can block sequences forever."""
+        if name in held:
+            text = f"{self._owner} takes {name}, which it holds: it waits for itself"
+            self._facts.remark("lock-order", at, text)
+            return
+        for each in held:
+            back = self._way(name, each)
+            if back is not None:
+                where = f"line {back.line} leads the other way"
+                text = f"{self._owner} takes {name} while it holds {each}: {where}"
+                self._facts.remark("lock-order", at, text)
+            self._taken.setdefault(each, {}).setdefault(name, at)
+
+    def _way(self, first: str, last: str) -> FileLine | None:
+        """Return where a chain of lock orders from one lock to another begins; None if there is none."""
+        seen, todo = {first}, list(self._taken.get(first, {}).items())
+        while todo:
+            name, at = todo.pop(0)
+            if name == last:
+                return at
+            if name not in seen:
+                seen.add(name)
+                todo += [(each, at) for each in self._taken.get(name, {})]
+        return None
 
     # --- expressions
 
@@ -204,7 +231,8 @@ class SequenceSummaries:
                 self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
             elif helper in self._methods:
                 self._call(helper, place, call)
-        if not all(_is_dwell(each.value) or self._commanded(each.value, place) for each in waits):
+        others = (each.value for each in waits if not self._commanded(each.value, place))
+        if not all(isinstance(each, ast.Call) and last_name(each.func) == "dwell" for each in others):
             self._pending = {}
 
     def _commanded(self, node: ast.expr, place: _Place) -> str:
@@ -299,10 +327,6 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
         yield from _calls(child)
     if isinstance(node, ast.Call):
         yield node
-
-
-def _is_dwell(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and last_name(node.func) == "dwell"
 
 
 def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:

@@ -43,7 +43,6 @@ from scanrack.runtime.config.rackspec import RackSpec
 
 from ...load.bare_slots import bare_slots
 from ..facts import Facts, FileLine, Role, SentCommand, UsesBit, Variable, Violation
-from ..rungs.accesses import declaration_lines
 from ..written import place_at
 from .attributes import note_names
 from .calls import Calls
@@ -56,8 +55,8 @@ from .nodes import Function, assignments_in, field_of, is_loaded, is_stored, nod
 from .numbers import Numbers
 from .reader import Reader, functions_in
 from .reals import note_reals
-from .scans import missing, word_lost
-from .sequence_summaries import SequenceSummaries
+from .scans import word_lost
+from .sequence_summaries import Method, SequenceSummaries
 from .steps import PythonSteps
 from .times import note_short_times
 from .walk import Walk
@@ -65,26 +64,8 @@ from .walk import Walk
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     """Return the facts of a program with sequences, from an instance of its class."""
-    logic = fresh(program)
-    texts = list(_texts(type(program), path))
-    trees = [tree for _, tree, _ in texts]
     facts = Facts(not_seen=["values that the program computes"])
-    facts.remarks["no-place"] += _misplaced(logic, spec, path)
-    if not facts.remarks["no-place"]:
-        facts.uses_bit = _uses_bit(logic, trees)
-    parts = {each.name: each for each in parts_of(logic)}
-    axes = {name: each for name, each in parts.items() if isinstance(each, Axis3601)}
-    for axis in axes.values():
-        _note_axis(axis, path, facts)
-    fields = _constant_fields(logic, trees)
-    readers = {str(file): Reader(str(file), tree, names, facts, fields) for file, tree, names in texts}
-    for reader in readers.values():
-        _note_calls(Calls(reader, axes, type(program).__mro__), reader, spec)
-        _note_loops(reader, parts)
-        Flow(reader).note()
-        note_names(reader)
-        note_reals(reader)
-    _SequenceReader(logic, readers, spec, path, facts).note()
+    _SequenceReader(path, fresh(program), spec, facts).note()
     return facts
 
 
@@ -99,55 +80,66 @@ def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
         facts.at_once.append(Violation(place, text))
 
 
-def _note_calls(calls: Calls, reader: Reader, spec: RackSpec) -> None:
-    facts = reader.facts
-    facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
-    facts.remarks["out-of-range"] += calls.refused()
-    facts.remarks["bad-call"] += calls.failing()
-    for rule, call, text in calls.short_waits(spec.scan_ns):
-        reader.remark(rule, call, text)
-    note_short_times(reader, spec.scan_ns)
-
-
-def _note_loops(reader: Reader, parts: Mapping[str, object]) -> None:
-    """Note the loops that never wait, once per line."""
-    inputs = [name for name, each in parts.items() if isinstance(each, Input | InputWord)]
-    loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
-    for line, text in dict(loops).items():
-        reader.facts.remark("never-waits", FileLine(reader.file, line), text)
-
-
 class _SequenceReader:
     """Reads how the methods of a class use its fields, terminals, axes and locks."""
 
-    def __init__(
-        self, logic: Logic, readers: Mapping[str, Reader], spec: RackSpec, path: Path, facts: Facts
-    ) -> None:
-        self._logic, self._readers, self._spec, self._path, self._facts = logic, readers, spec, path, facts
-        self._trees = [reader.tree for reader in readers.values()]
+    def __init__(self, path: Path, logic: Logic, spec: RackSpec, facts: Facts) -> None:
+        self._path, self._logic, self._spec, self._facts = path, logic, spec, facts
+        texts = list(_texts(type(logic), path))
+        self._trees = [tree for _, tree, _ in texts]
+        fields = _constant_fields(logic, self._trees)
+        self._readers = [Reader(str(file), tree, names, facts, fields) for file, tree, names in texts]
         self._attributes = {node.attr for node in nodes_in(self._trees, ast.Attribute)}
         self._constants = {node.value for node in nodes_in(self._trees, ast.Constant)}
-        self._parts = {each.name: each for each in parts_of(logic)}
+        self._parts = {part.name: part for part in parts_of(logic)}
+        self._axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
         self._blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
         self._methods = dict(self._all_methods())
 
     def note(self) -> None:
         """Note all facts of the class."""
         self._facts.reads_all = _uses_names(self._trees)
-        own = FileLine(str(self._path), 1)
-        lines = declaration_lines(self._path)
-        for each in variables_of(self._logic, own, self._is_recorded, lines):
+        self._facts.remarks["no-place"] += _misplaced(self._logic, self._spec, self._path)
+        if not self._facts.remarks["no-place"]:
+            self._facts.uses_bit = _uses_bit(self._logic, self._trees)
+        for axis in self._axes.values():
+            _note_axis(axis, self._path, self._facts)
+        for reader in self._readers:
+            self._calls(reader)
+            self._loops(reader)
+            Flow(reader).note()
+            note_names(reader)
+            note_reals(reader)
+        for each in variables_of(self._logic, self._path, self._is_recorded):
             self._facts.variables[each.name] = each
             self._unnamed(each)
         owners = self._summaries()
         self._unknown_attributes()
         if len(self._readers) == 1 and not self._facts.reads_all:
-            self._of_one_file(*self._readers.values())
+            self._of_one_file(self._readers[0])
         self._zero_presets()
         self._called_twice()
-        for name, (file, function) in self._methods.items():
+        for name, (reader, function) in self._methods.items():
             if name not in owners and not function.name.startswith("__"):
-                self._unused(file, function)
+                self._unused(reader, function)
+
+    def _calls(self, reader: Reader) -> None:
+        """Note the calls of axes and waits that fail, that are refused, or that wait too short."""
+        calls = Calls(reader, self._axes, type(self._logic).__mro__)
+        self._facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
+        self._facts.remarks["out-of-range"] += calls.refused()
+        self._facts.remarks["bad-call"] += calls.failing()
+        for rule, call, text in calls.short_waits(self._spec.scan_ns):
+            reader.remark(rule, call, text)
+        note_short_times(reader, self._spec.scan_ns)
+
+    def _loops(self, reader: Reader) -> None:
+        """Note the loops that never wait, once per line."""
+        inputs = [name for name, each in self._parts.items() if isinstance(each, Input | InputWord)]
+        tree = reader.tree
+        loops = [*endless(tree, inputs), *skips_wait(tree), *fixed_loops(tree, self._parts)]
+        for line, text in dict(loops).items():
+            self._facts.remark("never-waits", FileLine(reader.file, line), text)
 
     def _unnamed(self, field: Variable) -> None:
         """Note a field that is never used."""
@@ -171,41 +163,36 @@ class _SequenceReader:
 
     def _summaries(self) -> Mapping[str, set[str]]:
         """Note what sequences do, and how methods use fields; return the sequences that reach each method."""
-        axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
         locks = [name for name, each in self._parts.items() if isinstance(each, Lock)]
-        numbers = {
-            file: Numbers(reader, _stored(reader, self._logic)) for file, reader in self._readers.items()
-        }
-        summaries = SequenceSummaries(self._methods, axes, locks, numbers, self._facts)
+        numbers = {each.file: Numbers(each, _stored(each, self._logic)) for each in self._readers}
+        summaries = SequenceSummaries(self._methods, self._axes, locks, numbers, self._facts)
         sequences = [each.name for each in sequences_of(self._logic)]
-        for each in sequences:
-            summaries.follow(each, each)
+        for sequence in sequences:
+            summaries.follow(sequence, sequence)
         summaries.follow("every_scan", "")
         self._facts.escaped = summaries.escaped()
-        accesses = Accesses(self._facts, summaries.reached, sequences)
-        for file, function in self._methods.values():
-            self._words(file, function, numbers[file])
-            accesses.note(file, function)
+        for reader, function in self._methods.values():
+            self._words(reader, function, numbers[reader.file])
+            Accesses(reader, function, summaries.reached, sequences).note()
         return summaries.reached
 
-    def _all_methods(self) -> Iterator[tuple[str, tuple[str, Function]]]:
+    def _all_methods(self) -> Iterator[tuple[str, Method]]:
         """Yield the methods of the class and its bases, derived classes last."""
         names = [kind.__name__ for kind in reversed(type(self._logic).__mro__)]
         for name in names:
-            for file, reader in self._readers.items():
+            for reader in self._readers:
                 for function, owner in functions_in(reader.tree):
                     if owner is not None and owner.name == name:
-                        yield function.name, (file, function)
+                        yield function.name, (reader, function)
 
     def _is_recorded(self, name: str) -> bool:
         return any(fnmatch(name, pattern.rpartition(".")[2]) for pattern in self._spec.tags)
 
-    def _unused(self, file: str, function: Function) -> None:
+    def _unused(self, reader: Reader, function: Function) -> None:
         """Note a helper that is never used."""
         is_entry = function.name == "every_scan" or function.decorator_list
         if function.name not in self._attributes and not is_entry:
-            text = f"nothing calls {function.name}"
-            self._facts.remark("unreachable", FileLine(file, function.lineno), text)
+            reader.remark("unreachable", function, f"nothing calls {function.name}")
 
     def _zero_presets(self) -> None:
         """Note blocks with a preset of 0."""
@@ -218,36 +205,34 @@ class _SequenceReader:
         """Note blocks that are called twice in a scan."""
         helpers = {each.name: each for _, each in self._methods.values()}
         called = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
-        for file, function in self._methods.values():
+        for reader, function in self._methods.values():
             is_helper = isinstance(function, ast.FunctionDef) and function.name in called
             for call, name in () if is_helper else called_twice(function, self._blocks, helpers):
                 where = f"{name} is called twice in {function.name}"
                 text = f"{where}: the second call counts, and edges are lost"
-                self._facts.remark("block-twice", FileLine(file, call.lineno), text)
+                reader.remark("block-twice", call, text)
 
-    def _words(self, file: str, function: Function, numbers: Numbers) -> None:
+    def _words(self, reader: Reader, function: Function, numbers: Numbers) -> None:
         """Note numbers that do not fit into their word."""
         for node in nodes_in(function, ast.Assign):
             for target in node.targets:
                 part = self._parts.get(ast.unparse(target).removeprefix("self."))
                 lost = word_lost(node.value, numbers.of(node.value)) if isinstance(part, OutputWord) else ""
                 if part is not None and lost:
-                    place = FileLine(file, node.lineno)
-                    self._facts.remark("lossy-conversion", place, f"{part.name}: {lost}")
+                    reader.remark("lossy-conversion", node, f"{part.name}: {lost}")
 
     def _unknown_attributes(self) -> None:
         """Note attributes that do not exist."""
         known = {*dir(self._logic), *vars(self._logic), *self._methods}
         for kind in type(self._logic).__mro__:
             known.update(declared(vars(kind)))
-        for file, function in self._methods.values():
+        for reader, function in self._methods.values():
             if function.args.args and function.args.args[0].arg == "self":
                 called = {id(node.func) for node in nodes_in(function, ast.Call)}
                 for node in nodes_in(function, ast.Attribute):
                     names = self._names_of(node, known, called=id(node) in called)
-                    if names is not None and node.attr not in names:
-                        text = missing(ast.unparse(node), node.attr, names)
-                        self._facts.remark("unknown-attribute", FileLine(file, node.lineno), text)
+                    if names is not None:
+                        reader.remark_unless_in(names, node)
 
     def _names_of(self, node: ast.Attribute, known: set[str], *, called: bool) -> set[str] | None:
         """Return the attributes of an attribute's owner; None if they are unknown, or if any name is legal.
@@ -325,7 +310,7 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
     used = {"I": read, "O": stored_attributes(texts)}
     by_name = _uses_names(texts)
-    signals = ((each.name, each.at) for each in parts_of(logic) if isinstance(each, Signal))
+    signals = ((part.name, part.at) for part in parts_of(logic) if isinstance(part, Signal))
     places = {
         (at.slot, at.image, at.word, at.bit)
         for name, at in signals

@@ -69,13 +69,14 @@ class PythonSteps:
     ) -> StepAction:
         parts = list(leaves(reached))
         ends = any(map(self._says_end, parts))
-        moves = any(isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in parts)
+        moves = any(isinstance(part, Bit) and part.on and _last(part.name) in MOVING for part in parts)
         there, place = self._there(reached, machine), self._reader.place(node)
         return StepAction(machine, there, place, goes, ends, moves, when=reached)
 
     def _there(self, reached: Condition, machine: str) -> frozenset[Step] | None:
         """Return the steps in which a condition can hold; None for all."""
-        numbers = {self._number(step): step for step in sorted(self._machines[machine], key=str)}
+        number = self._walk.names.number
+        numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
         there = steps_in(reached, machine, frozenset(numbers))
         return None if there is None else frozenset(numbers[each] for each in there)
 
@@ -85,9 +86,6 @@ class PythonSteps:
             machine: (self._there(reached, machine), is_only_of(reached, machine))
             for machine in self._machines
         }
-
-    def _number(self, step: Step) -> float:
-        return float(self._walk.names.number(step) or 0)
 
     def use(self, machine: str, step: Step) -> StepUse | None:
         """Return what the text does in a step; None if the step may change in ways that are not analyzed."""
@@ -175,7 +173,7 @@ class PythonSteps:
     def _tells(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
         local = self._images.locals_of(self._walk.function)
-        parts = (self._images.what(each, local) for each in ast.walk(value) if isinstance(each, ast.expr))
+        parts = (self._images.what(node, local) for node in ast.walk(value) if isinstance(node, ast.expr))
         reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
         return reads or TELLING.search(ast.unparse(value)) is not None
 

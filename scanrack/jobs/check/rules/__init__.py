@@ -332,4 +332,4 @@ RULES = (
 )
 """The rules, in the order in which they are reported."""
 
-BY_ID = {each.id: each for each in RULES}
+BY_ID = {rule.id: rule for rule in RULES}

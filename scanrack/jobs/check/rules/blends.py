@@ -17,7 +17,6 @@ from ..groups import grouped, reached
 from ..logic import AllOf, Bit, Condition, all_of, needed, negated, never
 from ..ranges import Range
 from ..subject import Subject
-from ..written import WordWrite
 from .motion import first_before, is_open
 
 PROGRAM = "program_blend"
@@ -25,29 +24,29 @@ PROGRAM = "program_blend"
 
 def blends(subject: Subject) -> Iterator[Violation]:
     """Find blend profiles that the module refuses."""
-    for each in subject.facts.commands:
-        if each.kind != PROGRAM:
+    for command in subject.facts.commands:
+        if command.kind != PROGRAM:
             continue
-        count = each.value("segments")
+        count = command.value("segments")
         if count.outside(SEGMENTS_MIN, SEGMENTS_MAX):
-            text = f"{each.text}: {count} segments: must be {SEGMENTS_MIN} to {SEGMENTS_MAX}"
-            yield Violation(each.place, text)
-        elif each.segments:
+            text = f"{command.text}: {count} segments: must be {SEGMENTS_MIN} to {SEGMENTS_MAX}"
+            yield Violation(command.place, text)
+        elif command.segments:
             rule = _wrong_segment(
-                each.segments, subject.configurations(each.slot), subject.profile(each.slot).limits
+                command.segments, subject.configurations(command.slot), subject.profile(command.slot).limits
             )
             if rule:
-                yield Violation(each.place, f"{each.text}: {rule}")
+                yield Violation(command.place, f"{command.text}: {rule}")
 
 
 def _wrong_segment(
     segments: Sequence[Segment], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
     """Return what is wrong with a segment; "" if nothing is, or if its values are unknown."""
-    least = min((each.starting_speed for each in configurations), default=0)
+    least = min((configuration.starting_speed for configuration in configurations), default=0)
     ranges = (_out_of_range(number, each, least, limits) for number, each in enumerate(segments, 1))
     wrong = next(filter(None, ranges), "")
-    if wrong or not all(part.is_constant for each in segments for part in each):
+    if wrong or not all(part.is_constant for segment in segments for part in segment):
         return wrong
     for number, (one, other) in enumerate(pairwise(segments), 1):
         if one[1] == other[1]:
@@ -86,7 +85,7 @@ def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
 def without_blend(subject: Subject) -> Iterator[Violation]:
     """Find blends that run although nothing programs them, or nothing has programmed them yet."""
     for commands in subject.by_axis():
-        runs = [each for each in commands if each.kind == "run_blend"]
+        runs = [command for command in commands if command.kind == "run_blend"]
         if runs and not is_open(subject, runs[0]):
             programs = [each for each in commands if each.kind == PROGRAM]
             yield from _not_programmed(subject, runs, programs)
@@ -122,9 +121,9 @@ def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | No
     for run in runs:
         name = run.text.rpartition(" ")[2].upper()
         is_early = [
-            never(AllOf((each.implies, negated(_first_time(run.on, name)))))
-            or Bit(f"{name}.DONE") in needed(each.implies)
-            for each in programs
+            never(AllOf((program.implies, negated(_first_time(run.on, name)))))
+            or Bit(f"{name}.DONE") in needed(program.implies)
+            for program in programs
         ]
         if run.execute and all(each.execute for each in programs) and all(is_early):
             return run.place, run.text, programs[0].place.line
@@ -134,7 +133,7 @@ def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | No
 def _first_time(on: Condition, name: str) -> Condition:
     """Return the condition of a block's Execute before its first run, when its own result bits are off."""
     parts = on.parts if isinstance(on, AllOf) else (on,)
-    own = (isinstance(each, Bit) and not each.on and each.name.startswith(f"{name}.") for each in parts)
+    own = (isinstance(part, Bit) and not part.on and part.name.startswith(f"{name}.") for part in parts)
     return all_of(*(each for each, is_own in zip(parts, own, strict=True) if not is_own))
 
 
@@ -143,10 +142,10 @@ def _in_steps(facts: Facts, axis: str) -> Early | None:
     for machine, actions in grouped(facts.actions, lambda each: each.machine).items():
         programs = list(_programming(facts, actions, axis, machine))
         before = _steps_before(programs, facts.first_steps(machine), actions)
-        for each in actions:
-            is_run = each.axis == axis and each.kind == "run_blend"
-            if is_run and before and each.steps is not None and each.steps <= before:
-                return each.place, each.text, programs[0][1].line
+        for action in actions:
+            is_run = action.axis == axis and action.kind == "run_blend"
+            if is_run and before and action.steps is not None and action.steps <= before:
+                return action.place, action.text, programs[0][1].line
     return None
 
 
@@ -154,11 +153,13 @@ def _programming(
     facts: Facts, actions: Sequence[StepAction], axis: str, machine: str
 ) -> Iterator[tuple[frozenset[Step] | None, FileLine]]:
     """Yield the steps (None: all) and places that program a blend."""
-    for each in actions:
-        if each.axis == axis and each.kind == PROGRAM:
-            yield each.steps, each.place
+    for action in actions:
+        if action.axis == axis and action.kind == PROGRAM:
+            yield action.steps, action.place
     for write in facts.writes:
-        if f"slot {write.slot}" == axis and write.word == 1 and _programs(write):
+        options = write.options if write.word == 1 else (0,)
+        may_program = not options or any(option & CommandLsw.BLEND_PROGRAM.value for option in options)
+        if f"slot {write.slot}" == axis and may_program:
             yield write.steps.get(machine, (None, False))[0], write.place
 
 
@@ -174,14 +175,9 @@ def _steps_before(
     programming = frozenset().union(*where)
 
     def onward(step: Step) -> Iterator[Step]:
-        for each in actions:
-            if each.goes is not None and each.steps is not None and step in each.steps:
-                yield from {each.goes} - programming
+        for action in actions:
+            if action.goes is not None and action.steps is not None and step in action.steps:
+                yield from {action.goes} - programming
 
     starts = first - programming
     return starts | frozenset(reached(starts, onward))
-
-
-def _programs(write: WordWrite) -> bool:
-    """Whether a write of output word 1 may program a blend."""
-    return not write.options or any(each & CommandLsw.BLEND_PROGRAM.value for each in write.options)

@@ -14,7 +14,7 @@ from ..subject import Subject
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
     """Find bits that a coil writes in every scan and that OTL or OTU also write."""
     for variable, accesses in subject.by_variable:
-        coils = [each for each in accesses if each.use is Touch.COIL]
+        coils = [access for access in accesses if access.use is Touch.COIL]
         for each in accesses:
             coil = _coil_of(each, coils, variable) if each.use in (Touch.LATCH, Touch.UNLATCH) else None
             if coil is not None and not _is_before(each, coil):
@@ -26,7 +26,7 @@ def coil_and_latch(subject: Subject) -> Iterator[Violation]:
 
 def _coil_of(latch: Access, coils: Sequence[Access], variable: Variable) -> Access | None:
     """Return the coil of a latched bit; if others also use the variable, only a coil in the same routine."""
-    own = (each for each in coils if each.part == latch.part)
+    own = (coil for coil in coils if coil.part == latch.part)
     return next((each for each in own if not variable.shown or each.unit == latch.unit), None)
 
 
@@ -43,15 +43,15 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
     """Find values that every scan overwrites before anything reads them."""
     for variable, accesses in subject.by_variable:
         before: Access | None = None
-        for each in accesses:
-            if before is not None and _overwrites(each, before):
+        for access in accesses:
+            if before is not None and _overwrites(access, before):
                 where = f"in line {before.place.line} already"
-                text = f"{_name(each, variable)} is written here in every scan, and {where}"
-                yield Violation(each.place, text)
+                text = f"{_name(access, variable)} is written here in every scan, and {where}"
+                yield Violation(access.place, text)
                 break
-            if each.use is Touch.COIL and each.default:
-                before = each
-            elif before is not None and _may_use(each, before):
+            if access.use is Touch.COIL and access.default:
+                before = access
+            elif before is not None and _may_use(access, before):
                 before = None
 
 
@@ -68,7 +68,7 @@ def _overwrites(later: Access, before: Access) -> bool:
 def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written both as a whole and bit by bit."""
     for variable, accesses in subject.by_variable:
-        bits = [each for each in accesses if each.use is Touch.COIL and each.part]
+        bits = [access for access in accesses if access.use is Touch.COIL and access.part]
         for each in accesses if variable.role is not Role.BLOCK else ():
             is_move = each.use is Touch.WRITE and not each.once
             bit = _bit_under(each, bits) if is_move else None
@@ -79,7 +79,7 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
     """Return the first bit that a move may overwrite."""
-    under = (each for each in bits if _contains(move.part, each.part) and not _exclude(move, each))
+    under = (bit for bit in bits if _contains(move.part, bit.part) and not _exclude(move, bit))
     return next(under, None)
 
 
@@ -96,7 +96,7 @@ def _exclude(one: Access, other: Access) -> bool:
 def never_written(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program reads but nothing writes."""
     for variable, accesses in _own_without_value(subject):
-        if not any(each.writes for each in accesses):
+        if not any(access.writes for access in accesses):
             text = f"{variable.name} is read, and nothing writes it: it is always {_zero(variable)}"
             yield from _at_first_read(accesses, text)
 
@@ -104,8 +104,8 @@ def never_written(subject: Subject) -> Iterator[Violation]:
 def never_set(subject: Subject) -> Iterator[Violation]:
     """Find bits that the program reads and clears but nothing sets."""
     for variable, accesses in _own_without_value(subject):
-        writes = [each for each in accesses if each.writes]
-        if writes and all(each.use is Touch.UNLATCH and not each.part for each in writes):
+        writes = [access for access in accesses if access.writes]
+        if writes and all(write.use is Touch.UNLATCH and not write.part for write in writes):
             text = f"{variable.name} is read, and only cleared: it is always {_zero(variable)}"
             yield from _at_first_read(accesses, text)
 
@@ -118,7 +118,7 @@ def _own_without_value(subject: Subject) -> Iterator[tuple[Variable, list[Access
 
 
 def _at_first_read(accesses: Sequence[Access], text: str) -> Iterator[Violation]:
-    return islice((Violation(each.place, text) for each in accesses if each.reads), 1)
+    return islice((Violation(access.place, text) for access in accesses if access.reads), 1)
 
 
 def _zero(variable: Variable) -> str:
@@ -135,7 +135,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
         is_timer = variable.type in INTERNAL
         reading = (Touch.READ,) if is_timer else (Touch.READ, Touch.BOTH)
         is_own = variable.role is Role.PLAIN or is_timer
-        if is_own and not variable.shown and not any(each.use in reading for each in accesses):
+        if is_own and not variable.shown and not any(access.use in reading for access in accesses):
             first = next(filter(attrgetter("writes"), accesses), None)
             if first is not None and not first.parameter:
                 yield Violation(first.place, f"{variable.name} is written, and nothing reads it")
@@ -144,7 +144,7 @@ def never_read(subject: Subject) -> Iterator[Violation]:
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
     """Find tags that SBR receives but nothing reads."""
     for variable, accesses in subject.by_variable:
-        if not variable.shown and not any(each.reads for each in accesses):
+        if not variable.shown and not any(access.reads for access in accesses):
             for each in accesses:
                 if each.parameter:
                     yield Violation(each.place, f"{each.unit} takes {variable.name}, and nothing reads it")
@@ -168,9 +168,9 @@ def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
 def _latches(accesses: Iterable[Access]) -> Iterable[Access]:
     """Return the first latch of each bit, except latches that are meant to stay."""
     found: dict[str, Access] = {}
-    for each in accesses:
-        if each.use is Touch.LATCH and not each.once and not each.steady:
-            found.setdefault(each.part, each)
+    for access in accesses:
+        if access.use is Touch.LATCH and not access.once and not access.steady:
+            found.setdefault(access.part, access)
     return found.values()
 
 
@@ -181,21 +181,21 @@ def _is_of(name: str, variable: Variable, access: Access) -> bool:
 def several_tasks(subject: Subject) -> Iterator[Violation]:
     """Find variables that several tasks write."""
     for variable, accesses in subject.by_variable:
-        yield from _two_owners(variable, [each for each in accesses if each.task], "task")
+        yield from _two_owners(variable, [access for access in accesses if access.task], "task")
 
 
 def several_writers(subject: Subject) -> Iterator[Violation]:
     """Find outputs that two sequences write, or a sequence and a statement of every scan."""
     for variable, accesses in subject.by_variable:
         if variable.role is Role.OUTPUT:
-            own = [each for each in accesses if not each.task]
+            own = [access for access in accesses if not access.task]
             yield from _two_owners(variable, own, "sequence")
             yield from _sequence_and_scan(variable, own)
 
 
 def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterator[Violation]:
     """Find the first write in a sequence to an output that is also written in every scan."""
-    always = next((each for each in accesses if each.use is Touch.COIL and not each.owner), None)
+    always = next((access for access in accesses if access.use is Touch.COIL and not access.owner), None)
     other = next((each for each in accesses if each.writes and each.owner), None)
     if always is not None and other is not None:
         line = always.place.line
@@ -204,13 +204,13 @@ def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterat
 
 
 def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterator[Violation]:
-    written = [each for each in accesses if each.writes and each.owner and not each.once]
-    for each in written:
+    written = [access for access in accesses if access.writes and access.owner and not access.once]
+    for write in written:
         first = written[0]
-        if each.owner != first.owner and overlap(each.part, first.part):
+        if write.owner != first.owner and overlap(write.part, first.part):
             text = (
-                f"{kind} {each.owner} writes {_name(each, variable)}, "
+                f"{kind} {write.owner} writes {_name(write, variable)}, "
                 f"which {kind} {first.owner} writes in line {first.place.line}"
             )
-            yield Violation(each.place, text)
+            yield Violation(write.place, text)
             return

@@ -34,7 +34,7 @@ OPPOSITES = (
 
 def opposite_outputs(subject: Subject) -> Iterator[Violation]:
     """Find outputs with opposite names that inputs can switch on together."""
-    own = [each for each in subject.facts.outputs if not each.commands]
+    own = [output for output in subject.facts.outputs if not output.commands]
     for one, other in combinations(own, 2):
         if _are_opposite(one.name, other.name) and _meet(one, other):
             text = (
@@ -47,7 +47,7 @@ def opposite_outputs(subject: Subject) -> Iterator[Violation]:
 def both_commands(subject: Subject) -> Iterator[Violation]:
     """Find command bits of a 3601 that inputs can set together."""
     row = RULES["CMD-02"]
-    for one, other in combinations([each for each in subject.facts.outputs if each.commands], 2):
+    for one, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
         if one.commands == other.commands and one.name != other.name and _meet(one, other):
             text = (
                 f"{other.name} is set here while {one.name} of line {one.place.line} may be set: "
@@ -88,5 +88,5 @@ def _meet(one: OutputWrite, other: OutputWrite) -> bool:
 
 def _is_free(parts: set[Condition]) -> bool:
     """Whether parts of a condition are only inputs, one or more of them on, and bits that start off."""
-    on = [each.name.startswith(INPUT) for each in parts if isinstance(each, Bit) and each.on]
+    on = [part.name.startswith(INPUT) for part in parts if isinstance(part, Bit) and part.on]
     return bool(on) and all(on) and all(isinstance(each, Bit) for each in parts)

@@ -34,17 +34,17 @@ AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum
 
 def out_of_range(subject: Subject) -> Iterator[Violation]:
     """Find arguments that no module accepts, and speeds below the starting speed."""
-    for each in subject.facts.commands:
-        limits = allowed(each.kind, subject.profile(each.slot).limits)
+    for command in subject.facts.commands:
+        limits = allowed(command.kind, subject.profile(command.slot).limits)
         wrong = (
             f"{name} is {found}: must be {limits[name][0]} to {limits[name][1]}"
-            for name in each.values
-            for found in _possible(each, name)
+            for name in command.values
+            for found in _possible(command, name)
             if name in limits and found.outside(*limits[name])
         )
-        text = next(wrong, "") or _no_direction(each) or _too_slow(subject, each)
+        text = next(wrong, "") or _no_direction(command) or _too_slow(subject, command)
         if text:
-            yield Violation(each.place, f"{each.text}: {text}")
+            yield Violation(command.place, f"{command.text}: {text}")
 
 
 def _no_direction(command: Command) -> str:
@@ -73,11 +73,11 @@ def _too_slow(subject: Subject, command: Command) -> str:
 
 def refused(subject: Subject) -> Iterator[Violation]:
     """Find commands that the module refuses with every configuration of the program."""
-    for each in subject.facts.commands:
-        configurations = subject.configurations(each.slot)
-        rules = [_refusal(each, configuration) for configuration in configurations]
+    for command in subject.facts.commands:
+        configurations = subject.configurations(command.slot)
+        rules = [_refusal(command, configuration) for configuration in configurations]
         if rules and all(rules):
-            yield Violation(each.place, f"{each.text}: {RULES[rules[0]].text}")
+            yield Violation(command.place, f"{command.text}: {RULES[rules[0]].text}")
 
 
 def _refusal(command: Command, configuration: Configuration) -> str:
@@ -107,7 +107,7 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
     """Find axes that move but are not configured before."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, MOTIONS)
-        configuring = [each for each in commands if each.kind == "configure"]
+        configuring = [command for command in commands if command.kind == "configure"]
         if first is None:
             continue
         if not configuring and not _is_sent(subject, first):
@@ -122,7 +122,7 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
 
 def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collection[str]) -> Command | None:
     """Return the first command of given kinds; None if commands that are not analyzed may reach the axis."""
-    first = next((each for each in commands if each.kind in kinds), None)
+    first = next((command for command in commands if command.kind in kinds), None)
     return None if first is None or is_open(subject, first) else first
 
 
@@ -141,7 +141,7 @@ def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iter
 def _is_sent(subject: Subject, command: Command) -> bool:
     """Whether a module's configuration is sent as words."""
     sent = subject.facts.configurations
-    return command.words and any(each.slot == command.slot for each in sent)
+    return command.words and any(sent_command.slot == command.slot for sent_command in sent)
 
 
 def is_open(subject: Subject, command: Command) -> bool:
@@ -155,7 +155,7 @@ def without_position(subject: Subject) -> Iterator[Violation]:
     """Find absolute moves of axes that never home and whose position is never set."""
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, ("move_to",))
-        knowing = [each for each in commands if each.kind in ("home", "set_position")]
+        knowing = [command for command in commands if command.kind in ("home", "set_position")]
         if first is not None and not knowing:
             text = "needs a valid position, and nothing searches for home or sets the position"
             yield Violation(first.place, f"{first.text} {text}")
@@ -173,7 +173,7 @@ def _section(rule: str) -> str:
 def interrupted(subject: Subject) -> Iterator[Violation]:
     """Find motions that begin before the previous one is complete."""
     for commands in subject.by_axis():
-        motions = [each for each in commands if each.kind in MOTIONS and each.execute]
+        motions = [command for command in commands if command.kind in MOTIONS and command.execute]
         for at, each in enumerate(motions):
             for other in motions[:at]:
                 if _start_together(other, each):
@@ -215,7 +215,7 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
     Position 0 is where the home search ends, which is at one end of the home switch's range.
     """
     for _, slot in subject.steppers:
-        own = [each for each in subject.facts.commands if each.slot == slot.number]
+        own = [command for command in subject.facts.commands if command.slot == slot.number]
         home = _home_range(slot.machine)
         if home is None or not _knows_from_home(own, subject.configurations(slot.number)):
             continue
@@ -226,7 +226,7 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
 
 def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
     """Return the ends of a home switch; None if there is none or several, or if its range is open."""
-    homes = [each for each in machine.switches if each.input == InputBit.HOME]
+    homes = [switch for switch in machine.switches if switch.input == InputBit.HOME]
     if len(homes) != 1 or homes[0].first is None or homes[0].last is None:
         return None
     return homes[0].first, homes[0].last
@@ -234,7 +234,7 @@ def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
 
 def _knows_from_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
     """Whether an axis gets its position only from a search for the home switch, not for a marker."""
-    knows = {each.kind for each in commands if each.kind in ("home", "set_position")}
+    knows = {command.kind for command in commands if command.kind in ("home", "set_position")}
     is_by_switch = bool(configurations) and not any(each.marker_home for each in configurations)
     return knows == {"home"} and is_by_switch
 
@@ -246,18 +246,18 @@ def _beyond_limit(
     configurations = subject.configurations(slot.number)
     for position in filter(lambda each: each.is_constant, _possible(move, "position")):
         limit = _limit_at(slot.machine, position.least + home[0], position.most + home[1])
-        if limit is not None and all(each.inputs_used & limit for each in configurations):
+        if limit is not None and all(configuration.inputs_used & limit for configuration in configurations):
             yield Violation(move.place, f"{move.text} to {position}: {input_name(limit)} is operated before")
             return
 
 
 def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
     """Return the limit switch beyond which a whole range of the shaft lies; None if there is none."""
-    for each in machine.switches:
-        if each.input == InputBit.CW_LIMIT and each.first is not None and low > each.first > 0:
-            return each.input
-        if each.input == InputBit.CCW_LIMIT and each.last is not None and high < each.last < 0:
-            return each.input
+    for switch in machine.switches:
+        if switch.input == InputBit.CW_LIMIT and switch.first is not None and low > switch.first > 0:
+            return switch.input
+        if switch.input == InputBit.CCW_LIMIT and switch.last is not None and high < switch.last < 0:
+            return switch.input
     return None
 
 
@@ -282,10 +282,10 @@ def _other_mover(command: Command, moving: Sequence[Command]) -> Command | None:
 
 def execute_stays(subject: Subject) -> Iterator[Violation]:
     """Find blocks whose Execute rises once and never falls."""
-    for each in subject.facts.commands:
-        if each.execute and each.kind not in AT_START and _never_falls(subject, each.execute):
+    for command in subject.facts.commands:
+        if command.execute and command.kind not in AT_START and _never_falls(subject, command.execute):
             yield Violation(
-                each.place, f"{each.text}: its Execute never falls, so the block starts once at most"
+                command.place, f"{command.text}: its Execute never falls, so the block starts once at most"
             )
 
 

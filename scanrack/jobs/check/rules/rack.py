@@ -23,8 +23,8 @@ def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
     for index, slot in subject.steppers:
         sent = subject.sent_to(slot.number, subject.facts.configurations)
         used = 0
-        for each in sent:
-            used |= each.words[0] & ALL_INPUTS
+        for sent_command in sent:
+            used |= sent_command.words[0] & ALL_INPUTS
         for bit in InputBit if sent else ():
             if bit.value & wired_inputs(slot.machine) & ~used:
                 yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
@@ -72,7 +72,7 @@ def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) ->
 
 def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
     """Return whether an input is energized while its contact is not operated."""
-    switches = [each.normally_closed for each in machine.switches if each.input == bit]
+    switches = [switch.normally_closed for switch in machine.switches if switch.input == bit]
     if switches:
         return switches[0]  # all switches of an input are of the same kind
     first = [each.energized for each in machine.timeline if each.input == bit and each.at_ns == 0]
@@ -113,7 +113,7 @@ def _beyond_limit(subject: Subject) -> Iterator[Violation]:
 def _limit_over(machine: MachineSpec, home: Switch) -> Switch | None:
     """Return the limit switch that is operated wherever the home switch is."""
     limits = (each for each in machine.switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT))
-    return next((each for each in limits if _covers(each, home)), None)
+    return next((limit for limit in limits if _covers(limit, home)), None)
 
 
 def _covers(limit: Switch, home: Switch) -> bool:

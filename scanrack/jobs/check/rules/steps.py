@@ -15,13 +15,13 @@ class _Machine:
     """The steps of a program, as far as they concern one axis."""
 
     def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
-        self._goes = [each for each in actions if each.goes is not None and each.steps is not None]
+        self._goes = [action for action in actions if action.goes is not None and action.steps is not None]
         self._own = [each for each in actions if each.axis == axis]
         self.motions = [each for each in self._own if each.kind in MOTIONS and each.steps is not None]
 
     def onward(self, step: Step) -> Iterator[StepAction]:
         """Yield the actions that leave a step."""
-        return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
+        return (action for action in self._goes if action.steps == frozenset((step,)) and action.goes != step)
 
     def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
         """Yield the actions that leave a step; if some have the same condition as its motion, only those."""
@@ -39,16 +39,16 @@ class _Machine:
 
     def motions_with_steps(self) -> Iterator[tuple[StepAction, Step]]:
         """Yield the motions, each with the steps in which it may start."""
-        return ((each, step) for each in self.motions for step in each.steps or ())
+        return ((motion, step) for motion in self.motions for step in motion.steps or ())
 
     def motions_after(
         self, start: Step, onward: Callable[[State], Iterator[State]]
     ) -> Iterator[tuple[bool, StepAction]]:
         """Yield the motions of the steps that can follow a step, each with the fact about the path to it."""
         for step, fact in reached([(start, False)], onward):
-            for each in self.motions:
-                if each.steps == frozenset((step,)):
-                    yield fact, each
+            for motion in self.motions:
+                if motion.steps == frozenset((step,)):
+                    yield fact, motion
 
 
 def unfinished(subject: Subject) -> Iterator[Violation]:
@@ -98,7 +98,7 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
     use = subject.facts.step_use
     if use is None:
         return
-    leading = (each for each in subject.facts.actions if each.goes is not None)
+    leading = (action for action in subject.facts.actions if action.goes is not None)
     for machine, goes in grouped(leading, lambda each: each.machine).items():
         graph = _Graph(goes)
         for step in graph.dead_ends():
@@ -115,19 +115,19 @@ class _Graph:
 
     def __init__(self, goes: Sequence[StepAction]) -> None:
         self._goes = goes
-        entered = dict.fromkeys(each.goes for each in goes if each.goes is not None)
+        entered = dict.fromkeys(action.goes for action in goes if action.goes is not None)
         self._ways = {step: self._ways_from(step) for step in entered}
         self._turns = any(step in reached([step], lambda one: self._ways.get(one, ())) for step in entered)
         self._never_entered = {step for each in goes for step in each.steps or ()} - entered.keys()
 
     def _ways_from(self, step: Step) -> set[Step]:
         """Return the steps that can follow a step."""
-        onward = (each.goes for each in self._goes if each.goes != step and each.happens_in(step))
+        onward = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
         return {each for each in onward if each is not None}
 
     def entering(self, step: Step) -> list[StepAction]:
         """Return the actions that go to a step."""
-        return [each for each in self._goes if each.goes == step]
+        return [action for action in self._goes if action.goes == step]
 
     def dead_ends(self) -> Iterator[Step]:
         """Yield the steps that nothing leaves, except those that are final by name."""
@@ -188,7 +188,7 @@ def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepActio
 def _machines(subject: Subject) -> Iterator[_Machine]:
     """Yield the steps of each axis that they command."""
     for actions in grouped(subject.facts.actions, lambda each: each.machine).values():
-        for axis in dict.fromkeys(each.axis for each in actions if each.kind in MOTIONS):
+        for axis in dict.fromkeys(action.axis for action in actions if action.kind in MOTIONS):
             yield _Machine(actions, axis)
 
 

@@ -4,6 +4,7 @@ operands.py         operands of instructions: their uses, parts and names
 number_ranges.py    ranges of numbers, from constants and from what the program writes
 conditions.py       the conditions that instructions and expressions test
 walk.py             each instruction with the condition under which it acts
+view.py             a program with its instructions, numbers and blocks: what the other collectors read
 accesses.py         variables, and what accesses them
 mistakes.py         mistakes within one rung or statement
 structure.py        mistakes in whole routines, add-on instructions and tags
@@ -15,7 +16,12 @@ reals.py            equality comparisons of calculated REALs
 add_ons.py          what add-on instructions read but never write
 blocks.py           commands of motion blocks
 block_mistakes.py   mistakes in calls of blocks
+drive_axes.py       blocks whose axis is a networked drive
+calls.py            calls of routines, and what runs twice in a scan
+timing.py           timers that can't work as intended
 terminals.py        terminals and slots that the rack may lack
+outputs.py          output bits, and the inputs that switch them on
+number_options.py   the possible values of a number, one by one
 output_writes.py    writes to the output words of 3601s
 written_words.py    mistakes in those writes
 sent_words.py       commands that are sent as words

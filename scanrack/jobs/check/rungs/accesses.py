@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 
-from scanrack.io_images.input_files import read_input
 from scanrack.io_images.site import Site
-from scanrack.io_images.text_limits import LIMITS, TextKind
 from scanrack.ladder.debug.crossref import Mention, mentions_of
 from scanrack.ladder.model.operands import Constant, Place, first_leaf
 from scanrack.ladder.model.spec import Use
@@ -21,6 +17,7 @@ from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
 from .number_ranges import BY_PEOPLE, written_value
 from .operands import is_zero, part_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 FIRST_SCAN = "S:FS"
@@ -33,35 +30,18 @@ ASSIGNMENTS = (":=", "[:=]")
 
 
 class Variables:
-    """The variables of a program.
+    """The variables of a program, by key."""
 
-    Args:
-        is_recorded: tells whether the rack file records a tag.
-        written_outside: instance members that the calling program itself writes, in capitals.
-        declared: returns the place where a name is declared.
-    """
-
-    def __init__(
-        self,
-        lowered: LoweredProgram,
-        path: Path,
-        is_recorded: Callable[[str], bool],
-        written_outside: frozenset[str],
-        declared: Callable[[str], FileLine],
-    ) -> None:
-        self._written_outside = written_outside
-        self._lowered, self._path = lowered, path
-        self._is_recorded, self._declared = is_recorded, declared
-        self.found: dict[str, Variable] = {
-            name: self._tag(tag) for name, tag in lowered.layout.tags().items()
-        }
+    def __init__(self, view: LadderView) -> None:
+        self._view = view
+        self.found: dict[str, Variable] = {name: self._tag(tag) for name, tag in view.tags.items()}
 
     def _tag(self, tag: Tag) -> Variable:
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
-        others = self._path.suffix in OPEN  # Python and operator panels also read and write tags
-        shown = others or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
-        is_set = tag.initial is not None
-        return Variable(tag.name, self._declared(tag.name), role, tag.type.name, is_set, shown)
+        others = self._view.path.suffix in OPEN  # Python and operator panels also read and write tags
+        shown = others or self._view.is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
+        place, is_set = self._view.declaration(tag.name), tag.initial is not None
+        return Variable(tag.name, place, role, tag.type.name, is_set, shown)
 
     def key(self, mention: Mention) -> str:
         """Return the key of an operand's variable; "" for add-on members that the caller may write."""
@@ -73,42 +53,26 @@ class Variables:
         key = leaf.path.upper()
         if key not in self.found:
             role = Role.OUTPUT if leaf.output else Role.INPUT
-            place = FileLine(str(self._path), 1)
+            place = FileLine(str(self._view.path), 1)
             self.found[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
         return key
 
     def _of_instance(self, leaf: Leaf) -> str:
         """Return the key of a bit in an add-on instruction's instance; "" if the caller may write it."""
         key = f"{leaf.frame}.{leaf.path}".upper()
-        if leaf.root != OWN or leaf.path.upper() in self._written_outside:
+        if leaf.root != OWN or leaf.path.upper() in self._view.written_members:
             return ""
         if key not in self.found:
-            place, kind = self._declared(leaf.path), leaf.type.name
+            place, kind = self._view.declaration(leaf.path), leaf.type.name
             self.found[key] = Variable(leaf.path, place, Role.PLAIN, kind, set=True, shown=True)
         return key
 
 
-def declaration_lines(path: Path) -> Callable[[str], int]:
-    """Return a function that gives the line that declares a tag, or 1 if none does."""
-    lines: dict[str, int] = {}
-    text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
-    for number, line in enumerate(text.splitlines(), 1):
-        for word in re.findall(r"\w+", line.partition("//")[0]):
-            lines.setdefault(word.upper(), number)
-    return lambda name: lines.get(name.rpartition(".")[2].upper(), 1)
-
-
-def accesses_of(
-    point: Point, lowered: LoweredProgram, variables: Variables, owners: Mapping[str, str]
-) -> Iterator[Access]:
-    """Yield the accesses of an instruction to variables.
-
-    Args:
-        owners: the task of each program, in capitals.
-    """
-    step, unit = point.step, point.routine.name
+def accesses_of(point: Point, view: LadderView, variables: Variables) -> Iterator[Access]:
+    """Yield the accesses of an instruction to variables."""
+    lowered, step, unit = view.lowered, point.step, point.routine.name
     needs = needed(point.condition)
-    owner = owners.get(program_of(unit).upper(), "")
+    owner = view.owners.get(program_of(unit).upper(), "")
     once = in_first_scan(needs)
     steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     mentions = list(mentions_of(lowered.sites[step.site], step))
@@ -140,7 +104,7 @@ def _start(key: str, mention: Mention) -> str:
 
 def in_first_scan(bits: Iterable[Bit]) -> bool:
     """Whether the first-scan bit is among bits that are on."""
-    return any(each.on and each.name.startswith(FIRST_SCAN) for each in bits)
+    return any(bit.on and bit.name.startswith(FIRST_SCAN) for bit in bits)
 
 
 def _is_steady(part: Condition) -> bool:

@@ -2,50 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator
 
 from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.lowering.addon import AddOn, Parameter, ParameterMode
 from scanrack.ladder.model.operands import first_leaf
 from scanrack.ladder.model.tags import OWN
 from scanrack.ladder.model.types import Elementary
-from scanrack.ladder.state.lowered import LoweredProgram
 
-from ..facts import Access, Facts, FileLine, Role, Variable
+from ..facts import Access, Facts, Role, Variable
 from ..groups import grouped
 from .accesses import gives_zero, touch_of
 from .counting import RUN, is_run
 from .operands import part_of
-from .walk import Point
+from .view import LadderView
 
 OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 """Parameters that only the routines of an add-on instruction write."""
 
 
-def note_add_ons(
-    add_ons: Iterable[AddOn],
-    points: Sequence[Point],
-    lowered: LoweredProgram,
-    written_outside: Collection[str],
-    declared: Callable[[str], FileLine],
-    facts: Facts,
-) -> None:
-    """Note local tags and outputs of add-on instructions that are read but never written.
-
-    Args:
-        written_outside: instance members that the calling program itself writes, in capitals.
-        declared: returns the place where a name is declared.
-    """
+def note_add_ons(view: LadderView, facts: Facts) -> None:
+    """Note local tags and outputs of add-on instructions that are read but never written."""
     owned = {
         (add_on.name.upper(), each.name.upper()): each
-        for add_on in add_ons
-        for each in _owned(add_on, written_outside)
+        for add_on in view.add_ons
+        for each in _owned(add_on, view.written_members)
     }
-    accesses = grouped(_accesses(owned, points, lowered), lambda each: each[0])
+    accesses = grouped(_accesses(owned, view), lambda each: each[0])
     for key, each in owned.items():
         own = [access for _, access in accesses.get(key, ())]
         if each.type.name in RUN:
-            is_run(Variable(each.name, declared(each.name), Role.PLAIN, each.type.name), own, facts)
+            is_run(Variable(each.name, view.declaration(each.name), Role.PLAIN, each.type.name), own, facts)
         elif not any(access.writes for access in own):
             kind = "local tag" if each.way is ParameterMode.LOCAL else "output"
             text = f"{kind} {each.name} is read, and no routine of the add-on writes it: it is always 0"
@@ -56,11 +43,11 @@ def note_add_ons(
 def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Parameter]:
     """Yield the numbers, timers and counters that start at 0 and that only its own routines can write."""
     others = hosts_in(add_on).union(written_outside)
-    for each in add_on.parameters:
-        is_simple = isinstance(each.type, Elementary) and not _is_set(each.initial)
-        is_own = each.way in OWNED and not each.at and each.name.upper() not in others
-        if is_own and (is_simple or each.type.name in RUN):
-            yield each
+    for parameter in add_on.parameters:
+        is_simple = isinstance(parameter.type, Elementary) and not _is_set(parameter.initial)
+        is_own = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in others
+        if is_own and (is_simple or parameter.type.name in RUN):
+            yield parameter
 
 
 def hosts_in(add_on: AddOn) -> set[str]:
@@ -76,13 +63,13 @@ def _is_set(initial: object) -> bool:
 
 
 def _accesses(
-    owned: Collection[tuple[str, str]], points: Sequence[Point], lowered: LoweredProgram
+    owned: Collection[tuple[str, str]], view: LadderView
 ) -> Iterator[tuple[tuple[str, str], Access]]:
     """Yield the accesses to given parameters in the routines of their add-on instructions."""
     frames = {frame for frame, _ in owned}
-    for point in points:
+    for point in view.points:
         frame = point.routine.frame
-        for each in mentions_of(lowered.sites[point.step.site], point.step) if frame in frames else ():
+        for each in mentions_of(view.lowered.sites[point.step.site], point.step) if frame in frames else ():
             leaf = first_leaf(each.where)
             name = leaf.path.upper().partition(".")[0]
             if leaf.root == OWN and (frame, name) in owned:

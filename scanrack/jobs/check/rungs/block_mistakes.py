@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from math import inf
 
 from scanrack.io_images.amci3601 import Limits
@@ -15,45 +15,42 @@ from ..facts import Facts, Violation
 from ..logic import AllOf, never
 from ..module_kinds import allowed
 from .blocks import PROFILE, BlockCall
-from .number_ranges import Values, target_of
+from .number_ranges import target_of
 from .operands import is_fixed, path_of
+from .view import LadderView
 from .walk import Point
 
 WRITTEN = {"POSITION": "position", "DISTANCE": "distance", **PROFILE}
 """Parameters of motion blocks that the program may write itself, by their names in `Axis3601`."""
 
 
-def misordered(calls: Sequence[BlockCall], facts: Facts, *, has_other_axes: bool) -> None:
-    """Note calls of motion blocks that come after the block that owns their axis, and axes without an owner.
-
-    Args:
-        has_other_axes: whether anything other than Amci3601 may own an axis.
-    """
+def misordered(view: LadderView, facts: Facts) -> None:
+    """Note calls of motion blocks after the block that owns their axis, and axes without an owner."""
     owned: dict[str, BlockCall] = {}
-    for each in calls:
-        before = owned.get(each.axis)
-        if each.is_owner:
-            owned.setdefault(each.axis, each)
-        elif before is not None and before.point.routine is each.point.routine:
+    for call in view.calls:
+        before = owned.get(call.axis)
+        if call.is_owner:
+            owned.setdefault(call.axis, call)
+        elif before is not None and before.point.routine is call.point.routine:
             text = (
-                f"{each.call.name} asks axis {each.axis} behind Amci3601 of line {before.place.line}: "
+                f"{call.call.name} asks axis {call.axis} behind Amci3601 of line {before.place.line}: "
                 "what it asks is sent in the next scan"
             )
             facts.remark("block-order", before.place, text)
-    for each in calls:
-        if each.axis and not each.is_owner and each.axis not in owned and not has_other_axes:
+    for each in () if view.lowered.axes else view.calls:  # other axes may have an owner elsewhere
+        if each.axis and not each.is_owner and each.axis not in owned:
             text = f"no Amci3601 joins axis {each.axis} with a module: {each.call.name} moves nothing"
             facts.remark("block-order", each.place, text)
 
 
-def slots_shared(calls: Iterable[BlockCall], axes: Mapping[str, int], facts: Facts) -> None:
+def slots_shared(view: LadderView, facts: Facts) -> None:
     """Note slots that two axes own."""
     by_slot: dict[int, str] = {}
-    for each in calls:
-        slot = axes.get(each.axis) if each.is_owner else None
-        if slot is not None and by_slot.setdefault(slot, each.axis) != each.axis:
-            text = f"axis {each.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
-            facts.remark("no-place", each.place, text)
+    for call in view.calls:
+        slot = view.axes.get(call.axis) if call.is_owner else None
+        if slot is not None and by_slot.setdefault(slot, call.axis) != call.axis:
+            text = f"axis {call.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
+            facts.remark("no-place", call.place, text)
 
 
 def called_twice(points: Iterable[Point], facts: Facts) -> None:
@@ -69,19 +66,17 @@ def called_twice(points: Iterable[Point], facts: Facts) -> None:
             facts.remark("block-twice", point.place, text)
 
 
-def parameters_out_of_range(
-    points: Iterable[Point], values: Values, tags: Mapping[str, Tag], limits: Limits
-) -> Iterator[Violation]:
+def parameters_out_of_range(view: LadderView, limits: Limits) -> Iterator[Violation]:
     """Yield numbers out of range that the program itself writes to parameters of motion blocks."""
     ranges = allowed("run", limits)
-    for point in points:
+    for point in view.main:
         step = point.step
         target = target_of(step) if step.name in ("MOV", ":=") and not point.argument else None
-        if target is None or not _is_block(tags.get(tag_in(path_of(target)))):
+        if target is None or not _is_block(view.tags.get(tag_in(path_of(target)))):
             continue
         parameter = path_of(target).rpartition(".")[2]
         least, most = ranges.get(WRITTEN.get(parameter, ""), (-inf, inf))
-        found = values.of(step.operands[step.name == ":="])
+        found = view.values.of(step.operands[step.name == ":="])
         if found.outside(least, most):
             text = f"{target.text} is {found}: must be {least} to {most}"
             yield Violation(point.place, text)

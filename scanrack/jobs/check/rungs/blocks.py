@@ -83,11 +83,11 @@ def block_calls(points: Iterable[Point]) -> Iterator[BlockCall]:
 def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
     """Return the slot of each axis, as given to Amci3601."""
     found = {}
-    for each in calls:
-        outputs = each.call.handed.get("OUTPUTS") if each.is_owner else None
+    for call in calls:
+        outputs = call.call.handed.get("OUTPUTS") if call.is_owner else None
         slot = None if outputs is None else first_leaf(outputs).slot
         if slot is not None:
-            found[each.axis] = slot
+            found[call.axis] = slot
     return found
 
 
@@ -95,24 +95,25 @@ def commands_of(
     calls: Iterable[BlockCall], slots: Mapping[str, int], values: Values, owners: Mapping[str, str]
 ) -> Iterator[Command]:
     """Yield the commands of motion blocks."""
-    for each in calls:
-        if each.call.name not in METHODS:
+    for call in calls:
+        if call.call.name not in METHODS:
             continue
-        kind, parameters = METHODS[each.call.name]
-        unit = each.point.routine.name
+        kind, parameters = METHODS[call.call.name]
+        sources = dict(_sources(call.call, parameters))
+        unit = call.point.routine.name
         yield Command(
             kind,
-            each.axis,
-            slots.get(each.axis),
-            each.place,
-            f"{each.call.name} {each.call.instance.text}",
-            {name: values.of(source) for name, source in _sources(each.call, parameters)},
-            {name: _choices(source, values) for name, source in _sources(each.call, parameters)},
-            each.order,
+            call.axis,
+            slots.get(call.axis),
+            call.place,
+            f"{call.call.name} {call.call.instance.text}",
+            {name: values.of(source) for name, source in sources.items()},
+            {name: _choices(source, values) for name, source in sources.items()},
+            call.order,
             unit,
             owners.get(program_of(unit).upper(), ""),
-            execute=_execute(each.call),
-            segments=_segments(each.call, values),
+            execute=_execute(call.call),
+            segments=_segments(call.call, sources.get("segments"), values),
         )
 
 
@@ -154,12 +155,17 @@ def _text(operand: Resolved) -> str:
     return str(operand.value) if isinstance(operand, Constant) else repr(operand)
 
 
-def _segments(call: AddOnCall, values: Values) -> tuple[tuple[Range, Range, Range], ...] | None:
-    """Return length, speed and rate of a blend's segments, as far as they are known."""
-    source = dict(_sources(call, {"SEGMENTS": "segments"})).get("segments")
-    if call.name != "PROGRAMBLEND3601" or source is None:
+def _segments(
+    call: AddOnCall, number: Resolved | None, values: Values
+) -> tuple[tuple[Range, Range, Range], ...] | None:
+    """Return length, speed and rate of a blend's segments, as far as they are known.
+
+    Args:
+        number: the number of segments; None if the block programs no blend.
+    """
+    if number is None:
         return None
-    count = values.of(source)
+    count = values.of(number)
     if not count.is_constant or not 0 < count.least <= SEGMENTS_MAX:
         return None
     arrays = [call.handed.get(name) for name in ("LENGTHS", "VELOCITIES", "RATES")]

@@ -37,9 +37,9 @@ class RoutineCalls:
         self._points = points
         self._of: dict[str, list[Point]] = {}
         for point in points:
-            for each in point.step.operands:
-                if isinstance(each, Call):
-                    self._of.setdefault(each.routine.upper(), []).append(point)
+            for operand in point.step.operands:
+                if isinstance(operand, Call):
+                    self._of.setdefault(operand.routine.upper(), []).append(point)
 
     def of(self, routine: str) -> Sequence[Point]:
         """Return the calls of a routine."""
@@ -53,8 +53,8 @@ class RoutineCalls:
         found = []
         for point in calls:
             if point.routine.chart is None and point.step.name == "JSR":
-                for each in self.runs(point.routine, depth - 1):
-                    found.append(Run(AllOf((each.when, plain(point.condition))), point.place.line))
+                for run in self.runs(point.routine, depth - 1):
+                    found.append(Run(AllOf((run.when, plain(point.condition))), point.place.line))
         return found
 
     def exclude(self, one: Point, other: Point) -> bool:
@@ -127,15 +127,15 @@ def exclusive_repeats(
     writing = [point for point in points if _written(point)] if remarks else []
     at = grouped(writing, lambda point: point.place)
     writers = grouped(writing, _written)
-    for each in remarks:
+    for remark in remarks:
         excluded = (  # the first pair that can both run decides, as n coils have n² pairs
             calls.exclude(point, other)
-            for point in at.get(each.place, ())
+            for point in at.get(remark.place, ())
             for other in writers[_written(point)]
             if other is not point
         )
         if not next(excluded, False) or not all(excluded):
-            yield each
+            yield remark
 
 
 def _written(point: Point) -> str:

@@ -6,11 +6,11 @@ A bit that the program writes is renamed for the rest of the rung, because its v
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
-from scanrack.ladder.model.operators import RELATIONS
+from scanrack.ladder.model.operators import COMPARISONS, RELATIONS
 from scanrack.ladder.state.lowered import ADD_ON, LoweredStep
 
 from ..logic import (
@@ -30,9 +30,6 @@ from ..logic import (
 from ..ranges import ANY, Range
 from .number_ranges import Values, type_range
 from .operands import group_of, key_of, path_of, written_by
-
-COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
-
 
 EDGE = "ONS "
 """Prefix in the names of one-shots, whose power does not show the state of their bits."""
@@ -71,13 +68,9 @@ class RungConditionNames:
         """Rename every value."""
         self.all = next(self.turns)
 
-    def state(self) -> tuple[dict[str, int], int]:
-        """Return the present names, for `go_back`."""
-        return dict(self.written), self.all
-
-    def go_back(self, state: tuple[dict[str, int], int]) -> None:
-        """Restore the names that `state` returned."""
-        self.written, self.all = dict(state[0]), state[1]
+    def copy(self) -> RungConditionNames:
+        """Return the present names, which later writes do not change."""
+        return replace(self, written=dict(self.written))
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
@@ -168,7 +161,7 @@ class Conditions:
     def _is_none_of(self, operand: Resolved, value: float) -> bool:
         """Whether a number gets only constants, all different from a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
-        known = len(choices) > 2 and all(each.is_constant for each in choices)
+        known = len(choices) > 2 and all(choice.is_constant for choice in choices)
         return known and all(each.least != value for each in choices)
 
     def _limits(self, operand: Resolved) -> Range:
@@ -179,5 +172,5 @@ class Conditions:
             return ANY
         is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
         written = self._values.written(operand) if is_tag and operand.bit is None else []
-        is_chosen = len(written) > 1 and all(each.is_constant for each in written)
+        is_chosen = len(written) > 1 and all(write.is_constant for write in written)
         return self._values.of(operand) if is_chosen else type_range(operand.type)

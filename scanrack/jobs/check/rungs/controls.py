@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Group, Place
@@ -11,6 +11,7 @@ from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Facts, FileLine
 from .operands import around, first_of, group_of, is_fixed, key_of, path_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 FAMILIES: Mapping[str, str] = {
@@ -28,19 +29,14 @@ LOADS = {"FFU": "FFL", "LFU": "LFL"}
 """By instruction that unloads a queue, the instruction that loads it."""
 
 
-def shared(points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts) -> None:
-    """Note the mistakes of instructions that share an operand.
-
-    Args:
-        mentions: all operands of the program.
-        read: paths in capitals that the program reads, such as COUNT.DN.
-    """
-    _never_reset(points, mentions, read, facts)
-    own = [point for point in points if point.is_rung]
+def shared(view: LadderView, facts: Facts) -> None:
+    """Note the mistakes of instructions that share an operand."""
+    _never_reset(view, facts)
+    own = [point for point in view.main if point.is_rung]
     _queues(own, facts)
     _controls(own, facts)
     _counters(own, facts)
-    _outputs(points, facts)
+    _outputs(view.main, facts)
 
 
 def _queues(points: Sequence[Point], facts: Facts) -> None:
@@ -94,28 +90,27 @@ def _counters(points: Sequence[Point], facts: Facts) -> None:
 COUNTING = ("RTO", "CTU", "CTD")
 
 
-def _never_reset(
-    points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts
-) -> None:
+def _never_reset(view: LadderView, facts: Facts) -> None:
     """Note RTOs and counters whose DN is read but that are never reset, so that DN stays on forever."""
     kinds: dict[str, set[str]] = {}
-    counting = [(group, point) for point in points if (group := group_of(point.step, COUNTING)) is not None]
+    groups = ((group_of(point.step, COUNTING), point) for point in view.main)
+    counting = [(group, point) for group, point in groups if group is not None]
     for group, point in counting:
         kinds.setdefault(path_of(group), set()).add(point.step.name)
-    written = set(_written_otherwise(mentions))
+    written = set(_written_otherwise(view.mentions))
     for group, point in counting:
         path = path_of(group)
         is_set_back = len(kinds[path]) > 1 or not written.isdisjoint((path, f"{path}.ACC", *around(path)))
-        if point.step.name != "CTD" and not group.frame and f"{path}.DN" in read and not is_set_back:
+        if point.step.name != "CTD" and not group.frame and f"{path}.DN" in view.read and not is_set_back:
             text = f"{group.text} is never set back: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", point.place, text)
 
 
 def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
     """Yield the paths that are written by anything other than an RTO or a counter."""
-    for each in mentions:
-        if each.writes and each.site.instruction.partition("(")[0] not in COUNTING:
-            yield path_of(each.where)
+    for mention in mentions:
+        if mention.writes and mention.site.instruction.partition("(")[0] not in COUNTING:
+            yield path_of(mention.where)
 
 
 def _outputs(points: Sequence[Point], facts: Facts) -> None:

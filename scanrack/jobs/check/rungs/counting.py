@@ -24,7 +24,8 @@ from ..logic import TRUE, Bit, Compare, Condition, base_of, compares, leaves
 from .accesses import in_first_scan
 from .conditions import EDGE
 from .number_ranges import BY_PEOPLE, Values, written_value
-from .operands import is_zero, key_of, parts_of, uses_of
+from .operands import is_input, is_zero, key_of, parts_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 RUN = {
@@ -53,7 +54,7 @@ def never_run(facts: Facts) -> None:
 
 def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
     """Note a counter or timer if its result is read but nothing runs it."""
-    running = [each for each in accesses if _runs(each)]
+    running = [access for access in accesses if _runs(access)]
     for each in accesses:
         member, element = _member(each.part)
         is_result = each.reads and member in RESULTS
@@ -80,13 +81,13 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 """Finds, in the names of inputs, words for buttons. People press these whenever they want."""
 
 
-def unbounded(points: Sequence[Point], values: Values, places: Mapping[str, Place], facts: Facts) -> None:
+def unbounded(view: LadderView, facts: Facts) -> None:
     """Note subscripts that count up or down and that nothing limits."""
     used: dict[str, Subscript] = {}
-    for each in chain.from_iterable(map(_subscripts, points)):
+    for each in chain.from_iterable(map(_subscripts, view.points)):
         used.setdefault(key_of(each.number), each)
-    counting = {key: each for key, each in used.items() if _only_counts(each.number, values)}
-    limits, resets = _bounds(points if counting else (), used, places)
+    counting = {key: each for key, each in used.items() if _only_counts(each.number, view.values)}
+    limits, resets = _bounds(view.points if counting else (), used, view.places)
     for key, each in counting.items():
         _note_reached(each, limits[key], resets[key], facts)
 
@@ -128,7 +129,7 @@ class Subscript(NamedTuple):
 def _only_counts(index: Place, values: Values) -> bool:
     """Whether a number counts and gets only known values."""
     sources = values.sources(index)
-    return None not in sources and any(_counts(each, key_of(index)) for each in sources)
+    return None not in sources and any(_counts(source, key_of(index)) for source in sources)
 
 
 def _limited(point: Point, counted: str) -> Iterator[str]:
@@ -154,7 +155,7 @@ def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> floa
     """Return the value that a subscript reaches before its only comparison resets it; None if unknown."""
     if len({id(each.step) for each in limits}) != 1 or not all(_asks(each.condition, key) for each in resets):
         return None
-    match [each for each in leaves(limits[0].own) if isinstance(each, Compare)]:
+    match [leaf for leaf in leaves(limits[0].own) if isinstance(leaf, Compare)]:
         case [Compare(relation=">" | ">=" | "=" as relation) as found] if resets and compares(found, key):
             return found.number - (relation != ">")
     return None
@@ -162,12 +163,12 @@ def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> floa
 
 def _asks(condition: Condition, key: str) -> bool:
     """Whether a condition compares a number."""
-    return any(compares(each, key) for each in leaves(condition))
+    return any(compares(leaf, key) for leaf in leaves(condition))
 
 
 def _subscripts(point: Point) -> Iterator[Subscript]:
     """Yield the single numbers that are used in an instruction's subscripts."""
-    for operand in (each for given in point.step.operands for each in parts_of(given)):
+    for operand in (part for given in point.step.operands for part in parts_of(given)):
         if isinstance(operand, Place | Group):
             for number, last in _numbers(operand):
                 yield Subscript(number, point.place, operand.text, last)
@@ -211,13 +212,12 @@ def _read(operand: object) -> Iterator[str]:
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     """Whether an instruction acts only in the first scan, or when a person presses a button."""
     parts = set(leaves(point.condition)) - {TRUE}
-    bits = [each for each in parts if isinstance(each, Bit)]
-    levels = [each for each in bits if not each.name.startswith(EDGE)]
+    bits = [part for part in parts if isinstance(part, Bit)]
+    levels = [bit for bit in bits if not bit.name.startswith(EDGE)]
     is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
     return in_first_scan(levels) or (is_pressed and len(bits) == len(parts))
 
 
 def _is_button(bit: Bit, places: Mapping[str, Place]) -> bool:
     place = places.get(base_of(bit.name))
-    is_input = place is not None and place.leaf.slot is not None and not place.leaf.output
-    return is_input and place is not None and BUTTONS.search(place.text) is not None
+    return is_input(place) and BUTTONS.search(place.text) is not None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from scanrack.io_images.amci3601 import Limits
 from scanrack.io_images.drives.bits import Modifier
@@ -11,11 +11,12 @@ from scanrack.io_images.drives.models import WORDS, Model
 
 from ..facts import Violation
 from .blocks import BlockCall
+from .view import LadderView
 
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
     """Return the largest limits in a rack: the given ones or those of its drives."""
-    own = [each.limits for each in models]
+    own = [model.limits for model in models]
     speeds, rates = (each.speed for each in own), (each.rate for each in own)
     return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
 
@@ -24,19 +25,12 @@ WordsOf = Callable[[object, int], Sequence[int | None] | None]
 """Returns a number of constant words from an operand on; None if it is too short or not constant."""
 
 
-def note_drives(
-    calls: Sequence[BlockCall], axes: Mapping[str, int], models: Mapping[int, Model], words_of: WordsOf
-) -> Iterator[Violation]:
-    """Yield the calls that can't work on their axis's drive.
-
-    Args:
-        axes: slots by axis.
-        models: drives by slot.
-    """
-    for each in calls:
-        model = models.get(axes.get(each.axis, 0))
+def note_drives(view: LadderView, words_of: WordsOf) -> Iterator[Violation]:
+    """Yield the calls that can't work on their axis's drive."""
+    for call in view.calls:
+        model = view.drives.get(view.axes.get(call.axis, 0))
         if model is not None:
-            yield from (Violation(each.place, text) for text in _wrong(each, model, words_of))
+            yield from (Violation(call.place, text) for text in _wrong(call, model, words_of))
 
 
 def _wrong(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:

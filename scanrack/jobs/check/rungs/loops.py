@@ -27,7 +27,7 @@ LEAVES = ("EXIT", "RETURN", "RET", "TND", "JMP")
 def endless(
     routines: Iterable[LoweredRoutine], place_of: Callable[[LoweredLine], FileLine], facts: Facts
 ) -> None:
-    """Note endless loops in the user's routines."""
+    """Note endless loops."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             text = _why_endless(loop)
@@ -45,8 +45,8 @@ def _why_endless(loop: Loop) -> str:
     if loop.start is not None:
         return "FOR counts by 0: it never ends" if _counts_by_zero(loop) else ""
     tested = loop.condition.steps[0].operands[0]
-    places = [each for each in parts_of(tested) if isinstance(each, Place)]
-    names = ", ".join(dict.fromkeys(each.text for each in places))
+    places = [part for part in parts_of(tested) if isinstance(part, Place)]
+    names = ", ".join(dict.fromkeys(place.text for place in places))
     if not names or not _are_fixed(places, steps):
         return ""
     return f"nothing in this loop changes {names}: it never ends once it begins"
@@ -99,16 +99,9 @@ def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, fr
         for loop in loops_in(routine.body or ()):
             sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
             yield from ((path, range_, sites) for path, range_ in _counted_by(loop))
-        yield from (_counted_by_step(step) for step in steps_in(routine) if _is_bounded(step))
-
-
-def _is_bounded(step: LoweredStep) -> bool:
-    """Whether an instruction is a FOR with constant bounds."""
-    return step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4])
-
-
-def _counted_by_step(step: LoweredStep) -> tuple[str, Range, frozenset[int]]:
-    return path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
+        for step in steps_in(routine):
+            if step.name == "FOR" and all(isinstance(operand, Constant) for operand in step.operands[2:4]):
+                yield path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
 
 
 def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Range]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 
@@ -12,7 +12,6 @@ from scanrack.ladder.model.types import FBD_TIMER, TIMER
 from scanrack.ladder.state.lowered import (
     ADD_ON,
     LoweredLine,
-    LoweredProgram,
     LoweredStep,
     Node,
     Parallel,
@@ -37,8 +36,10 @@ from ..logic import (
 )
 from ..ranges import Range
 from .conditions import Conditions
-from .number_ranges import COPIES, Values, is_whole, type_range, written_value
-from .operands import calculations_of, first_of, group_of, is_fixed, key_of, path_of
+from .number_ranges import COPIES, is_whole, type_range, written_value
+from .operands import calculations_of, first_of, group_of, is_fixed, is_input, key_of, path_of
+from .subscripts import note_lengths, note_subscripts
+from .view import LadderView
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO")
@@ -58,29 +59,25 @@ THOUSAND = 1000
 
 
 class Mistakes:
-    """Notes the mistakes of instructions.
+    """Notes the mistakes of instructions."""
 
-    Args:
-        read: paths that the program reads, in capitals, such as COUNT.DN.
-        scan_ms: time between scans, ms.
-        made: whether Python has generated the rungs, so that numbers have lost their radix.
-    """
-
-    def __init__(
-        self,
-        lowered: LoweredProgram,
-        values: Values,
-        facts: Facts,
-        read: frozenset[str],
-        *,
-        made: bool,
-        scan_ms: float,
-    ) -> None:
-        self._lowered, self._values, self._facts, self._read = lowered, values, facts, read
-        self._is_made, self._scan_ms = made, scan_ms
+    def __init__(self, view: LadderView, facts: Facts) -> None:
+        self._view, self._values, self._facts = view, view.values, facts
+        self._is_made = view.path.suffix == ".py"  # Python has made the rungs: numbers have lost their radix
         self._dead: FileLine | None = None  # the line that was last noted as never acting
 
-    def note(self, point: Point) -> None:
+    def note(self) -> None:
+        """Note the mistakes in all instructions and branches."""
+        seen: set[tuple[str, str]] = set()
+        for point in self._view.points:
+            self._instruction(point)
+            note_subscripts(point, self._view.counts, self._facts, seen)
+            note_lengths(point, self._facts)
+        for routine in self._view.routines:
+            for line in routine.lines if routine.body is None else ():
+                self._branches(line)
+
+    def _instruction(self, point: Point) -> None:
         """Note the mistakes in an instruction."""
         self._condition(point)
         if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, FixedTruth):
@@ -121,18 +118,19 @@ class Mistakes:
         self._facts.remark(rule, point.place, f"{text} {says}")
         self._dead = point.place
 
-    def branches(self, line: LoweredLine, conditions: Conditions, place: FileLine) -> None:
+    def _branches(self, line: LoweredLine) -> None:
         """Note branches of a rung that are shorted, or that always pass power through one leg or another."""
+        place = self._view.place(line)
         for node in _parallels(line.nodes):
             legs = [steps_of(leg, copies=False) for leg in node.legs]
             deciding = [leg for leg in legs if any(step.name != "NOP" for step in leg)]
             if not all(map(_decides, chain(*legs))) or not deciding:
                 continue
-            branch = f"the branch of {self._lowered.sites[deciding[0][0].site].instruction}"
+            branch = f"the branch of {self._view.lowered.sites[deciding[0][0].site].instruction}"
             if len(deciding) < len(legs):
                 text = f"an empty leg shorts {branch}, which decides nothing"
                 self._facts.remark("shorted-branch", place, text)
-            elif _always_has_power(node, conditions):
+            elif _always_has_power(node, self._view.conditions):
                 text = f"{branch} always has power: one leg or the other holds"
                 self._facts.remark("constant-condition", place, text)
 
@@ -140,7 +138,7 @@ class Mistakes:
 
     def _divisions(self, point: Point) -> None:
         step = point.step
-        divisors = [each.operands[1] for each in calculations_of(step, ("/", "MOD"))]
+        divisors = [calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD"))]
         if any(map(self._is_zero, (*divisors, *(step.operands[1:2] if step.name in ("DIV", "MOD") else ())))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
@@ -199,7 +197,7 @@ class Mistakes:
             return
         path = path_of(group)
         found = None if self._values.is_written(f"{path}.PRE") else self._values.initial(group.member("PRE"))
-        is_for_people = point.step.name in COUNTERS and f"{path}.DN" not in self._read
+        is_for_people = point.step.name in COUNTERS and f"{path}.DN" not in self._view.read
         if found is not None and found.most != 0:
             self._short(point, group, found)
         elif found is not None and not is_for_people:
@@ -208,23 +206,20 @@ class Mistakes:
 
     def _short(self, point: Point, timer: Group, preset: Range) -> None:
         """Note a preset that was meant in a unit other than milliseconds: it ends within a few scans."""
-        scans = preset.most / self._scan_ms
+        scan_ms = float(self._view.spec.scan_ms)
+        scans = preset.most / scan_ms
         is_short = preset.least > 0 and (scans <= 1 or (preset.most < SHORT_MS and scans <= FEW))
         if is_short and point.step.name not in COUNTERS and timer.type in (TIMER, FBD_TIMER):
-            where = f"the preset of {timer.text} is {preset} ms, and a scan takes {self._scan_ms:g} ms"
+            where = f"the preset of {timer.text} is {preset} ms, and a scan takes {scan_ms:g} ms"
             self._facts.remark("preset-unit", point.place, f"{point.text}: {where}")
 
 
-def sealed(points: Iterable[Point], places: Mapping[str, Place], facts: Facts) -> None:
-    """Note coils that an input switches on and that then hold themselves on with no way off.
-
-    Args:
-        places: operands by key.
-    """
-    writes = [each for each in facts.accesses if each.writes]
+def sealed(view: LadderView, facts: Facts) -> None:
+    """Note coils that an input switches on and that then hold themselves on with no way off."""
+    writes = [access for access in facts.accesses if access.writes]
     first = {(each.place, each.text): each for each in reversed(writes)}
-    for point in points:
-        name = _sealed_bit(point, places)
+    for point in view.main:
+        name = _sealed_bit(point, view.places)
         write = first.get((point.place, name)) if name else None
         if write is not None and not _others(write, writes):
             text = f"{point.text} holds itself: nothing switches {name} off"
@@ -241,15 +236,11 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
     """Whether an input switches a bit on that then holds itself on, whatever else is off."""
     whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
-    bits = [each for each in leaves(whole) if isinstance(each, Bit) and each.on]
-    starts = (places.get(each.name) for each in bits if each != own)
-    if own not in bits or not any(map(_is_input, starts)):
+    bits = [leaf for leaf in leaves(whole) if isinstance(leaf, Bit) and leaf.on]
+    starts = (places.get(bit.name) for bit in bits if bit != own)
+    if own not in bits or not any(map(is_input, starts)):
         return False
     return never(AllOf((own, negated(whole)))) and not always(whole)
-
-
-def _is_input(place: Place | None) -> bool:
-    return place is not None and place.leaf.slot is not None and not place.leaf.output
 
 
 def _others(own: Access, writes: Sequence[Access]) -> bool:
@@ -291,7 +282,7 @@ def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str
 def _is_excluded(before: Condition, own: Condition) -> bool:
     """Whether a condition contradicts an earlier one about the same values."""
     names = set(map(_value_name, leaves(before))) - {""}
-    meet = any(_value_name(each) in names for each in leaves(own))
+    meet = any(_value_name(leaf) in names for leaf in leaves(own))
     return meet and never(AllOf((before, own)))
 
 

@@ -47,7 +47,7 @@ class OperandOptions:
         """Return the possible values of a word."""
         found = UNKNOWN_CHOICES if operand is None else self.of(operand)
         options = tuple(map(round, found.options))
-        if not options or not all(WORD_MIN <= each <= WORD_MAX for each in options):
+        if not options or not all(WORD_MIN <= option <= WORD_MAX for option in options):
             return UNKNOWN_CHOICES
         return Choices(options, found.source, found.names)
 
@@ -71,14 +71,14 @@ class OperandOptions:
         if place.indices or path in self._busy:
             return UNKNOWN_CHOICES
         self._busy.add(path)
-        parts = [self.of(each, depth - 1) for each in self._values.sources(place) if each is not None]
+        parts = [self.of(source, depth - 1) for source in self._values.sources(place) if source is not None]
         self._busy.discard(path)
         return _one_of(place, parts)
 
 
 def _one_of(place: Place, parts: Sequence[Choices]) -> Choices:
     """Return the options of a number that gets any of several values."""
-    options = [value for each in parts for value in each.options][:MOST]
+    options = [value for part in parts for value in part.options][:MOST]
     names = [name for each in parts for name in each.names or _names(place.leaf.path, each.options)]
     if place.type.is_integer:
         options = list(map(round, options))

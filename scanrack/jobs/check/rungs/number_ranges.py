@@ -6,7 +6,6 @@ unknown or depends on the tag itself, the range is that of the tag's type.
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -105,9 +104,9 @@ class Values:
                 self._written.setdefault(element, []).append(written_value(step))
                 self._elements.setdefault(path_of(target), set()).add(element)
         known = {element: len(values) for element, values in self._written.items()}
-        for each in mentions:
-            if each.writes:
-                self._note_write(each, known)
+        for mention in mentions:
+            if mention.writes:
+                self._note_write(mention, known)
         self._known: dict[str, Range] = dict(_counted(every, list(counted)))
 
     def _note_write(self, mention: Mention, known: dict[str, int]) -> None:
@@ -137,7 +136,7 @@ class Values:
                 return self._of_place(operand, depth)
             case Calculation(name, operands) if name in OPERATIONS:
                 found = OPERATIONS[name](*(self.of(each, depth) for each in operands))
-                return _cut(found) if name == "/" and all(map(is_whole, operands)) else found
+                return OPERATIONS["TRN"](found) if name == "/" and all(map(is_whole, operands)) else found
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
@@ -145,7 +144,7 @@ class Values:
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
             return (self.of(operand),)
         written = self.written(operand)
-        constants = [each for each in written if each.is_constant]
+        constants = [write for write in written if write.is_constant]
         if not constants or len(constants) < len(written):
             return (self.of(operand), *constants)
         return (*constants, *filter(None, [self.initial(operand)]))
@@ -249,8 +248,8 @@ def _counted(
     """Yield the paths that only FOR writes, with their ranges."""
     by_path = grouped(loops, lambda each: each[0])
     sites = frozenset().union(*(each for _, _, each in loops))
-    others = (each for step in steps if step.site not in sites for each in written_by(step))
-    written = {path_of(each) for each in others if isinstance(each, Place | Group)} if by_path else set()
+    others = (operand for step in steps if step.site not in sites for operand in written_by(step))
+    written = {path_of(other) for other in others if isinstance(other, Place | Group)} if by_path else set()
     for path in sorted(by_path.keys() - written):
         yield path, joined(*(found for _, found, _ in by_path[path]))
 
@@ -282,10 +281,6 @@ def is_whole(operand: Resolved) -> bool:
     if isinstance(operand, Constant | Place):
         return operand.type.is_integer
     return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))
-
-
-def _cut(found: Range) -> Range:
-    return Range(math.trunc(found.least), math.trunc(found.most)) if found.is_known else found
 
 
 def _rounded(found: Range) -> Range:

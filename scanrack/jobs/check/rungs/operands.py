@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from typing import Any
+from typing import Any, TypeGuard
 
 from scanrack.ladder.debug.crossref import TARGETS
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
@@ -54,9 +54,9 @@ def parts_of(operand: object) -> Iterator[object]:
 def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calculation]:
     """Yield the operators and functions with the given names in an instruction's operands."""
     for operand in step.operands:
-        for each in parts_of(operand):
-            if isinstance(each, Calculation) and each.name in names:
-                yield each
+        for part in parts_of(operand):
+            if isinstance(part, Calculation) and part.name in names:
+                yield part
 
 
 def is_zero(operand: object) -> bool:
@@ -64,14 +64,19 @@ def is_zero(operand: object) -> bool:
     return isinstance(operand, Constant) and not operand.value
 
 
+def is_input(operand: Place | None) -> TypeGuard[Place]:
+    """Whether an operand is in the input image of a slot."""
+    return operand is not None and operand.leaf.slot is not None and not operand.leaf.output
+
+
 def is_fixed(operand: Place | Group) -> bool:
     """Whether all subscripts of an operand are constants."""
-    return all(isinstance(each, Constant) for each in operand.indices)
+    return all(isinstance(index, Constant) for index in operand.indices)
 
 
-def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
-    """Return the path of a tag, in capitals unless `as_written` is true."""
-    return operand.path if as_written else operand.path.upper()
+def path_of(operand: Place | Group) -> str:
+    """Return the path of a tag, in capitals."""
+    return operand.path.upper()
 
 
 def around(path: str) -> Iterator[str]:
@@ -97,7 +102,7 @@ def part_of(operand: Place | Group, tag: str) -> str:
 
 def _subscripts(operand: Place | Group) -> str:
     bit = operand.bit if isinstance(operand, Place) else None
-    indices = "".join(f"[{_index(each)}]" for each in operand.indices)
+    indices = "".join(f"[{_index(index)}]" for index in operand.indices)
     return indices if bit is None else f"{indices}.{_index(bit)}"
 
 

@@ -21,7 +21,7 @@ them, which is the command. A write to a staged word counts as a write to the mo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scanrack.io_images.amci3601 import StatusMsw
@@ -29,16 +29,15 @@ from scanrack.io_images.image import UNSIGNED_MAX, WORDS, signed_word
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.types import count_of
-from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, Node
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredStep, Node
 
 from ..choices import UNKNOWN_CHOICES, Choices
-from ..facts import FileLine
 from ..module_kinds import MODE_CONFIG
-from ..ranges import Range
 from ..written import WordWrite
 from .number_options import OperandOptions
-from .number_ranges import Values, target_of, written_value
+from .number_ranges import target_of, written_value
 from .operands import first_of, path_of, steps_in, written_by
+from .view import LadderView
 
 COPIES = ("COP", "CPS")
 ELSEWHERE = (
@@ -79,37 +78,22 @@ class Write(WordWrite):
 
 
 class WriteReader:
-    """Reads the writes in a program's lines.
+    """Reads the writes of a program."""
 
-    Args:
-        slots: slot numbers of the 3601s.
-        values: ranges of the program's numbers.
-        counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
-        place_of: returns the file and line number of a line.
-    """
-
-    def __init__(
-        self,
-        lowered: LoweredProgram,
-        mentions: Sequence[Mention],
-        slots: Mapping[int, object],
-        values: Values,
-        counts: Mapping[int, Mapping[str, Range]],
-        place_of: Callable[[LoweredLine], FileLine],
-    ) -> None:
-        self._constants = _constants(lowered, mentions)
-        self._slots, self._values, self._counts, self._place = slots, values, counts, place_of
-        self._options = OperandOptions(values)
-        self._staged = dict(self._stages(lowered))
+    def __init__(self, view: LadderView) -> None:
+        self._view, self._slots, self._values = view, view.steppers, view.values
+        self._constants = _constants(view)
+        self._options = OperandOptions(view.values)
+        self._staged = dict(self._stages())
 
     @property
     def staged(self) -> set[int]:
         """Slots whose output words are copied from a tag, whose initial values may also be sent."""
         return {slot for slot, _ in self._staged.values()}
 
-    def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
+    def _stages(self) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield the paths of tags that are copied to all output words, each with slot and first word."""
-        for step in steps_in(*lowered.routines.values()):
+        for step in steps_in(*self._view.lowered.routines.values()):
             source = first_of(step, COPIES)
             is_tag = isinstance(source, Place | Group) and output_word(source) is None
             slot = self._whole_image(step) if is_tag else None
@@ -152,21 +136,27 @@ class WriteReader:
         start, words = _start_of(operand), self._constants.get(path_of(operand), ())
         return words[start : start + length] if start is not None and len(words) >= start + length else None
 
-    def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
-        """Yield the writes of a rung or a statement."""
+    def writes(self) -> Iterator[Write]:
+        """Yield the writes of all rungs and statements."""
+        for routine in self._view.own:
+            for line in routine.lines:
+                yield from self._of_line(line, is_rung=routine.body is None)
+
+    def _of_line(self, line: LoweredLine, *, is_rung: bool) -> Iterator[Write]:
+        place = self._view.place(line)
         for step in line.all_steps:
             for operand in written_by(step):
                 target = self.target(operand)
                 if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
                     slot, word = target
-                    plain = Write(self._place(line), slot, word, site=step.site)
+                    plain = Write(place, slot, word, site=step.site)
                     yield from self._written(
                         step, operand, plain, _in_series(line, plain) if is_rung else plain
                     )
             for operand in _handed(step):
                 target = self.target(operand)
                 if target is not None:
-                    yield Write(self._place(line), target[0], 0, clears=UNSIGNED_MAX, known=False)
+                    yield Write(place, target[0], 0, clears=UNSIGNED_MAX, known=False)
 
     def _hands_on(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
@@ -207,7 +197,7 @@ class WriteReader:
         if not isinstance(operand, Place) or operand.fixed_index is not None or output_word(operand) is None:
             return ()
         index = operand.indices[-1]
-        counts = self._counts.get(step.site, {})
+        counts = self._view.counts.get(step.site, {})
         found = counts.get(path_of(index)) if isinstance(index, Place) else None
         found = found or self._values.of(index)
         return range(max(0, int(found.least)), min(WORDS - 1, int(found.most)) + 1) if found.is_known else ()
@@ -227,16 +217,16 @@ class WriteReader:
         return [int(found.least) if found.is_constant and found.whole else None]
 
 
-def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[str, tuple[int | None, ...]]:
+def _constants(view: LadderView) -> Mapping[str, tuple[int | None, ...]]:
     """Return the initial values of integer arrays by path; None for words that are written."""
     found: dict[str, list[int | None]] = {
         name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the remaining words are zero
-        for name, tag in lowered.layout.tags().items()
+        for name, tag in view.tags.items()
         if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
     }
-    for each in mentions:
-        words = found.get(path_of(each.where), []) if each.writes else []
-        for at in _written_at(each, len(words)):
+    for mention in view.mentions:
+        words = found.get(path_of(mention.where), []) if mention.writes else []
+        for at in _written_at(mention, len(words)):
             words[at] = None
     return {name: tuple(words) for name, words in found.items()}
 
@@ -251,8 +241,8 @@ def _written_at(mention: Mention, length: int) -> Iterable[int]:
 
 def _handed(step: LoweredStep) -> Iterator[Place | Group]:
     """Yield the operands that an add-on instruction gets by reference."""
-    for each in step.operands:
-        yield from each.handed.values() if isinstance(each, AddOnCall) else ()
+    for operand in step.operands:
+        yield from operand.handed.values() if isinstance(operand, AddOnCall) else ()
 
 
 def _in_series(line: LoweredLine, write: Write) -> Write:

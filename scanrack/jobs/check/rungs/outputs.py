@@ -5,7 +5,7 @@ XIC(FwdPB)XIO(RevCmd)OTE(FwdCmd);  XIC(FwdCmd)OTE(Forward);     Forward: FwdPB a
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.ladder.model.operands import Constant, Place
@@ -26,6 +26,7 @@ from ..logic import (
     with_leaves,
 )
 from .operands import first_of, is_zero, key_of
+from .view import LadderView
 from .walk import Point
 
 DEPTH = 4
@@ -35,19 +36,12 @@ BIT_INSTRUCTIONS = ("OTE", "OTL", ":=", "OTU")
 
 
 class OutputBits:
-    """The output bits of a program.
+    """The output bits of a program."""
 
-    Args:
-        places: operands by key.
-        steppers: slots of 3601s.
-    """
-
-    def __init__(
-        self, points: Sequence[Point], places: Mapping[str, Place], steppers: Collection[int]
-    ) -> None:
-        self._points, self._places, self._steppers = points, places, steppers
+    def __init__(self, view: LadderView) -> None:
+        self._points, self._places, self._steppers = view.main, view.places, view.steppers
         self._writers: dict[str, list[Point]] = {}
-        for point in points:
+        for point in self._points:
             bit = _bit_of(point)
             if bit is not None:
                 self._writers.setdefault(key_of(bit), []).append(point)

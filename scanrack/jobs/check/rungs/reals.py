@@ -13,14 +13,16 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Sequence
 
+from scanrack.io_images.cards import KINDS
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
+from scanrack.ladder.model.operators import COMPARISONS
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Facts
-from .conditions import COMPARISONS
 from .number_ranges import RESULTS, Values, written_value
 from .operands import calculations_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
+from .view import LadderView
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO", "TONR", "TOFR", "RTOR")
@@ -38,15 +40,13 @@ MEASURED = re.compile(r":I\b", re.IGNORECASE)
 DEPTH = 8
 
 
-def note_reals(points: Sequence[Point], values: Values, analog: Collection[int], facts: Facts) -> None:
-    """Note equality comparisons of a calculated REAL, a running time or an analog input.
-
-    Args:
-        analog: slots of cards that have analog inputs.
-    """
-    reals = _Reals(points, values)
-    timers = {path_of(each) for point in points if (each := group_of(point.step, TIMERS)) is not None}
-    for point in points:
+def note_reals(view: LadderView, facts: Facts) -> None:
+    """Note equality comparisons of a calculated REAL, a running time or an analog input."""
+    cards = ((slot.number, KINDS.get(slot.module)) for slot in view.spec.slot)
+    analog = [number for number, kind in cards if kind is not None and kind.channels_in > 0]
+    reals = _Reals(view.points, view.values)
+    timers = {path_of(each) for point in view.points if (each := group_of(point.step, TIMERS)) is not None}
+    for point in view.points:
         for one, relation, other in _comparisons(point.step):
             what = _measured(one, other, timers, analog) if relation == "=" else ""
             if not what and reals.differ(one, relation, other):
@@ -74,7 +74,7 @@ class _Reals:
         """Whether one of two operands is a REAL that is not exact."""
         sides = (one, other)
         has_zero = any(map(is_zero, sides))
-        is_exact_zero = relation == "<>" or any(_key(each) in self._divisors for each in sides)
+        is_exact_zero = relation == "<>" or any(_key(side) in self._divisors for side in sides)
         if not any(map(_is_real, sides)) or (has_zero and is_exact_zero):
             return False
         if all(map(self._is_chosen, sides)) or all(map(self._is_whole, sides)):
@@ -155,14 +155,14 @@ def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
     if step.name in ("EQU", "NEQ"):
         one, other = step.operands[:2]
         yield one, COMPARISONS[step.name], other
-    for each in calculations_of(step, EQUALITIES):
-        if len(each.operands) == 2:
-            yield each.operands[0], each.name, each.operands[1]
+    for calculation in calculations_of(step, EQUALITIES):
+        if len(calculation.operands) == 2:
+            yield calculation.operands[0], calculation.name, calculation.operands[1]
 
 
 def _is_real(operand: Resolved) -> bool:
-    places = (each for each in parts_of(operand) if isinstance(each, Place))
-    return any(not each.type.is_integer and not each.type.is_bool for each in places)
+    places = (part for part in parts_of(operand) if isinstance(part, Place))
+    return any(not place.type.is_integer and not place.type.is_bool for place in places)
 
 
 def _key(operand: Resolved) -> str:
@@ -172,7 +172,7 @@ def _key(operand: Resolved) -> str:
 def _divisors(step: LoweredStep) -> Iterator[str]:
     """Yield the numbers that an instruction divides by."""
     own = step.operands[1:2] if step.name in ("DIV", "MOD") else ()
-    inner = (each.operands[1] for each in calculations_of(step, ("/", "MOD")))
+    inner = (calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD")))
     yield from (key_of(each) for each in (*own, *inner) if isinstance(each, Place))
 
 

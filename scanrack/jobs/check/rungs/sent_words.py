@@ -9,13 +9,14 @@ from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
-from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+from scanrack.runtime.config.rackspec import profile_in
 
 from ..facts import Command, FileLine, SentCommand, Violation
 from ..groups import grouped
 from ..module_kinds import MODE_CONFIG, MOVES, NEWEST, SEARCHES, kinds_of
 from ..ranges import Range, exactly
 from .output_writes import COPIES, Write, WriteReader, output_word
+from .view import LadderView
 
 BLEND = 0x0100
 """The bit of output word 1 that programs a blend."""
@@ -27,39 +28,25 @@ _NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
 
 
 class SentWords:
-    """The commands in a program's writes and copies.
+    """The commands in a program's writes and copies."""
 
-    Args:
-        slots: slots of 3601s.
-        axes: slots of the axes of motion blocks.
-        drives: slots of networked drives.
-    """
-
-    def __init__(
-        self,
-        reader: WriteReader,
-        lines: Sequence[tuple[LoweredLine, FileLine]],
-        writes: Sequence[Write],
-        slots: Mapping[int, SlotSpec],
-        axes: Mapping[str, int],
-        drives: Collection[int],
-    ) -> None:
-        self._reader, self._lines, self._writes, self._slots = reader, lines, writes, slots
-        self._axes, self._drives = axes, drives
-        self._copies = [each for line, place in lines for each in self._copied(line, place)]
+    def __init__(self, view: LadderView, reader: WriteReader, writes: Sequence[Write]) -> None:
+        self._view, self._slots = view, view.steppers
+        self._reader, self._writes = reader, writes
+        self._copies = [each for line, place in view.lines for each in self._copied(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
         """Yield the configurations that are sent."""
-        yield from (each for each in self._copies if each.words[0] & MODE_CONFIG)
-        for each in self._writes:
-            if each.word == 0 and each.known and each.sets & MODE_CONFIG:
-                yield SentCommand(each.place, each.slot, (each.sets,))
+        yield from (copy for copy in self._copies if copy.words[0] & MODE_CONFIG)
+        for write in self._writes:
+            if write.word == 0 and write.known and write.sets & MODE_CONFIG:
+                yield SentCommand(write.place, write.slot, (write.sets,))
 
     def searches(self) -> Iterator[SentCommand]:
         """Yield the commands that start a home search."""
-        for each in self._writes:
-            if each.commands & SEARCHES:
-                yield SentCommand(each.place, each.slot)
+        for write in self._writes:
+            if write.commands & SEARCHES:
+                yield SentCommand(write.place, write.slot)
 
     def commands(self) -> Iterator[Command]:
         """Yield the commands that are sent."""
@@ -77,7 +64,7 @@ class SentWords:
 
     def at_once(self) -> Iterator[Violation]:
         """Yield writes of a command with its parameters that an update may interrupt, which excludes CPS."""
-        for line, place in self._lines:
+        for line, place in self._view.lines:
             written = set()
             for step in line.all_steps:
                 operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
@@ -95,15 +82,15 @@ class SentWords:
 
     def out_of_range(self) -> Iterator[Violation]:
         """Yield constants that are copied to a 3601 and that it refuses."""
-        for each in self._copies:
-            profile = profile_in(self._slots.values(), each.slot)
+        for copy in self._copies:
+            profile = profile_in(self._slots.values(), copy.slot)
             wrong: Iterable[str] = ()
-            if each.words[0] & MODE_CONFIG:
-                broken = check(each.words, Firmware.parse(self._firmware(each.slot)), profile.limits)
+            if copy.words[0] & MODE_CONFIG:
+                broken = check(copy.words, Firmware.parse(self._firmware(copy.slot)), profile.limits)
                 wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
-            elif each.words[0] & MOVES:
-                wrong = _illegal(each.words, profile.limits)
-            yield from (Violation(each.place, text) for text in wrong)
+            elif copy.words[0] & MOVES:
+                wrong = _illegal(copy.words, profile.limits)
+            yield from (Violation(copy.place, text) for text in wrong)
 
     def _firmware(self, slot: int | None) -> str:
         own = None if slot is None else self._slots.get(slot)
@@ -123,8 +110,8 @@ class SentWords:
     def _configured(self, call: AddOnCall, place: FileLine) -> Iterator[SentCommand]:
         """Yield the configuration that a block sends to a 3601."""
         words = self._reader.words_of(call.handed["CONFIGURATION"])
-        slot = self._axes.get(call.handed["AXIS"].text.upper())
-        if words is not None and words[0] is not None and slot not in self._drives:
+        slot = self._view.axes.get(call.handed["AXIS"].text.upper())
+        if words is not None and words[0] is not None and slot not in self._view.drives:
             yield SentCommand(place, slot, _filled(words))
 
 
@@ -142,7 +129,7 @@ def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
     """Yield the speeds that the program writes to a slot one word at a time."""
     by_word = grouped(writes, lambda each: each.word)
     commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
-    is_moved = any(each.sets & (MOVES | SEARCHES) for each in commands)
+    is_moved = any(command.sets & (MOVES | SEARCHES) for command in commands)
     high = max((each.sets for each in highs), default=0)
     for each in lows if is_moved and all(each.known for each in (*highs, *lows)) else ():
         if each.sets or high:

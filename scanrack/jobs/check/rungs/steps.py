@@ -7,7 +7,7 @@ EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40, s
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeGuard
@@ -40,9 +40,10 @@ from ..written import WordWrite
 from .accesses import FIRST_SCAN, in_first_scan
 from .calls import RoutineCalls
 from .conditions import EDGE
-from .number_ranges import Values, written_value
-from .operands import first_of, group_of, key_of
+from .number_ranges import written_value
+from .operands import first_of, group_of, is_input, key_of
 from .output_writes import Write
+from .view import LadderView
 from .walk import Point
 
 UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
@@ -53,24 +54,11 @@ DEPTH = 3
 
 
 class Steps:
-    """The steps of a program.
+    """The steps of a program."""
 
-    Args:
-        points: points of the user's routines.
-        places: operands by key.
-        steppers: slots of 3601s.
-    """
-
-    def __init__(
-        self,
-        points: Sequence[Point],
-        calls: RoutineCalls,
-        values: Values,
-        places: Mapping[str, Place],
-        steppers: Collection[int],
-    ) -> None:
-        self._points, self._calls, self._values = points, calls, values
-        self._places, self._steppers = places, steppers
+    def __init__(self, view: LadderView, calls: RoutineCalls) -> None:
+        self._points, self._values, self._places = view.main, view.values, view.places
+        self._steppers, self._calls = view.steppers, calls
         self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
 
     def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:
@@ -88,9 +76,9 @@ class Steps:
         for write in writes:
             if write.site in points and write.word == 0:
                 yield from self._written(points[write.site], write)
-        for each in commands:
-            for point in self._starting(each):
-                yield from self._in_steps(point, axis=each.axis, kind=each.kind, text=each.text)
+        for command in commands:
+            for point in self._starting(command):
+                yield from self._in_steps(point, axis=command.axis, kind=command.kind, text=command.text)
 
     def _assigned(self) -> Iterator[tuple[Point, str, float]]:
         """Yield the writes of constants to numbers that get only constants."""
@@ -160,7 +148,7 @@ class Steps:
         steps = self._machines[machine]
         for point in self._points:
             own = AllOf((point.condition, point.own))
-            is_asking = any(compares(each, machine) for each in leaves(own))
+            is_asking = any(compares(leaf, machine) for leaf in leaves(own))
             if is_asking and self._there(own, machine, steps) == frozenset({step}):
                 yield point, own
 
@@ -172,11 +160,11 @@ class Steps:
         found: dict[str, set[float]] = {}
         for point in self._points:
             goes = self._machine(point.target)
-            for each in leaves(AllOf((point.own, point.condition)) if goes else point.own):
-                if isinstance(each, Compare) and each.relation in ("=", "<=", ">="):
-                    machine = self._machine(self._places.get(base_of(each.name)))
+            for leaf in leaves(AllOf((point.own, point.condition)) if goes else point.own):
+                if isinstance(leaf, Compare) and leaf.relation in ("=", "<=", ">="):
+                    machine = self._machine(self._places.get(base_of(leaf.name)))
                     if machine:
-                        found.setdefault(machine, set()).add(each.number)
+                        found.setdefault(machine, set()).add(leaf.number)
         for _, machine, step in self._assigned():
             if machine in found:
                 found[machine].add(step)
@@ -189,7 +177,7 @@ class Steps:
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
         written = self._values.written(place)
-        return key_of(place) if len(written) > 1 and all(each.is_constant for each in written) else ""
+        return key_of(place) if len(written) > 1 and all(write.is_constant for write in written) else ""
 
     # --- conditions
 
@@ -224,7 +212,7 @@ class Steps:
             return ""
         condition = coils[0].condition
         parts = condition.parts if isinstance(condition, AllOf) else (condition,)
-        is_plain = all(isinstance(each, Bit | Compare) for each in parts)
+        is_plain = all(isinstance(part, Bit | Compare) for part in parts)
         return " and ".join(sorted(map(repr, parts))) if is_plain else ""
 
     def with_start(self, command: Command) -> Command:
@@ -248,7 +236,7 @@ class Steps:
         place = self._places.get(machine)
         found = None if place is None else self._values.initial(place)
         steps = self._machines.get(machine, frozenset())
-        initial = frozenset(each for each in steps if found is not None and found.least <= each <= found.most)
+        initial = frozenset(step for step in steps if found is not None and found.least <= step <= found.most)
         return frozenset(self._begun.get(machine, ())) or initial
 
     @cached_property
@@ -268,7 +256,7 @@ class Steps:
                 yield replace(point, condition=point.value, place=command.place)
 
     def _ends(self, condition: Condition, depth: int) -> bool:
-        return any(self._says_end(each, depth) for each in leaves(condition))
+        return any(self._says_end(leaf, depth) for leaf in leaves(condition))
 
     def _says_end(self, part: Condition, depth: int) -> bool:
         """Whether a part of a condition may show that a motion has ended or that time has passed."""
@@ -305,13 +293,13 @@ class Steps:
 
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition requires a moving axis."""
-        on = (each for each in leaves(condition) if isinstance(each, Bit) and each.on)
+        on = (leaf for leaf in leaves(condition) if isinstance(leaf, Bit) and leaf.on)
         places = (self._places.get(base_of(each.name)) for each in on)
-        return any(_status(each) in MOVING for each in places if self._is_input(each))
+        return any(_status(place) in MOVING for place in places if self._is_input(place))
 
     def _is_input(self, place: Place | None) -> TypeGuard[Place]:
         """Whether an operand is an input of a 3601."""
-        return place is not None and place.leaf.slot in self._steppers and not place.leaf.output
+        return is_input(place) and place.leaf.slot in self._steppers
 
 
 def _status(place: Place) -> str | None:

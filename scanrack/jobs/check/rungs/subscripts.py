@@ -62,7 +62,7 @@ def _elements_from(operand: object) -> int | None:
 
 def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
     """Yield the subscripts and bit numbers in an instruction, each with the number of elements or bits."""
-    for operand in (each for given in point.step.operands for each in parts_of(given)):
+    for operand in (part for given in point.step.operands for part in parts_of(given)):
         if isinstance(operand, Place):
             for index, size in zip(operand.indices, operand.leaf.dims, strict=True):
                 yield operand, index, size
@@ -84,6 +84,6 @@ def _counted(index: Resolved) -> tuple[str, float]:
 
 def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:
     """Whether a condition keeps a number within a bound."""
-    compared = (each for each in leaves(point.condition) if isinstance(each, Compare))
+    compared = (leaf for leaf in leaves(point.condition) if isinstance(leaf, Compare))
     names = sorted({each.name for each in compared if base_of(each.name) == count})
     return any(never(AllOf((Compare(name, relation, bound), point.condition))) for name in names)

@@ -2,99 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeGuard
 
-from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.drives.translation import model_of
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.resolver import MEANINGS
 from scanrack.ladder.model.tags import Leaf, SlotAlias
-from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.ladder.state.lowered import steps_of
 
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import FileLine, UsesBit, Violation
 from ..groups import grouped
-from .blocks import BlockCall
+from .view import LadderView
 
 
 class Terminals:
-    """The terminals that a program names.
+    """The terminals that a program names."""
 
-    Args:
-        path: file of the program.
-        declared: returns the place where a name is declared.
-    """
+    def __init__(self, view: LadderView) -> None:
+        self._view = view
+        self._cards = {slot.number: slot.words for slot in view.spec.slot}
 
-    def __init__(
-        self,
-        lowered: LoweredProgram,
-        mentions: Sequence[Mention],
-        spec: RackSpec,
-        path: Path,
-        declared: Callable[[str], FileLine],
-    ) -> None:
-        self._lowered, self._mentions, self._spec = lowered, mentions, spec
-        self._path, self._declared = path, declared
-        self._cards = {slot.number: slot.words for slot in spec.slot}
-        self._steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-
-    def misplaced(
-        self, lines: Sequence[tuple[LoweredLine, FileLine]], calls: Sequence[BlockCall]
-    ) -> Iterator[Violation]:
+    def misplaced(self) -> Iterator[Violation]:
         """Yield the instructions that use a bit without a terminal on its card, or a slot that is missing."""
         if not self._cards:
             return
-        for line, place in lines:
+        for line, place in self._view.lines:
             for step in steps_of(line.nodes):
                 for operand in step.operands:
                     text = self._no_terminal(operand) if isinstance(operand, Place | Group) else ""
                     if text:
                         yield Violation(place, text)
-        for each in self._lowered.layout.declarations.values():
+        for each in self._view.lowered.layout.declarations.values():
             if isinstance(each, SlotAlias) and each.slot not in self._cards:
                 text = f"SLOT {each.name} : {each.slot}: the rack has modules in {self._there()} only"
-                yield Violation(self._declared(each.name), text)
-        yield from map(self._wrong_module, self._named_bits(calls))
+                yield Violation(self._view.declaration(each.name), text)
+        yield from map(self._wrong_module, self._named_bits())
 
-    def _named_bits(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
+    def _named_bits(self) -> Iterator[tuple[str, int, FileLine]]:
         """Yield the first use of status, command or configuration bits of a module that has none."""
         seen = set()
-        for use in (*self._aliased_bits(), *self._owned_images(calls)):
+        for use in (*self._aliased_bits(), *self._owned_images()):
             if use[1] not in seen:
                 seen.add(use[1])
                 yield use
 
     def _is_other_module(self, slot: int | None) -> TypeGuard[int]:
-        return slot in self._cards and slot not in self._steppers
+        return slot in self._cards and slot not in self._view.steppers
 
     def _aliased_bits(self) -> Iterator[tuple[str, int, FileLine]]:
         """Yield uses of a slot's bit groups, by name, that the slot's module does not have."""
-        declared = self._lowered.layout.declarations
+        declared = self._view.lowered.layout.declarations
         aliases = {name: each.slot for name, each in declared.items() if isinstance(each, SlotAlias)}
-        for each in self._mentions:
-            name, _, rest = each.text.partition(".")
+        for mention in self._view.mentions:
+            name, _, rest = mention.text.partition(".")
             slot = aliases.get(name.upper())
             group = rest.lower().partition(".")[0]
             is_group = group.upper() in MEANINGS
             if is_group and self._is_other_module(slot) and group not in self._cards[slot].groups:
-                yield each.text, slot, self._declared(name)
+                yield mention.text, slot, self._view.declaration(name)
 
-    def _owned_images(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
+    def _owned_images(self) -> Iterator[tuple[str, int, FileLine]]:
         """Yield the images of other modules, except networked drives, that a call of Amci3601 gets."""
-        for each in calls:
-            for name, operand in each.call.handed.items() if each.is_owner else ():
+        for call in self._view.calls:
+            for name, operand in call.call.handed.items() if call.is_owner else ():
                 slot = first_leaf(operand).slot
                 if self._is_other_module(slot) and model_of(self._cards[slot]) is None:
-                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, each.place
+                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, call.place
 
     def _wrong_module(self, use: tuple[str, int, FileLine]) -> Violation:
         text, slot, place = use
-        steppers = ", ".join(map(str, self._steppers)) or "no slot"
-        module = next(each.module for each in self._spec.slot if each.number == slot)
+        steppers = ", ".join(map(str, self._view.steppers)) or "no slot"
+        module = next(each.module for each in self._view.spec.slot if each.number == slot)
         return Violation(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
 
     def _there(self) -> str:
@@ -108,7 +89,7 @@ class Terminals:
         if leaf.slot in self._cards:
             there = self._instead(operand, leaf)
             return f"{operand.text}: the card in slot {leaf.slot} has {there}" if there else ""
-        is_export = self._path.suffix in EXPORT_SUFFIXES
+        is_export = self._view.path.suffix in EXPORT_SUFFIXES
         return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
 
     def _instead(self, operand: Place | Group, leaf: Leaf) -> str:
@@ -123,8 +104,8 @@ class Terminals:
 
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""
-        read = [each for each in self._mentions if each.reads]
-        written = [each for each in self._mentions if each.writes]
+        read = [mention for mention in self._view.mentions if mention.reads]
+        written = [each for each in self._view.mentions if each.writes]
         used = {"I": _by_image(read), "O": _by_image(written)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
@@ -135,7 +116,7 @@ class Terminals:
 
 def _by_image(mentions: Iterable[Mention]) -> Mapping[tuple[int | None, bool], list[Mention]]:
     """Return the mentions of images, by slot and by whether the image is an output image."""
-    of_images = (each for each in mentions if first_leaf(each.where).is_image)
+    of_images = (mention for mention in mentions if first_leaf(mention.where).is_image)
     return grouped(of_images, lambda each: (first_leaf(each.where).slot, first_leaf(each.where).output))
 
 

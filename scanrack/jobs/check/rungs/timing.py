@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.tags import Tag
 
@@ -18,8 +17,8 @@ from ..facts import Facts
 from ..logic import TRUE, needed
 from ..ranges import Range
 from .conditions import EDGE
-from .number_ranges import Values
 from .operands import around, first_of, is_zero, own_group_of, path_of
+from .view import LadderView
 from .walk import Point
 
 RUNG_TIMERS = ("TON", "TOF", "RTO")
@@ -27,32 +26,22 @@ ENABLES = {"TONR": ("TIMERENABLE",), "RTOR": ("TIMERENABLE",), "CTUD": ("CUENABL
 """By instruction of structured text: the bits that can make it run."""
 
 
-def note_timing(
-    points: Sequence[Point],
-    mentions: Sequence[Mention],
-    values: Values,
-    tags: Mapping[str, Tag],
-    facts: Facts,
-) -> None:
-    """Note timers that can't work as intended.
-
-    Args:
-        mentions: all operands of the program.
-    """
+def note_timing(view: LadderView, facts: Facts) -> None:
+    """Note timers that can't work as intended."""
     targets = {
-        path_of(each.where)
-        for each in mentions
-        if each.writes and (each.step is None or each.step.name not in ENABLES)
+        path_of(mention.where)
+        for mention in view.mentions
+        if mention.writes and (mention.step is None or mention.step.name not in ENABLES)
     }
-    for point in points:
+    for point in view.points:
         timer = own_group_of(point.step, RUNG_TIMERS)
         if timer is not None:
-            _note_rung_timer(point, values.of(timer.member("PRE")), facts)
+            _note_rung_timer(point, view.values.of(timer.member("PRE")), facts)
         block = own_group_of(point.step, ENABLES)
-        if block is not None and not _is_enabled(point, block, targets, tags):
+        if block is not None and not _is_enabled(point, block, targets, view.tags):
             names = " or ".join(ENABLES[point.step.name]).replace("TIMERENABLE", "TimerEnable")
             facts.remark("never-run", point.place, f"{point.text}: nothing sets its {names}")
-    _never_disabled(points, targets, facts)
+    _never_disabled(view.points, targets, facts)
 
 
 def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:

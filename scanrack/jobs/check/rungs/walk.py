@@ -172,16 +172,15 @@ class Walker:
         return self._series(line, line.nodes, reached)
 
     def _arms(self, arms: Arms, reached: Condition) -> None:
-        names = self._conditions.names
         for line, body in arms.arms:
             decided = self._act(line, reached)
-            here = names.state()
+            names = self._conditions.names.copy()
             self._body(body, all_of(reached, decided))
-            names.go_back(here)  # the next arm is reached without running this one
+            self._conditions.names = names  # the next arm is reached without running this one
             reached = all_of(reached, negated(decided))
         self._otherwise(arms.otherwise, reached)
         if any(body for _, body in arms.arms) or arms.otherwise:
-            names.forget()
+            self._conditions.names.forget()
 
     def _selection(self, selection: Selection, reached: Condition) -> None:
         self._act(selection.line, reached)

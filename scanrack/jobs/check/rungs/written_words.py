@@ -43,12 +43,12 @@ def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:
 
 def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[Violation]:
     """Yield constants that are out of range for their output word, from 2 to 7."""
-    for each in writes:
-        ranges = word_ranges(profile_in(slots.values(), each.slot).limits)
-        if not each.known or each.word not in ranges:
+    for write in writes:
+        ranges = word_ranges(profile_in(slots.values(), write.slot).limits)
+        if not write.known or write.word not in ranges:
             continue
-        value = each.sets - (1 << 16) * (each.sets >> 15)
-        least, most = ranges[each.word]
+        value = write.sets - (1 << 16) * (write.sets >> 15)
+        least, most = ranges[write.word]
         if not least <= value <= most:
-            text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
-            yield Violation(each.place, text)
+            text = f"slot {write.slot}: output word {write.word} is {value}: must be {least} to {most}"
+            yield Violation(write.place, text)

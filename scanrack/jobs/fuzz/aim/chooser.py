@@ -113,7 +113,7 @@ class Chooser:
         draws = self._draws
         contact = self._tried = self._untried.pop()
         run_ns = draws.scans * draws.scan_ns
-        for_ns = max((each for each in draws.times if each < run_ns // 2), default=HELD_MS * MS)
+        for_ns = max((time for time in draws.times if time < run_ns // 2), default=HELD_MS * MS)
         at_ns = int(draws.scans * HELD_AT) * draws.scan_ns
         return with_part(Scenario(), replace(contact, at_ns=at_ns, for_ns=for_ns + 5 * draws.scan_ns))
 

@@ -121,7 +121,7 @@ class Corpus:
 
     def merge(self, other: Corpus) -> None:
         """Add the results of a search that began with a share of this corpus."""
-        own = {each.number: each for each in self.entries if each.number >= 0}
+        own = {entry.number: entry for entry in self.entries if entry.number >= 0}
         for each in other.entries:
             if each.number in own:
                 own[each.number].update(each)
@@ -135,7 +135,7 @@ class Corpus:
     def share(self, most: int) -> Corpus:
         """Return the corpus for a round: all seen features, the least varied entries, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
-        chosen = [each for each in self.entries if id(each) in turn]
+        chosen = [entry for entry in self.entries if id(entry) in turn]
         for each in chosen:
             if each.number < 0:
                 self.numbers += 1
@@ -149,7 +149,7 @@ class Corpus:
         """Return a copy for one task of a round, with its share of the sweep."""
         return replace(
             self,
-            entries=[replace(each) for each in self.entries],
+            entries=[replace(entry) for entry in self.entries],
             seen=set(self.seen),
             swept=set(self.swept),
             waiting=self.waiting[place::count],
@@ -213,7 +213,7 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
         if edges is None:
             continue
         firsts = edges.firsts()
-        if all(each in firsts for each in features):
+        if all(feature in firsts for feature in features):
             entry.scenario, entry.edges = scenario, edges
             entry.points = sorted({firsts[each] for each in features})
 

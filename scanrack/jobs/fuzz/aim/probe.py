@@ -215,7 +215,7 @@ class _Lines:
 
     def __call__(self) -> Values:
         """Return the line of each sequence, None for a finished one."""
-        resumed = [each.resumed for each in self._sequences]
+        resumed = [sequence.resumed for sequence in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed
             self._lines = [("line", each.line) for each in self._sequences]

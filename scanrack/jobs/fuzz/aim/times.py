@@ -74,8 +74,8 @@ def _times_at(node: ast.AST) -> Iterator[tuple[int, int]]:
         except ValueError:
             return
     elif isinstance(node, ast.Compare):
-        for each in node.comparators:
-            value = each.value if isinstance(each, ast.Constant) else None
+        for comparator in node.comparators:
+            value = comparator.value if isinstance(comparator, ast.Constant) else None
             if value.__class__ is int:
                 yield int(value), 0
             elif value.__class__ is float:

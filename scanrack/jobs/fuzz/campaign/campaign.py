@@ -200,11 +200,7 @@ def width(earlier: int) -> int:
 
 
 def _rounds(
-    state: State,
-    examples: int,
-    end: int | None,
-    again: tuple[Scenario, ...],
-    suggest: Suggest,
+    state: State, examples: int, end: int | None, again: tuple[Scenario, ...], suggest: Suggest
 ) -> Iterator[Iterator[Task]]:
     """Yield the rounds, each made from the current state; the caller stops after an interrupted round."""
     while again or end is None or state.tasks < end:

@@ -41,9 +41,9 @@ class Processes(Executor):
     def __init__(self, jobs: int) -> None:
         self._waiting: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()
         self._workers = [Worker() for _ in range(jobs)]
-        self._threads = [Thread(target=self._serve, args=(each,), daemon=True) for each in self._workers]
-        for each in self._threads:
-            each.start()
+        self._threads = [Thread(target=self._serve, args=(worker,), daemon=True) for worker in self._workers]
+        for thread in self._threads:
+            thread.start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Queue a task for a process."""

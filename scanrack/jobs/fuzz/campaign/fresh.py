@@ -33,11 +33,7 @@ LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
 """Modules that a process in a different environment loads first, in this order."""
 
 
-def run_in_fresh_process(
-    function: Callable[P, Result],
-    *args: P.args,
-    **kwargs: P.kwargs,
-) -> Result:
+def run_in_fresh_process(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
     """Run a function in a new process.
 
     Raises:

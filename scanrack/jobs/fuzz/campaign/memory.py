@@ -55,7 +55,7 @@ class Memory:
         scenarios = [recipe.scenario for _, recipe in own]
         for other in others:
             scenarios += self._of(other)
-        unique = {repr(each): each for each in scenarios}
+        unique = {repr(scenario): scenario for scenario in scenarios}
         return tuple(unique.values())[:MOST_FILES]
 
     def left(self) -> Iterator[tuple[Path, Recipe]]:
@@ -102,5 +102,5 @@ class Memory:
         for name in self._written - names - self._spared:
             (self.corpus.folder / name).unlink(missing_ok=True)
         self._written = names | self._spared
-        for each in shrunk:
-            self.finds.remove(each.scenario, each.broken.invariant)
+        for failure in shrunk:
+            self.finds.remove(failure.scenario, failure.broken.invariant)

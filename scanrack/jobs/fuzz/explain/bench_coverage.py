@@ -126,4 +126,4 @@ class _RungListener(QuietListener):
 
 
 def _text(bits: Bits) -> str:
-    return "".join("01"[each] for each in bits)
+    return "".join("01"[bit] for bit in bits)

@@ -9,6 +9,7 @@ from scanrack.io_images.amci3601.words import may_be_stepper, profile_of
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
 
 from ..invariants.scan_view import SlotSnapshot
 from ..run import TrialBench
@@ -27,7 +28,7 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
     """Return a sentence for each event that began and each change of status or commands in a scan."""
     views: list[_BitView] = []
 
-    def listeners(_spec: RackSpec, rack: Rack) -> Iterable[QuietListener]:
+    def listeners(_spec: RackSpec, rack: Rack, _logic: ScanLogic) -> Iterable[QuietListener]:
         views[:] = [_BitView(rack, scan)]
         return views
 

@@ -74,7 +74,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
     """Return a sentence that counts the lines with gaps."""
-    gaps = sum(bool(each.never) for each in lines)
+    gaps = sum(bool(line.never) for line in lines)
     return (
         f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"
     )

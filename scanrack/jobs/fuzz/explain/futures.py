@@ -93,7 +93,7 @@ class PointOfNoReturn:
         breaks = "break" if self.few > 1 else "breaks"
         text = f"up to scan {self.before} {few} {breaks} it, from scan {self.scan}"
         text += f" ({seconds(self.now_ns)} s) on {self.many} do"
-        return [text + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
+        return [text + (":" if self.changes else ""), *(f"  {change}" for change in self.changes)]
 
 
 class _OutOfTimeError(Exception):

@@ -238,7 +238,7 @@ def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Ite
         yield UnfiredRule(rule, kind.UNTESTABLE, rule.untestable_because)
     for mask in _missing(need.gives, given.commands):
         yield UnfiredRule(rule, kind.COMMAND, f"the program never gives {_commands(mask)}")
-    if not any(rule.applies_to(each) for each in KNOWN if each >= oldest):
+    if not any(rule.applies_to(version) for version in KNOWN if version >= oldest):
         yield UnfiredRule(rule, kind.FIRMWARE, f"no firmware from {oldest} on has this rule")
     for mask in _missing(need.uses, reduce(or_, given.configurations, 0)):
         yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}")

@@ -57,7 +57,7 @@ def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
     """Return a function for each axis of a program: of Python axes, and of motion blocks."""
     inside = unwrapped(logic)
     parts = parts_of(inside) if isinstance(inside, Logic) else ()
-    axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
+    axes = [_of_python(part) for part in parts if isinstance(part, Axis3601)]
     if isinstance(inside, Engine):
         names = _block_axes(inside.lowered)
     else:
@@ -107,17 +107,17 @@ class RestMeter:
     """Measures how long the axes of a program rest during a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:
-        self._axes = [_Rest(each) for each in axes]
+        self._axes = [_Rest(axis) for axis in axes]
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
         """Update the measurement; return a sentence about a command that rests for too long, or None."""
-        found = [each.too_long(now_ns, linked=linked) for each in self._axes]
+        found = [axis.too_long(now_ns, linked=linked) for axis in self._axes]
         return next(filter(None, found), None)
 
     @property
     def same_until_ns(self) -> int:
         """The instant until which no rest is too long, even if its command makes no progress, ns."""
-        return min((each.until_ns for each in self._axes), default=LONGEST_NS)
+        return min((axis.until_ns for axis in self._axes), default=LONGEST_NS)
 
 
 class _Rest:

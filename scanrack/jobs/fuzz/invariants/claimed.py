@@ -17,9 +17,9 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
 
     A run breaks nothing after an assumption has failed.
     """
-    for each in program.properties:
-        if each.claim.kind is not ClaimKind.REACHABLE:
-            yield Invariant(each.claim.name, each.claim.sentence, partial(_SnapshotWatch, program, each))
+    for claim in program.properties:
+        if claim.claim.kind is not ClaimKind.REACHABLE:
+            yield Invariant(claim.claim.name, claim.claim.sentence, partial(_SnapshotWatch, program, claim))
 
 
 class _SnapshotWatch(ClaimWatch):

@@ -86,16 +86,16 @@ def _closure(function: FunctionType) -> dict[str, Any]:
 def _codes(code: CodeType) -> Iterator[CodeType]:
     """Yield the code of a function and of the functions inside it."""
     yield code
-    for each in code.co_consts:
-        if isinstance(each, CodeType):
-            yield from _codes(each)
+    for const in code.co_consts:
+        if isinstance(const, CodeType):
+            yield from _codes(const)
 
 
 def _names(code: CodeType) -> Iterator[str]:
     """Yield the names of the globals and closure variables that some code reads."""
-    for each in dis.get_instructions(code):
-        if each.opname in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"):
-            yield each.argval
+    for instruction in dis.get_instructions(code):
+        if instruction.opname in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"):
+            yield instruction.argval
 
 
 def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]:

@@ -28,12 +28,12 @@ REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corr
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     """Return a feature of a slot that the bench does not support, or None."""
     machine = slot.machine
-    faults = [each for each in spec.incidents if each.slot in (0, slot.number)]
+    faults = [incident for incident in spec.incidents if incident.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
         (not is_stepper(slot.words), f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
-        (any(each.what in TROUBLES for each in faults), "lost links"),
+        (any(fault.what in TROUBLES for fault in faults), "lost links"),
         (any(each.what in REPLIES and each.for_ns for each in faults), "replies that are lost for a time"),
         (
             spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in faults),
@@ -118,7 +118,7 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
         made = {"firmware": slot.firmware, **made}
     switches = _fed_by_bench(slot.machine)
     if switches:
-        made["machine"] = {input_name(each.input): [each.first, each.last] for each in switches}
+        made["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
     if slot.wiring:
         made["wiring"] = slot.wiring
     if slot.options:
@@ -129,24 +129,24 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
 def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
     """Return the requests other than words and levels, by scan."""
     acts: dict[int, dict[str, Any]] = {}
-    for each in incidents:
-        at = -(-each.at_ns // scan_ns)
-        end = -(-(each.at_ns + each.for_ns) // scan_ns)
-        if each.what is FaultKind.PROGRAM_MODE:
+    for incident in incidents:
+        at = -(-incident.at_ns // scan_ns)
+        end = -(-(incident.at_ns + incident.for_ns) // scan_ns)
+        if incident.what is FaultKind.PROGRAM_MODE:
             acts.setdefault(at, {})["plc_mode"] = "program"
-            if each.for_ns:
+            if incident.for_ns:
                 acts.setdefault(end, {})["plc_mode"] = "run"
-        elif each.slot != slot:
+        elif incident.slot != slot:
             continue
-        elif each.what is FaultKind.POWER_CYCLE:
+        elif incident.what is FaultKind.POWER_CYCLE:
             acts.setdefault(at, {})["power_cycle"] = True
-        elif each.what is FaultKind.CONTROLLER_POWER_CYCLE:
+        elif incident.what is FaultKind.CONTROLLER_POWER_CYCLE:
             acts.setdefault(at, {})["device"] = "power_cycle"
-        elif each.what in REPLIES:
-            acts.setdefault(at, {})["link"] = {REPLIES[each.what]: 1}
-        elif each.what is FaultKind.LINE_DOWN:
+        elif incident.what in REPLIES:
+            acts.setdefault(at, {})["link"] = {REPLIES[incident.what]: 1}
+        elif incident.what is FaultKind.LINE_DOWN:
             acts.setdefault(at, {})["link"] = "down"
-            if each.for_ns:
+            if incident.for_ns:
                 acts.setdefault(end, {})["link"] = "up"
     return acts
 

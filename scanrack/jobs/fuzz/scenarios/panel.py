@@ -39,7 +39,7 @@ def settings_of(lowered: LoweredProgram, spec: RackSpec) -> tuple[PanelTag, ...]
     patterns = [
         each.upper() for each in (*spec.server.writable, *spec.prove.written_outside, *spec.prove.free)
     ]
-    leaves = [each for each in lowered.layout.leaves.values() if _is_set(each, patterns)][:MOST_SETTINGS]
+    leaves = [leaf for leaf in lowered.layout.leaves.values() if _is_set(leaf, patterns)][:MOST_SETTINGS]
     if not leaves:
         return ()
     compared = _compared(lowered)
@@ -51,7 +51,7 @@ def _is_set(leaf: Leaf, patterns: list[str]) -> bool:
     if leaf.slot is not None or leaf.dims or leaf.frame or path.startswith(("S:", "~")):
         return False
     named = path.replace("\\", "PROGRAM:", 1) if path.startswith("\\") else path
-    below = (fnmatchcase(named, each) or fnmatchcase(named, f"{each}.*") for each in patterns)
+    below = (fnmatchcase(named, pattern) or fnmatchcase(named, f"{pattern}.*") for pattern in patterns)
     return bool(BY_PEOPLE.search(path)) or any(below)
 
 
@@ -69,7 +69,7 @@ def _compared(lowered: LoweredProgram) -> defaultdict[str, list[int | float]]:
 
 
 def _constants(step: LoweredStep) -> Iterator[int | float]:
-    return (each.value for each in step.operands if isinstance(each, Constant))
+    return (operand.value for operand in step.operands if isinstance(operand, Constant))
 
 
 def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | float]:

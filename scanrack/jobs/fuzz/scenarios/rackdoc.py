@@ -18,7 +18,7 @@ from scanrack.runtime.machine.spec import input_name
 from scanrack.traces.files.portable import relative
 
 from ...load.program import is_python
-from .scenario import ContactPress, Scenario, entries_of, in_succession, of_slot, signal_entries
+from .scenario import Scenario, of_slot
 
 Table = dict[str, Any]
 
@@ -48,25 +48,20 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
 def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
     """Add the parts of a scenario that concern a slot to its table."""
-    versions = dict(scenario.firmware)
-    if slot.number in versions:
-        table["firmware"] = versions[slot.number]
+    changed, own = scenario.laid_over_slot(slot), slot.machine
+    if changed.firmware != slot.firmware:
+        table["firmware"] = changed.firmware
     machine: Table = table.setdefault("machine", {})
     for shift in of_slot(scenario.shifts, slot):
         _shift(machine, shift.steps)
-    lost = of_slot(scenario.lost, slot)
-    _extend(machine, "slips", ({"at": each.at, "steps": each.steps} for each in lost))
-    presses = of_slot(scenario.presses, slot)
-    entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
-    _extend(machine, "timeline", map(_entry, entries))
-    if turns := of_slot(scenario.turns, slot):
-        machine["turns"] = [_turn(each) for each in in_succession(slot.machine.turns, turns)]
-    pushes = [_push(each) for each in of_slot(scenario.pushes, slot)]
-    if signals := of_slot(scenario.signals, slot):
-        given = table.get("options", {}).get("timeline", ())
-        pushes += [_plain_row(row) for row in signal_entries(signals, given)]
-    if pushes:
-        _extend(table.setdefault("options", {}), "timeline", pushes)
+    slips = changed.machine.slips[len(own.slips) :]
+    _extend(machine, "slips", ({"at": slip.at, "steps": slip.steps} for slip in slips))
+    _extend(machine, "timeline", map(_entry, changed.machine.timeline[len(own.timeline) :]))
+    if changed.machine.turns != own.turns:
+        machine["turns"] = [_turn(turn) for turn in changed.machine.turns]
+    if changed.options != slot.options:
+        rows: Any = changed.options["timeline"]
+        table.setdefault("options", {})["timeline"] = [_plain_row(row) for row in rows]
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
@@ -124,10 +119,6 @@ def _ms(time_ns: int) -> Decimal | int:
 def _entry(entry: TimelineEntry) -> Table:
     level = "wired" if entry.energized is None else entry.energized
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energized": level}
-
-
-def _push(push: ContactPress) -> Table:
-    return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
 
 
 def _turn(turn: MasterTurn) -> Table:

@@ -141,7 +141,7 @@ OPERATOR = {"write": Write, "force": Force, "unforce": Unforce, "mode": Mode}
 def _orders(given: object) -> object:
     """Return orders from JSON objects: `{"at_ns": 0, "do": "write", "tag": "Start", "value": true}`."""
     rows = list(given) if isinstance(given, list | tuple) else [given]
-    return tuple(each if isinstance(each, OperatorAction) else _order(each) for each in rows)
+    return tuple(row if isinstance(row, OperatorAction) else _order(row) for row in rows)
 
 
 def _order(given: object) -> OperatorAction:
@@ -153,7 +153,7 @@ def _order(given: object) -> OperatorAction:
 
 
 def _order_rows(orders: tuple[OperatorAction, ...]) -> list[dict[str, Any]]:
-    return [{"at_ns": each.at_ns, **said_of(each.order)} for each in orders]
+    return [{"at_ns": order.at_ns, **said_of(order.order)} for order in orders]
 
 
 Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
@@ -178,11 +178,11 @@ class Scenario:
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""
-        slots = tuple(self._slot(slot) for slot in spec.slot)
-        incidents = tuple(_incident_spec(each) for each in self.incidents)
+        slots = tuple(map(self.laid_over_slot, spec.slot))
+        incidents = tuple(_incident_spec(incident) for incident in self.incidents)
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
 
-    def _slot(self, slot: SlotSpec) -> SlotSpec:
+    def laid_over_slot(self, slot: SlotSpec) -> SlotSpec:
         """Return a slot with the parts of this scenario that concern it; without any, the same slot."""
         changed: dict[str, Any] = {}
         if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
@@ -259,7 +259,7 @@ class Scenario:
     @property
     def size(self) -> int:
         """Number of its parts."""
-        return sum(len(getattr(self, each.name)) for each in fields(self))
+        return sum(len(getattr(self, field.name)) for field in fields(self))
 
 
 _SCENARIO = TypeAdapter(Scenario)
@@ -269,7 +269,7 @@ SomePart = TypeVar("SomePart", bound=Part)
 
 def of_slot(parts: Iterable[SomePart], slot: SlotSpec) -> list[SomePart]:
     """Return the parts that concern a slot."""
-    return [each for each in parts if each.slot == slot.number]
+    return [part for part in parts if part.slot == slot.number]
 
 
 def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Collection[str]) -> None:
@@ -284,7 +284,7 @@ def first_mistake(error: ValidationError) -> str:
     """Return a description of the first mistake: key, value, problem."""
     first = error.errors(include_url=False)[0]
     kind, path = first["type"], first["loc"]
-    key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
+    key, names = ".".join(map(str, path)), ", ".join(field.name for field in fields(Scenario))
     if not path:
         return f"an object with {names} is needed, not {first['input']!r:.40}"
     if kind == "unexpected_keyword_argument" and len(path) == 1:
@@ -346,13 +346,13 @@ def signal_entries(
 ) -> list[dict[str, str | int | float]]:
     """Return signals as rows of a card's timeline; after each, the input returns to its other value."""
     made: list[dict[str, str | int | float]] = []
-    for each in signals:
-        end_ms = (each.at_ns + each.for_ns) / 1e6
-        own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
-        before = [(at_ns, value) for at_ns, value in own if at_ns <= each.at_ns + each.for_ns]
+    for signal in signals:
+        end_ms = (signal.at_ns + signal.for_ns) / 1e6
+        own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == signal.input]
+        before = [(at_ns, value) for at_ns, value in own if at_ns <= signal.at_ns + signal.for_ns]
         back = max(before, key=lambda row: row[0])[1] if before else 0
-        made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})
-        made.append({"at_ms": end_ms, "input": each.input, "value": back})
+        made.append({"at_ms": signal.at_ns / 1e6, "input": signal.input, "value": signal.value})
+        made.append({"at_ms": end_ms, "input": signal.input, "value": back})
     return made
 
 
@@ -375,9 +375,9 @@ def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
         return None if position is None else position + steps
 
     switches = tuple(
-        replace(each, first=moved(each.first), last=moved(each.last)) for each in machine.switches
+        replace(switch, first=moved(switch.first), last=moved(switch.last)) for switch in machine.switches
     )
-    stations = tuple(replace(each, position=each.position + steps) for each in machine.stations)
+    stations = tuple(replace(station, position=station.position + steps) for station in machine.stations)
     return replace(machine, switches=switches, stations=stations)
 
 

@@ -51,7 +51,7 @@ def _reads_inputs(lowered: LoweredProgram, line: LoweredLine) -> bool:
         _of_inputs(where)
         for step in steps_of(line.nodes)
         for where in (
-            *(each.where for each in mentions_of(lowered.sites[step.site], step) if each.reads),
+            *(mention.where for mention in mentions_of(lowered.sites[step.site], step) if mention.reads),
             *_handed(step),
         )
     )
@@ -83,7 +83,7 @@ class TornScans(LogicWrapper):
         super().__init__(logic)
         inside = unwrapped(logic)
         self._engine = inside if isinstance(inside, Engine) else None
-        self._tears = {each.at_ns // scan_ns: each for each in tears}
+        self._tears = {tear.at_ns // scan_ns: tear for tear in tears}
 
     @override
     def __call__(self, scan: LogicScan) -> None:

@@ -37,13 +37,13 @@ def described(scenario: Scenario) -> list[str]:
     >>> described(Scenario())
     ['nothing: the rack as its file has it']
     """
-    timed = [(each.at_ns, _press(each)) for each in scenario.presses]
-    timed += [(each.at_ns, _input(each, "operated")) for each in scenario.pushes]
-    timed += [(each.at_ns, _input(each, f"{each.value:g}")) for each in scenario.signals]
-    timed += [(each.at_ns, _turn(each)) for each in scenario.turns]
-    timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
-    timed += [(each.at_ns, _tear(each)) for each in scenario.tears]
-    timed += [(each.at_ns, _given(each.order)) for each in scenario.orders]
+    timed = [(press.at_ns, _press(press)) for press in scenario.presses]
+    timed += [(push.at_ns, _input(push, "operated")) for push in scenario.pushes]
+    timed += [(signal.at_ns, _input(signal, f"{signal.value:g}")) for signal in scenario.signals]
+    timed += [(turn.at_ns, _turn(turn)) for turn in scenario.turns]
+    timed += [(incident.at_ns, _incident(incident)) for incident in scenario.incidents]
+    timed += [(tear.at_ns, _tear(tear)) for tear in scenario.tears]
+    timed += [(order.at_ns, _given(order.order)) for order in scenario.orders]
     lines = list(_from_the_start(scenario))
     lines += [f"{seconds(at_ns)} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
     return lines or ["nothing: the rack as its file has it"]

@@ -46,7 +46,7 @@ def dead(job: LoadedRack, budget: int = BUDGET) -> dict[RungPoint, Site]:
     problem = _problem(job)
     if problem is None:
         return {}
-    return {each: problem.lowered.sites[each.number] for each in dead_points(problem, budget)}
+    return {point: problem.lowered.sites[point.number] for point in dead_points(problem, budget)}
 
 
 def _problem(job: LoadedRack) -> ProgramSystem | None:
@@ -58,7 +58,7 @@ def _problem(job: LoadedRack) -> ProgramSystem | None:
     try:
         free = given.free
         return ProgramSystem(
-            job.logic, _bounds(job.spec), free=free, written_outside=outside, happenings=RUN_ONLY
+            job.logic, _bounds(job.spec), free=free, written_outside=outside, happens=RUN_ONLY
         )
     except LadderError:
         return None

@@ -60,18 +60,18 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     if len(reach(problem.next.values())) > MOST_TERMS:
         return
     seen: set[FileLine] = set()
-    for each in ask(problem, tuple(RULES), QuestionLimits(one, BUDGET, states=0)).findings:
-        place = FileLine(each.site.file, each.site.line or 1)
-        counts = each.rule != "fault" or each.text.endswith("zero divisor")
+    for finding in ask(problem, tuple(RULES), QuestionLimits(one, BUDGET, states=0)).findings:
+        place = FileLine(finding.site.file, finding.site.line or 1)
+        counts = finding.rule != "fault" or finding.text.endswith("zero divisor")
         if counts and place in own and place not in seen:
             seen.add(place)
-            yield ProofFinding(RULES[each.rule], place, holds=True, text=each.text)
+            yield ProofFinding(RULES[finding.rule], place, holds=True, text=finding.text)
 
 
 def set_outside(facts: Facts) -> Iterator[str]:
     """Yield the variables that are also set from outside: an operator's, and bits that are only cleared."""
     for variable, accesses in facts.by_variable():
-        writes = [each for each in accesses if each.writes]
+        writes = [access for access in accesses if access.writes]
         only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)
         if writes and (only_cleared or BY_PEOPLE.search(variable.name)):
             yield variable.name

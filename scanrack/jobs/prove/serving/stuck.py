@@ -129,10 +129,10 @@ class SolverStep:
         """
         sites = self._lowered.sites
         rungs: dict[tuple[str, str], int] = {}
-        for each in self.gaps(reached(self._job, state.kept.seen)):
-            if each.number is not None and self._tried[each.number] < WAYS:
-                site = sites[each.number]
-                rungs.setdefault((site.routine, site.place), each.number)
+        for gap in self.gaps(reached(self._job, state.kept.seen)):
+            if gap.number is not None and self._tried[gap.number] < WAYS:
+                site = sites[gap.number]
+                rungs.setdefault((site.routine, site.place), gap.number)
         return sorted(rungs.values(), key=lambda number: (self._tried[number], number))[:AT_ONCE]
 
     @cached_property
@@ -154,11 +154,11 @@ class SolverStep:
     @property
     def dead(self) -> frozenset[int]:
         """The instructions that are proved to be never on."""
-        return frozenset(each.number for each in self.dead_points if each.state is PointState.ON)
+        return frozenset(point.number for point in self.dead_points if point.state is PointState.ON)
 
     def gaps(self, found: ProgramReach) -> tuple[Gap, ...]:
         """Return the gaps of a campaign, except those that are proved dead."""
-        return tuple(each for each in found.gaps if each.number is None or each.number not in self.dead)
+        return tuple(gap for gap in found.gaps if gap.number is None or gap.number not in self.dead)
 
 
 def _steps(state: State) -> list[Entry]:

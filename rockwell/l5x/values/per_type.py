@@ -1,0 +1,33 @@
+"""Results of methods that are computed once per type."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, Protocol, TypeVar
+
+from scanrack.ladder.model.types import DataType
+
+
+class _Owner(Protocol):
+    by_type: dict[tuple[str, int], tuple[DataType, Any]]  # by method and identity of the type, which is kept
+
+
+Owner = TypeVar("Owner", bound=_Owner)
+Kind = TypeVar("Kind", bound=DataType)
+Result = TypeVar("Result")
+
+
+def per_type(method: Callable[[Owner, Kind], Result]) -> Callable[[Owner, Kind], Result]:
+    """Cache a method's results by the identity of a type: equal types may have other initial values."""
+    name = method.__name__
+
+    @wraps(method)
+    def cached(owner: Owner, kind: Kind) -> Result:
+        known = owner.by_type.get((name, id(kind)))
+        if known is None:
+            known = owner.by_type[name, id(kind)] = kind, method(owner, kind)
+        result: Result = known[1]
+        return result
+
+    return cached
