@@ -164,7 +164,7 @@ class _ValueRuler(Ruler):
 
     @override
     def value(self, instruction: Instruction) -> str | None:
-        return self._name(instruction.operands[0])
+        return self._tag_of(instruction.operands[0])
 
     @override
     def entry(
@@ -173,18 +173,18 @@ class _ValueRuler(Ruler):
         members = self._members(instruction)
         if number in members:
             structure, member = members[number]
-            name = self._name(instruction.operands[structure], member)
+            name = self._tag_of(instruction.operands[structure], member)
             if name is not None:
                 return [BoxLine(caption, " " * VALUE, name)]
         lines = super().entry(instruction, number, caption, longest)
-        name = self._name(instruction.operands[number])
+        name = self._tag_of(instruction.operands[number])
         return lines if name is None else [*lines, BoxLine("", " " * VALUE, name)]
 
     def _members(self, instruction: Instruction) -> Mapping[int, tuple[int, str]]:
         spec = self._specs.get(instruction.name)
         return {} if spec is None else spec.members
 
-    def _name(self, operand: Operand, member: str = "") -> str | None:
+    def _tag_of(self, operand: Operand, member: str = "") -> str | None:
         if not isinstance(operand, Address):
             return None
         return self._name_of(operand.member(member) if member else operand)
@@ -197,14 +197,13 @@ class _ValueRuler(Ruler):
         if texts is not None:
             yield from texts.names()
         for structure, member in self._members(instruction).values():
-            for shown in (member, "DN"):
-                if (name := self._name(instruction.operands[structure], shown)) is not None:
-                    yield name
+            tag = instruction.operands[structure]  # a cause may be its DN, for which a box has no line
+            yield from filter(None, (self._tag_of(tag, member), self._tag_of(tag, "DN")))
 
     def attributes(self, instruction: Instruction) -> str:
         names = tuple(dict.fromkeys(self.names(instruction)))
         first = next((each for each in instruction.operands if isinstance(each, Address)), None)
-        tag = "" if first is None else self._name(first) or str(first)
+        tag = "" if first is None else self._tag_of(first) or str(first)
         return (
             f' data-instruction="{instruction.name}" data-tag={attribute(tag)}'
             f" data-names={attribute(chr(10).join(names))}"

@@ -28,18 +28,19 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
 
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
+    """Write code that does what `_run` does; return the expression of EnableOut."""
     power = rungs.kept(power)
     _write_copies(rungs, call.inputs)
     rungs.values.set_bit(call.enable_in, power)
     rungs.values.set_bit(call.enable_out, power)
 
-    def run(routine: str | None) -> None:
+    def write_call_of(routine: str | None) -> None:
         if routine is None:
             return
         write_call(rungs.values, routine, call)
         _write_copies(rungs, call.outputs)
 
-    rungs.either(power, lambda: run(call.logic), lambda: run(call.otherwise))
+    rungs.either(power, lambda: write_call_of(call.logic), lambda: write_call_of(call.otherwise))
     return rungs.values.keep(rungs.values.read(call.enable_out))
 
 

@@ -310,12 +310,12 @@ class Lowering:
             return spec.resolve(self, given)
         operands = [
             self.checked(use, operand)
-            for use, operand in zip(spec.operands, given, strict=False)
+            for use, operand in zip(spec.operands, given, strict=False)  # optional ones may be missing
             if use is not Use.PRESET
         ]
         if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
-            operands = list(map(as_number, operands))
-        self._presets(spec, given, operands)
+            operands = list(map(as_number, operands))  # texts are compared with, and moved to, texts only
+        self._note_presets(spec, given, operands)
         if spec.check is not None:
             spec.check(*operands)
         return tuple(operands)
@@ -374,17 +374,21 @@ class Lowering:
         if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
             self.lowered.flags = True
 
-    def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
-        """Note the initial values that a rung gives to timers, counters and controls."""
+    def _note_presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
+        """Note the initial values that a rung gives to timers, counters and controls.
+
+        Args:
+            operands: the resolved operands, without the presets.
+        """
         if Use.PRESET not in spec.operands:
             return
         places = (place for place, use in enumerate(spec.operands) if use is not Use.PRESET)
-        resolved = dict(zip(places, operands, strict=False))
+        resolved = dict(zip(places, operands, strict=False))  # optional operands may be missing
         for place, (structure, name) in spec.members.items():
             if place < len(given):
-                self._initial(resolved[structure], name, given[place])
+                self._note_initial(resolved[structure], name, given[place])
 
-    def _initial(self, structure: Group, name: str, operand: Operand) -> None:
+    def _note_initial(self, structure: Group, name: str, operand: Operand) -> None:
         if isinstance(operand, Unknown):
             return
         place = structure.member(name)

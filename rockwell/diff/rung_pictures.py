@@ -95,7 +95,7 @@ def _svg(rung: Rung, edited: set[int]) -> str:
     drawn = place(rung, WIDTH, Ruler(NO_CAPTIONS))
     bottom = bottom_of(drawn)
     wide, high = (drawn.width + 2 * _EDGE) * CELL, units((bottom + 1) * ROW)
-    parts = [*_marked(drawn, edited), *_rails(drawn, bottom), *_shapes(drawn, edited)]
+    parts = [*_field_markup(drawn, edited), *_rail_markup(drawn, bottom), *_shape_markup(drawn, edited)]
     size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" role="img" {size}>'
@@ -103,20 +103,24 @@ def _svg(rung: Rung, edited: set[int]) -> str:
     )
 
 
-def _shapes(drawn: Picture, edited: set[int]) -> Iterator[str]:
+def _shape_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
     for mark in drawn.marks:
-        own = isinstance(mark, Symbol | Box) and mark.element in edited
+        is_edited = _is_edited(mark, edited)
         for shape in shapes_of(mark):
-            is_edit = own and shape.kind != "wire"
-            yield _PEN.draw(shape.form, f"{shape.kind} edit" if is_edit else shape.kind)
+            has_edit_class = is_edited and shape.kind != "wire"
+            yield _PEN.draw(shape.form, f"{shape.kind} edit" if has_edit_class else shape.kind)
     yield from (_PEN.letters(Letters(x, y, "»"), "caption") for x, y in drawn.continued)
 
 
-def _marked(drawn: Picture, edited: set[int]) -> Iterator[str]:
+def _field_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
     """Yield a field below each instruction that the other version does not have."""
     for mark in drawn.marks:
-        if isinstance(mark, Symbol | Box) and mark.element in edited:
+        if _is_edited(mark, edited):
             yield _PEN.frame(_field_of(mark), "field")
+
+
+def _is_edited(mark: Mark, edited: set[int]) -> bool:
+    return isinstance(mark, Symbol | Box) and mark.element in edited
 
 
 def _field_of(mark: Mark) -> BoxFrame:
@@ -128,6 +132,6 @@ def _field_of(mark: Mark) -> BoxFrame:
     return BoxFrame(left, mark.y - 1, right - left, 2)
 
 
-def _rails(drawn: Picture, bottom: float) -> Iterator[str]:
+def _rail_markup(drawn: Picture, bottom: float) -> Iterator[str]:
     for x in (0, drawn.width):
         yield _PEN.line(Line(x - 0.5, -0.5, x - 0.5, bottom + 0.5), "rail")

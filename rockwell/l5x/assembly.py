@@ -52,16 +52,18 @@ class ProgramPart:
     functions: dict[str, Callable[..., Any]] = field(default_factory=dict)  # for missing or refused routines
 
     def with_fault_routine(self) -> ProgramPart:
-        """Return the same program with a routine that clears its major faults."""
+        """Return the same program with another routine, which clears its major faults.
+
+        `routines` must not be empty: the added routine would be the main routine.
+        """
         zeros = Address(_ZEROS, (SubscriptStep((number(0),)),))
-        record = (Address("Program"), Address("THIS"), Address("MajorFaultRecord"), zeros)
-        routine = Routine(CLEARS, (Rung((Instruction("SSV", record),)),))
+        ssv_operands = (Address("Program"), Address("THIS"), Address("MajorFaultRecord"), zeros)
+        routine = Routine(CLEARS, (Rung((Instruction("SSV", ssv_operands),)),))
         return replace(
             self,
             fault=CLEARS,
             declarations=[*self.declarations, Tag(_ZEROS, DINT, (FAULT_RECORD,))],
             routines={**self.routines, CLEARS.upper(): routine},
-            main=self.main or next(iter(self.routines.values())).name if self.routines else self.main,
         )
 
 
@@ -112,9 +114,13 @@ class Parts:
         return self.add_ons[name.upper()].operand_types if name.upper() in self.add_ons else ()
 
     def with_fault_routines(self) -> Parts:
-        """Return the same parts; each program without a fault routine gets one that clears faults."""
+        """Return the same parts; each program without a fault routine gets one that clears faults.
+
+        A program without `routines` gets none: its `functions` do nothing, so they can't fault.
+        """
         programs = {
-            name: each if each.fault else each.with_fault_routine() for name, each in self.programs.items()
+            name: part.with_fault_routine() if part.routines and not part.fault else part
+            for name, part in self.programs.items()
         }
         return replace(self, programs=programs, _indexes={})
 

@@ -39,7 +39,7 @@ class Completion:
         self._parts, self._reader, self._report, self._slots = parts, reader, report, slots
         self._all = all_of_it
 
-    def tags(self) -> None:
+    def declare_missing_tags(self) -> None:
         """Declare missing tags, with types inferred from their use."""
         guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
         guesses.read_all((owner, self._to_guess(owner, each)) for owner, each in self._parts.owned())
@@ -94,8 +94,8 @@ class Completion:
         part = self._parts.programs.setdefault(program.upper(), ProgramPart(program))
         return part.declarations
 
-    def routines(self) -> None:
-        """Add missing main routines and called routines to programs of a partial export."""
+    def add_missing_routines(self) -> None:
+        """Add missing labels, called routines and main routines to programs of a partial export."""
         for part in self._parts.programs.values():
             for routine in part.routines.values():
                 part.routines[routine.name.upper()] = self._with_labels(part, routine)
@@ -105,7 +105,7 @@ class Completion:
                     part.functions[key] = does_nothing(name)
                     self._report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
             if part.main is None:
-                self._main_of(part, called)
+                self._set_main(part, called)
 
     def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
         """Append the labels to which a routine jumps and which the export omits."""
@@ -116,7 +116,7 @@ class Completion:
         rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
         return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 
-    def tasks(self) -> None:
+    def declare_missing_tasks(self) -> None:
         """Declare missing event tasks; if there is no task at all, declare one for all programs."""
         routines = [each for _, each in self._parts.owned()]
         events = {name.upper(): name for name in named_first(routines, "EVENT")}
@@ -128,7 +128,12 @@ class Completion:
             self._parts.tasks.append(Task(name, TaskKind.EVENT, ()))
             self._report.declared[f"task {name}"] = "event task that runs nothing"
 
-    def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
+    def _set_main(self, part: ProgramPart, called: Iterable[str]) -> None:
+        """Make an only routine without inputs the main routine; otherwise add one that calls the others.
+
+        Args:
+            called: names of called routines, in capitals.
+        """
         uncalled = [each for name, each in part.routines.items() if name not in called]
         call = call_of(uncalled[0]).series if len(part.routines) == 1 and uncalled else ()
         if len(call) == 1 and len(call[0].operands) <= 2:  # type: ignore[union-attr]

@@ -274,11 +274,11 @@ class Importer:
                 declared += part.declarations
         parts.declarations += list(module_objects(document, self._types, declared))
         completion = Completion(parts, self._reader, self.report, self._slots, all_of_it=self._completes)
-        completion.tags()
+        completion.declare_missing_tags()
         if self._completes:
-            completion.routines()
+            completion.add_missing_routines()
         self._refuse_absent()
         document.release()
         parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
         if self._completes:
-            completion.tasks()
+            completion.declare_missing_tasks()

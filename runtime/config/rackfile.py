@@ -64,10 +64,13 @@ class RackFile:
 
         Args:
             key: a top-level key of the file.
+            below: a key of the table `key`; None for the whole value of `key`.
         """
+        path: KeyPath = (key,)
         value = getattr(self.spec, key)
-        path: KeyPath = (key,) if below is None else (key, below)
-        mistake = _Mistake(path, _value(value if below is None else value[below]), problem)
+        if below is not None:
+            path, value = (key, below), value[below]
+        mistake = _Mistake(path, _value(value), problem)
         return _refusal([mistake], self.path, self.lines)
 
 

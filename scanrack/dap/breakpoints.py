@@ -326,26 +326,27 @@ class Looker:
             read = self._compiled(name)
         except ExpressionError:  # an array or a structure
             read = lambda: tags[name]  # noqa: E731
-        known: list[Any] = []
+        before_first: Any = object()
+        known = before_first
 
         def met(_scan: int) -> str | None:
-            value = read()
-            if not known:
-                known.append(value)
+            nonlocal known
+            before, known = known, read()
+            if before is before_first or _same(before, known):
                 return None
-            before, known[0] = known[0], value
-            return None if _same(before, value) else f"{name} was {shown(before)} and is {shown(value)}"
+            return f"{name} was {shown(before)} and is {shown(known)}"
 
         return met
 
     def _expression(self, text: str) -> Callable[[int], str | None]:
         if tag := tag_that_changes(text):
             return self._tag(tag)
-        read, known = self._compiled(text), [True]
+        read, known = self._compiled(text), True  # what holds from the beginning does not begin to hold
 
         def met(_scan: int) -> str | None:
-            before, known[0] = known[0], bool(read())
-            return f"{text} holds" if known[0] and not before else None
+            nonlocal known
+            before, known = known, bool(read())
+            return f"{text} holds" if known and not before else None
 
         return met
 

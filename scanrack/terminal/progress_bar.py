@@ -13,7 +13,7 @@ class CpuProgress(Progress):
     """A bar of the CPU's scans, updated each time that it is drawn."""
 
     def __init__(self, cpu: Cpu, scans: int | None, console: Console) -> None:
-        self._cpu: Cpu | None = None
+        self._cpu: Cpu | None = None  # until the task exists: the next line draws the bar
         super().__init__(
             TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=console
         )

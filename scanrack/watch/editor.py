@@ -242,14 +242,14 @@ class Editor:
             self._hand_over(lambda: reply({"refused": refused}))
             return
 
-        def give() -> None:
+        def send() -> None:
             try:
                 result = {"ok": True, **answer()}
             except Exception as error:
                 result = {"refused": str(_named(error))}
             reply(result)
 
-        self._hand_over(give)
+        self._hand_over(send)
         if then is not None:
             self._exchange(then)
 
@@ -278,14 +278,14 @@ class Editor:
         return answer
 
     def _preview_saved(self) -> None:
-        """Send pages a preview of a saved file, which waits until a page takes it over."""
-        show = self._typed.preview_saved()
+        """Send pages a preview, or None without changes; the file waits until a page takes it over."""
+        make_preview = self._typed.preview_saved()
 
-        def tell() -> None:
-            shown = show()["preview"]
-            self._tell({"preview": shown if shown["rows"] else None})
+        def send() -> None:
+            preview = make_preview()["preview"]
+            self._tell({"preview": preview if preview["rows"] else None})
 
-        self._hand_over(tell)
+        self._hand_over(send)
 
 
 def _named(error: Exception) -> Exception:

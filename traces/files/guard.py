@@ -107,9 +107,11 @@ def _status(path: Path) -> os.stat_result | None:
         return None
 
 
-def _is_same(target: Path, found: os.stat_result | None, other: Path) -> bool:
+def _is_same(target: Path, target_status: os.stat_result | None, other: Path) -> bool:
     """Return whether two paths are the same file, by name or as hard links."""
     if target == Path(realpath(other)):
         return True
-    status = None if found is None else _status(other)
-    return found is not None and status is not None and os.path.samestat(found, status)
+    if target_status is None:
+        return False
+    other_status = _status(other)
+    return other_status is not None and os.path.samestat(target_status, other_status)

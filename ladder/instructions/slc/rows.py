@@ -83,10 +83,10 @@ def _counter(name: str, bit: str, step: int, beyond: str) -> Spec:
     )
 
 
-def _first(count: int, spec: Spec) -> Callable[..., Any]:
+def _run_with_first(count: int, spec: Spec) -> Callable[..., Any]:
     """Return the executor of a row that uses only its first operands."""
-    start = 1 if spec.kind is InstructionKind.BOTH else 0
-    return lambda machine, *operands: spec.run(machine, *operands[: start + count])
+    power_arguments = 1 if spec.kind is InstructionKind.BOTH else 0
+    return lambda machine, *arguments: spec.run(machine, *arguments[: power_arguments + count])
 
 
 def _queue(spec: Spec, *uses: Use) -> Spec:
@@ -95,7 +95,7 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
         spec.prescan(machine, *operands[:3])
 
     return always(
-        spec.name, *uses, Use.SLC_CONTROL, *_SHOWN, optional=2, run=_first(3, spec), prescan=prescan
+        spec.name, *uses, Use.SLC_CONTROL, *_SHOWN, optional=2, run=_run_with_first(3, spec), prescan=prescan
     )
 
 

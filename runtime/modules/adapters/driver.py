@@ -79,11 +79,11 @@ class Driver(Exchanges[Drive]):
                 while True:
                     yield from self._turn()
             except LinkLostError:
-                self._drop_requests()
+                self._reset_after_loss()
                 self.state = ControllerState.ABSENT
                 yield PUBLISH
             except PowerLostError:
-                self._drop_requests()
+                self._reset_after_loss()
                 self._was_ready = False
                 self.findings.add(FindingKind.POWER_LOST)
                 self.master.expect_nothing_late()
@@ -91,7 +91,8 @@ class Driver(Exchanges[Drive]):
                 self.state = ControllerState.PRESENT
                 yield PUBLISH
 
-    def _drop_requests(self) -> None:
+    def _reset_after_loss(self) -> None:
+        """Drop all tasks and what is known of the controller."""
         self.task = None
         self.tasks.clear()
         self.cut = False

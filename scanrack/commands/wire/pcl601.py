@@ -58,13 +58,14 @@ def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     place: LinkPlace
     place, rtu_over_tcp = context.obj
 
-    def opened() -> ModbusLine:
+    def open_line() -> ModbusLine:
         answer_s = checked_answer_s(place.answer_s)
-        if place.tcp is None or place.port is not None or rtu_over_tcp:
-            return RtuLine(place.open(FORMATS[Protocol.MODBUS]), answer_s)
-        return ModbusTcpLine(*socket_address(place.tcp), answer_s)
+        if place.tcp is not None and place.port is None and not rtu_over_tcp:
+            return ModbusTcpLine(*socket_address(place.tcp), answer_s)
+        # `open` refuses a port together with a TCP address, and neither of them
+        return RtuLine(place.open(FORMATS[Protocol.MODBUS]), answer_s)
 
-    with opened_client(opened, lambda line: Pcl601Client(line, place.address)) as client:
+    with opened_client(open_line, lambda line: Pcl601Client(line, place.address)) as client:
         yield client
 
 

@@ -105,9 +105,9 @@ def _pmc006(unit: int) -> Answer:
     device = Pmc006(Pmc006Controller(address=unit))
 
     def answer(now_ns: int, exchange: PairedExchange) -> bytes | None:
-        data = int.from_bytes(exchange.request[1:5], "little", signed=True)
+        instruction, data = exchange.request[0], exchange.request[1:5]
         device.advance(now_ns)
-        device.receive(now_ns, command(unit, exchange.request[0], data))
+        device.receive(now_ns, command(unit, instruction, int.from_bytes(data, "little", signed=True)))
         reply = decode(device.advance(now_ns)[-FRAME_BYTES:])
         return None if reply is None else reply.data.to_bytes(4, "little", signed=True)
 

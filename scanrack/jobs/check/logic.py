@@ -273,7 +273,9 @@ def is_impossible(term: Term) -> bool:
             return True
         if isinstance(each, Compare):
             compared.setdefault(each.name, []).append(each)
-    return any(map(_is_empty, compared.values())) or any(on.get(_done(name)) for name in on if on[name])
+    if any(map(_is_unsatisfiable, compared.values())):
+        return True
+    return any(on.get(_done(name)) for name in on if on[name])
 
 
 def _done(name: str) -> str:
@@ -281,16 +283,19 @@ def _done(name: str) -> str:
     return name.replace(".TT#", ".DN#") if ".TT#" in name and name.endswith(ON_DELAY) else ""
 
 
-def _is_empty(compared: list[Compare]) -> bool:
+def _is_unsatisfiable(compared: list[Compare]) -> bool:
     """Whether no number satisfies all comparisons."""
     whole = compared[0].whole
     limits = [BOUNDS[each.relation](each.number, whole) for each in compared]
     lows, highs = zip(*limits, strict=True)
     least, most = max(compared[0].least, *lows), min(compared[0].most, *highs)
+    if least > most:
+        return True
     excluded = {each.number for each in compared if each.relation == "<>"}
+    # few enough whole numbers that all may be excluded
     if whole and math.isfinite(most - least) and most - least < len(excluded):
         return excluded.issuperset(range(math.ceil(least), math.floor(most) + 1))
-    return least > most or (least == most and least in excluded)
+    return least == most and least in excluded
 
 
 BOUNDS: Mapping[str, Callable[[float, bool], tuple[float, float]]] = {

@@ -282,13 +282,13 @@ class _Runner:
         """
         self.runs += 1
         probe = Probe(edges)
-        broken = self._run(scenario, probe)
+        broken = self._run(scenario, probe, every_scan=False)
         self.logic = probe.logic
         edges.close()
         if broken is None:
             return None
         found = Counterexample(scenario, broken, self.report.runs)
-        again = self._run(scenario, None)
+        again = self._run(scenario, None, every_scan=True)
         if again is not None and again.key == broken.key:
             return found
         if broken.cause == HANGS:  # the computer may have been busy
@@ -299,7 +299,7 @@ class _Runner:
         """Run a scenario; return its changes, or None if it breaks an invariant."""
         self.runs += 1
         edges = Edges()
-        broken = self._run(scenario, Probe(edges))
+        broken = self._run(scenario, Probe(edges), every_scan=False)
         edges.close()
         return None if broken else edges
 
@@ -314,9 +314,9 @@ class _Runner:
             report.found.append(found)
         report.spent[CONFIRMING] += wall_ns() - found_ns
 
-    def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
+    def _run(self, scenario: Scenario, probe: Probe | None, *, every_scan: bool) -> BrokenInvariant | None:
         verdict = self.bench.run(
-            scenario, without=self.known, probe=probe, explored=self.explored, every_scan=probe is None
+            scenario, without=self.known, probe=probe, explored=self.explored, every_scan=every_scan
         )
         self.report.add(scenario, verdict)
         return verdict.broken

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import suppress
 
 from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.times import exact_ns
@@ -138,13 +137,17 @@ class InputReplay:
         self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
 
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
-        """Take the orders and, by slot, the changes of links that are still to come."""
-        now_ns = self.view.now_ns if self.row >= 0 else -1
-        ahead = ((slot, each) for slot, changes in links.items() for each in changes if each.now_ns > now_ns)
-        self._links = deque(sorted(ahead, key=lambda each: each[1].now_ns))
-        self._orders = deque(
-            sorted((each for each in orders if each.scan > self.scan), key=lambda each: each.scan)
-        )
+        """Take the orders and, by slot, the changes of links that are still to come.
+
+        They are sorted by what makes them due: a change by its time, see `run`; an order by its scan.
+        """
+        now_ns = self.view.now_ns if self.row >= 0 else -1  # before the first scan, changes at 0 are to come
+        coming = [
+            (slot, change) for slot, changes in links.items() for change in changes if change.now_ns > now_ns
+        ]
+        self._links = deque(sorted(coming, key=lambda pair: pair[1].now_ns))
+        coming_orders = [order for order in orders if order.scan > self.scan]
+        self._orders = deque(sorted(coming_orders, key=lambda order: order.scan))
 
     def hold(self, slot: int, image: bytes) -> None:
         """From the next scan on, show the program this input image of a slot instead of the recorded one."""
@@ -236,14 +239,18 @@ class InputReplay:
                     raise
             case Unforce(tag) if tag == ALL and tags is not None:
                 tags.unforce()
-            case Write() | Force() | Unforce() if tags is not None and not self._is_image(tags, order.tag):
-                _set(tags, order)
+            case Write() | Force() | Unforce() if tags is not None:
+                if not self._names_image_place(tags, order.tag):
+                    _set(tags, order)
 
-    def _is_image(self, tags: Debugger | Fields, name: str) -> bool:
-        with suppress(ValueError):
+    def _names_image_place(self, tags: Debugger | Fields, name: str) -> bool:
+        """Whether a name is an address or a tag of an image."""
+        try:
             parse_address(name, {slot.number: slot.words for slot in self._rack.slots.values()})
+        except ValueError:
+            return tags.address_of(name) is not None
+        else:
             return True
-        return tags.address_of(name) is not None
 
     def _edit(self, order: Edit) -> None:
         """Continue with an edited program, which takes the values of the present one unless all restarts."""

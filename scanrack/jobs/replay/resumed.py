@@ -128,7 +128,7 @@ class ResumedModule:
         self._images, self._outputs, self._times, self._forced = images, outputs, times, forced
         self._words, self._last = configuration, len(times) - 1
         self._image, self._row = Image(), -1
-        self._known = False
+        self._is_state_known = False
         self._blend: BlendProgram | None = None
         self._minimum = 0
         self._blend_known = self._minimum_known = False
@@ -164,13 +164,13 @@ class ResumedModule:
         is_new, self._row = row != self._row, row
         raw, sent = self._images[row], outputs.raw.tobytes()
         shown, command = words_of(raw), words_of(sent)
-        if self._known and (why := self._loss(shown, command)):
+        if self._is_state_known and (why := self._loss(shown, command)):
             self._keep_programs()
-            self._known, self._why = False, why
-        self._note(shown, command)
+            self._is_state_known, self._why = False, why
+        self._note_stored_settings(shown, command)
         same = (sent, raw[:8]) == (self._before[0], self._before[1][:8])
         self.rests = is_new and same and self._at_rest(shown, command)
-        if self._known:
+        if self._is_state_known:
             self.why = ""
             image = self.module.update(now_ns, outputs)
             if shown[1] & ~words_of(self._before[1])[1] & _CAPTURE and not self._exact_inputs:
@@ -228,7 +228,7 @@ class ResumedModule:
             state.minimum_registration = self._minimum
         elif not shown[1] & _MINIMUM:
             self._minimum_known = True
-        self._known = True
+        self._is_state_known = True
         self.taken.append(StartState(self._row, self.module.axis.position, configuration))
 
     def _keep_programs(self) -> None:
@@ -237,17 +237,17 @@ class ResumedModule:
         self._blend, self._minimum = state.blend, state.minimum_registration
         self._blend_known &= state.blending is None
 
-    def _note(self, shown: Words, command: Words) -> None:
+    def _note_stored_settings(self, shown: Words, command: Words) -> None:
         """Record the configuration, which erases programs, and the programs that are stored."""
         words = configuration_in(shown)
         if words is not None:
             self._words, self._blend, self._minimum = words, None, 0
-            self._blend_known = self._minimum_known = True
+            self._blend_known = self._minimum_known = True  # erased, so known to be empty
         elif not command[0] & _CONFIGURES:
             if command[1] & _PROGRAMS:
-                self._blend_known = self._known
+                self._blend_known = self._is_state_known
             if command[1] & _STORES:
-                self._minimum_known = self._known
+                self._minimum_known = self._is_state_known
 
     def _loss(self, shown: Words, command: Words) -> str:
         """Return why the state is unknown from this row; "" if it is known."""

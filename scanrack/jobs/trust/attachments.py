@@ -162,25 +162,25 @@ def forget_imported(folder: Path) -> None:
 
 def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     """Yield the imported modules of a folder: name, relative path, full path."""
-    inside = f"{folder}{os.sep}"
+    prefix = f"{folder}{os.sep}"
     modules = list(sys.modules.items())
-    near = {name for name, module in modules if "." not in name and _may_lie(name, module, inside)}
+    near = {name for name, module in modules if "." not in name and _may_be_below(prefix, name, module)}
     for name, module in modules if near else ():  # must be fast: a search calls this before each run
         top = name.partition(".")[0]
         file = (getattr(module, "__file__", None) or "") if top in near else ""
-        if file.startswith(inside) and file.endswith(PYTHON):
+        if file.startswith(prefix) and file.endswith(PYTHON):
             path = Path(file)
             place = path.relative_to(folder)
             if place.with_suffix("").parts[0] == top:
                 yield name, place, path
 
 
-def _may_lie(name: str, module: ModuleType, inside: str) -> bool:
-    """Return whether a module or its package may be in a folder, whose files begin with `inside`."""
+def _may_be_below(prefix: str, name: str, module: ModuleType) -> bool:
+    """Return whether a top-level module may be in a folder, whose files begin with `prefix`."""
     file: str | None = getattr(module, "__file__", None)
     if not file:  # a package without a file of its own is located by its path
-        return any(str(path).startswith(inside) for path in getattr(module, "__path__", ()))
-    return file.startswith(inside) and file.startswith(name, len(inside))
+        return any(str(path).startswith(prefix) for path in getattr(module, "__path__", ()))
+    return file.startswith(prefix) and file.startswith(name, len(prefix))
 
 
 def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> LoadedRack:

@@ -88,11 +88,12 @@ class RackChain:
             row -= 1  # the program has not run since
         ran = self.recording.numbers[row]
         value = chains.causes.value(cells[0], ran) if len(cells) == 1 else None
-        link = self._outranked(outranked, tag, value)
+        cause = self._outranked(outranked, tag, value)
+        # after the key was turned to program, the value is the one that was set before
         if outranked.kind != "mode":
-            return link
-        changed = chains.of_tag(tag, ran)  # the value was set before the key was turned
-        return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
+            return cause
+        changed = chains.of_tag(tag, ran)
+        return cause if changed is None else replace(cause, scan=changed.scan, now_ns=changed.now_ns)
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image after a scan."""
@@ -106,21 +107,19 @@ class RackChain:
     def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the link of what overrides the program or module in a scan; None if nothing does."""
         recording, scan = self.recording, self.recording.numbers[row]
-        found = forced(recording.events, scan, spellings(bits.address))
-        if found is None and bits.image == "out":
-            found = of_cpu(recording, row)
-        elif found is None:
-            found = of_link(recording, self.slot(bits.slot), scan)
+        found = forced(recording.events, scan, spellings(bits.address)) or (
+            of_cpu(recording, row) if bits.image == "out" else of_link(recording, self.slot(bits.slot), scan)
+        )
         if found is None:
             return None
-        link = self._outranked(found, name, self.value(bits, row))
+        cause = self._outranked(found, name, self.value(bits, row))
+        # after the key was turned to program, the value is the one that was set before
         if found.kind != "mode":
-            return link
+            return cause
         changed = Past(recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
         if changed is None:
-            return link
-        # the value was set before the key was turned
-        return replace(link, scan=recording.numbers[changed], now_ns=recording.times[changed])
+            return cause
+        return replace(cause, scan=recording.numbers[changed], now_ns=recording.times[changed])
 
     def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
         return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)

@@ -139,7 +139,7 @@ def test_a_lost_link_forgets_every_motion_that_was_to_follow() -> None:
     index = Task(TaskKind.INDEX, 1, DRIVE, False, steps=70)
     driver.task, driver.cut = index, True
     driver.tasks += [index, index]
-    driver._drop_requests()
+    driver._reset_after_loss()
     assert (driver.task, driver.tasks, driver.cut) == (None, [], False)
     assert driver.asked == ["forget"]
 

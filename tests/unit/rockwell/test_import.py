@@ -377,6 +377,20 @@ def test_faults_of_one_program_do_not_keep_the_others_from_running(imported):
     assert "watchdog" in report.faults["Endless"]
 
 
+def test_program_without_readable_routines_keeps_its_main_routine(imported):
+    hidden = '<EncodedData EncodedType="Routine" Name="Hidden" EncryptionConfig="7">QUJD</EncodedData>'
+    text = document(
+        programs=[program("Secret", hidden), program("Right", ladder("Main", "NOP();"))],
+        tasks=[task("T", "Secret", "Right")],
+    )
+    found = imported(text)
+    controller = found.parts.with_fault_routines().assemble(found.report)
+    assert [(each.name, each.first, each.fault) for each in controller.programs] == [
+        ("Secret", "Hidden", None),
+        ("Right", "Main", "scanrack_clears"),
+    ]
+
+
 def test_characters_one_by_one_dates_and_bytes(imported):
     characters = """<Structure DataType="STRING"><DataValueMember Name="LEN" DataType="DINT" Value="2"/>
 <ArrayMember Name="DATA" DataType="SINT" Dimensions="82" Radix="ASCII"><Element Index="[0]" Value="'a'"/>

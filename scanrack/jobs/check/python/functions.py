@@ -38,7 +38,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
     reader = Reader(str(path), tree, names, facts)
     _note_commands(reader)
-    facts.remarks["command-held"] += reader.held()
+    facts.remarks["command-held"] += reader.commands_never_cleared()
     note_short_times(reader, spec.scan_ns)
     for line, text in fixed_loops(tree):
         facts.remark("never-waits", FileLine(str(path), line), text)

@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from inspect import signature
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
@@ -53,6 +53,13 @@ _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.un
 
 class UnknownError(Exception):
     """The text does not determine the value of an argument."""
+
+
+class _CommandLine(NamedTuple):
+    """A call of a command class."""
+
+    line: int
+    kind: str
 
 
 class Reader:
@@ -178,11 +185,11 @@ class Reader:
             return None
         return found if isinstance(found, int | float) else None
 
-    def held(self) -> Iterator[Violation]:
+    def commands_never_cleared(self) -> Iterator[Violation]:
         """Yield the last command of a program that never clears word 0."""
-        given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
-        if given and not self._may_zero():
-            line, kind = max(given)
+        commands = [_CommandLine(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
+        if commands and not self._may_zero():
+            line, kind = max(commands)
             text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
             yield Violation(FileLine(self.file, line), text)
 

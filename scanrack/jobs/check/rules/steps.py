@@ -145,14 +145,17 @@ class _Graph:
         another_is_meant = bool(self._never_entered - first)
         is_left = use.tested or self._turns or another_is_meant
         works_on = use.works and not self._turns
-        return is_left and not works_on and not (self._is_chosen_end(step) and not use.chosen)
+        return is_left and not works_on and not (self._is_one_of_several_ways(step) and not use.chosen)
 
-    def _is_chosen_end(self, step: Step) -> bool:
+    def _is_one_of_several_ways(self, step: Step) -> bool:
         """Whether each step that leads to this one may also lead elsewhere."""
-        return all(
-            each.steps is not None and all(len(self._ways_from(one)) > 1 for one in each.steps)
-            for each in self.entering(step)
-        )
+        for action in self.entering(step):
+            if action.steps is None:  # it happens in all steps
+                return False
+            for origin in action.steps:
+                if len(self._ways_from(origin)) <= 1:
+                    return False
+        return True
 
 
 def not_zeroed(subject: Subject) -> Iterator[Violation]:
