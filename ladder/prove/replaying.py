@@ -118,7 +118,7 @@ class Run:
         for name, value in values.items():
             key = problem.key_of.get(name)
             if key is not None and problem.role(name) == "free":
-                memory.write(problem.machine.kinds[key], key[1], value)
+                memory.write(problem.machine.leaves[key], key[1], value)
         self._write_bits()
         off, self._chosen_before = off_ticks(self._chosen, problem.tick_ns), self._chosen
         if is_turned(self._chosen) or is_again(self._chosen):
@@ -137,7 +137,7 @@ class Run:
         self.set_bits = {}
         for key, mask in self.problem.open.items():
             bits = self._chosen.get(f"{WRITTEN}{self.problem.machine.vars[key].val}")
-            leaf = self.problem.machine.kinds[key]
+            leaf = self.problem.machine.leaves[key]
             if bits is None:
                 continue
             word = int(self.engine.memory.read(leaf, key[1]))
@@ -150,7 +150,7 @@ class Run:
         problem, engine = self.problem, self.engine
         found: dict[str, Any] = {}
         for key, v in problem.machine.vars.items():
-            value = engine.memory.read(problem.machine.kinds[key], key[1])
+            value = engine.memory.read(problem.machine.leaves[key], key[1])
             if key[0].endswith(CLOCK):
                 value = min(v.hi, max(0, engine.now_ns - int(value)) // problem.tick_ns + off)
             elif key == FIRST_SCAN and problem.lowered.schedule is None:
@@ -160,7 +160,7 @@ class Run:
 
     def after(self, key: Key) -> Any:
         """Return the current value of a place."""
-        return self.engine.memory.read(self.problem.machine.kinds[key], key[1])
+        return self.engine.memory.read(self.problem.machine.leaves[key], key[1])
 
 
 def is_turned(values: Values) -> bool:
@@ -202,7 +202,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
             return result
         result.done += 1
         result.computed |= {(number, name): False for name in problem.machine.may_fault}
-        if problem.havocs:
+        if problem.unmodeled:
             _learn(problem, run, number, before, result)
         _learn_written(problem, run, number, result)
         if not all(run.after(key) for key in problem.assume):
@@ -210,7 +210,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
     result.confirmed = broken(run.engine, before)
     if not result.confirmed:
         known = {name for at, name in result.computed if at == len(scans) - 1}
-        result.differs = _differences(problem, run, before, problem.havocs.keys() - known)
+        result.differs = _differences(problem, run, before, problem.unmodeled.keys() - known)
     return result
 
 
@@ -253,7 +253,7 @@ def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, 
         t = root
         while t.op == "ite":
             t = t.args[1] if values[t.args[0].id] else t.args[2]
-        if t.op == "var" and t.val in problem.havocs:
+        if t.op == "var" and t.val in problem.unmodeled:
             found[t.val] = run.after(key)
     return found
 

@@ -43,7 +43,7 @@ class Relation:
         for _, condition in self.machine.faults:
             fault = or_(fault, condition)
         roots = [*self._state.values(), fault, self.machine.deep]
-        self._terms = KnownValues(roots, self.machine.havocs)
+        self._terms = KnownValues(roots, self.machine.unmodeled)
 
     def _scanned(self, known):
         machine = NotingMachine(self.program.build(), (1, 1000), known)
@@ -54,7 +54,7 @@ class Relation:
         """Return the values of all variables."""
         found = {"~dt": dt}
         for (path, index), variable in self.machine.vars.items():
-            raw = memory.read(self.machine.kinds[path, index], index)
+            raw = memory.read(self.machine.leaves[path, index], index)
             if path.endswith(CLOCK):
                 raw = min(AGE, max(0, now_ms - raw // 1_000_000))
             found[variable.val] = raw

@@ -43,13 +43,13 @@ class ScanMachine(TermCalls):
     Attributes:
         state: the term after the scan of each place in use.
         vars: the variable of each place before the scan.
-        kinds: the leaf of each place, which has its type.
+        leaves: the leaf of each place, which has its type.
         written: the places that the scan may write.
-        havocs: variables of values that are not modeled, with the instruction that writes them.
+        unmodeled: variables of values that are not modeled, with the instruction that writes them.
         cut: each instruction that is not modeled, with its name and the reason.
         faults: numbers of instructions, each with the condition of a major fault.
         stops: the condition that any of these faults stops the processor.
-        origins: the functions of the variables in `havocs`.
+        origins: the functions of the variables in `unmodeled`.
         deep: the condition under which the relation does not follow the program.
     """
 

@@ -55,29 +55,37 @@ class TermPlaces(Interpreter):
     """Whether a major fault ends the scan; otherwise the scan continues, as if faults were impossible."""
 
     def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
-        self.known = known  # values that never change
+        # terms take the place of the memory and the fault log
+        super().__init__(lowered, TermMemory(self, lowered.layout), TermFaults(self), _no_python)  # type: ignore[arg-type]
         self.log = UndoLog()
+        self.active: T = TRUE
+        self.dt = var("~dt", INT, *dt)
+        self.paths = Paths()
+
+        # stored values, by place
+        self.known = known  # values that never change
         self._kept: dict[Key, T] = {}  # current values, right everywhere
         self.state: Mapping[Key, T] = MappingProxyType(self._kept)
         self.vars: dict[Key, T] = {}  # values before the scan, as variables
-        self.kinds: dict[Key, Leaf] = {}
+        self.leaves: dict[Key, Leaf] = {}
         self.written: dict[Key, bool] = {}
-        self.havocs: dict[str, Site] = {}  # variables of values that are not modeled, and the instruction
-        self.origins: dict[T, UnknownOrigin] = {}  # the functions of these variables
+        self._in_use: dict[str, list[int]] = {}  # elements that have a variable, by path in capitals
+
+        # unknown values
+        self.unmodeled: dict[str, Site] = {}  # variables of values that are not modeled, and the instruction
+        self.origins: dict[T, UnknownOrigin] = {}  # the functions of the variables in `unmodeled`
         self._unknowns = count()
         self._computed: dict[tuple[Any, ...], T] = {}  # unknown results, by function and operands
+        self._lost: dict[str, list[Lost]] = {}  # where a whole leaf became unknown, by path in capitals
+
+        # faults
         self.faults: list[tuple[int, T]] = []  # conditions of major faults, by number of the instruction
         self.may_fault: dict[str, Site] = {}  # variables for faults of instructions without a model
         self.stops: T = FALSE  # condition of a major fault that stops the processor
         self.faulted: T = FALSE  # condition that it has ended the scan, if `ends`
-        self._lost: dict[str, list[Lost]] = {}  # where a whole leaf became unknown, by path in capitals
-        self._in_use: dict[str, list[int]] = {}  # elements that have a variable, by path in capitals
-        self.active: T = TRUE
+
+        # facts: ids of conditions that hold under a value of `active`, see `_facts`
         self._facts_of, self._known_facts = TRUE, frozenset[int]()
-        self.dt = var("~dt", INT, *dt)
-        self.paths = Paths()
-        faults = TermFaults(self)
-        super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
 
     @property
     def most_age(self) -> int:
@@ -148,7 +156,7 @@ class TermPlaces(Interpreter):
             now = ite(where, self.unknown_of(leaf, key[1], site=site), now)
             put(self.written, key, True)
         put(self.vars, key, own)
-        put(self.kinds, key, leaf)
+        put(self.leaves, key, leaf)
         put(self._kept, key, now)
 
     def _assign(self, key: Key, where: T, t: T) -> None:
@@ -279,7 +287,7 @@ class TermPlaces(Interpreter):
         return var(f"?{next(self._unknowns)}", kind, lo, hi)
 
     def _noted(self, found: T, origin: UnknownOrigin, site: Site) -> T:
-        self.log.put(self.havocs, found.val, site)
+        self.log.put(self.unmodeled, found.val, site)
         self.log.put(self.origins, found, origin)
         return found
 

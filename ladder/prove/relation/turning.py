@@ -81,7 +81,7 @@ class TurningMachine(ScanMachine):
 
     def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
         for where, site in lost.get(key[0], ()):
-            t = ite(where, self.unknown_of(self.kinds[key], key[1], site=site), t)
+            t = ite(where, self.unknown_of(self.leaves[key], key[1], site=site), t)
         return t
 
     def _begin_tasks(self) -> None:
@@ -109,7 +109,7 @@ class TurningMachine(ScanMachine):
             super()._read_first(key, leaf)
         self._kept, self.written, self._lost = turning
         now = self.state[key]
-        if key in self.kinds:
+        if key in self.leaves:
             now = self._with_lost(key, self._reads(key, self._begins(key, now)), self._lost)
         self.log.put(self._kept, key, now)
 

@@ -168,7 +168,7 @@ class ProgramSystem(System):
         blank = self.program.interpret().memory
 
         def begins(key: Key, t: T) -> T:
-            leaf = machine.kinds.get(key)
+            leaf = machine.leaves.get(key)
             if RETAINED_START not in self.happens or leaf is None or is_retained(self.lowered.layout, leaf):
                 return t
             value = 0 if key[0].endswith(CLOCK) else blank.read(leaf, key[1])
@@ -176,13 +176,13 @@ class ProgramSystem(System):
 
         def reads(key: Key, t: T) -> T:
             path, v = key[0], machine.vars[key]
-            outside, given = path in self._outside, self._is_given(path, machine.kinds[key])
-            unwritten = key not in written and self._changes_outside(path, machine.kinds[key], v)
+            outside, given = path in self._outside, self._is_given(path, machine.leaves[key])
+            unwritten = key not in written and self._changes_outside(path, machine.leaves[key], v)
             then = var(f"{THEN}{v.val}", v.kind, v.lo, v.hi)
             if outside or given or (unwritten and not path.endswith(CLOCK)):
                 return then
             for number in numbers_in(self._open_mask(key, v, named)):
-                t = setbit(t, number, bit(then, number), machine.kinds[key].type.wraps)
+                t = setbit(t, number, bit(then, number), machine.leaves[key].type.wraps)
             return t
 
         machine.turn_key(self.prescans, begins, reads)
@@ -232,7 +232,7 @@ class ProgramSystem(System):
             if path.startswith(("S:", "~")) or is_monitors_own(path):
                 continue
             acts = key in before and machine.state[key] is not before[key]
-            if acts or (key not in written and machine.kinds[key].slot is not None):
+            if acts or (key not in written and machine.leaves[key].slot is not None):
                 raise LadderError(
                     f"a routine NEVER writes {shown(name_of(key))}, which the program uses: "
                     "a monitor has its own tags"
@@ -251,9 +251,9 @@ class ProgramSystem(System):
     def _note_prescanned(self) -> None:
         """Free bits that prescan clears only from the second scan, as they are cleared before the first."""
         free = [
-            (name, self.machine.kinds[key], key[1])
+            (name, self.machine.leaves[key], key[1])
             for name, key in self.key_of.items()
-            if self.role(name) == "free" and self.machine.kinds[key].slot is None
+            if self.role(name) == "free" and self.machine.leaves[key].slot is None
         ]
         bits = [each for each in free if each[1].type.is_bool]
         if not bits:
@@ -269,8 +269,8 @@ class ProgramSystem(System):
         """Find the role of each variable that has none yet."""
         machine = self.machine
         self.deep = machine.deep
-        for name, site in machine.havocs.items():
-            self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modeled")
+        for name, site in machine.unmodeled.items():
+            self.unmodeled.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modeled")
         for key, v in list(machine.vars.items()):
             if v.val not in self.key_of:
                 self.key_of[v.val] = key
@@ -294,7 +294,7 @@ class ProgramSystem(System):
         """Return a number after a scan, with its open bits written from outside."""
         v = self.machine.vars[key]
         written = var(f"{WRITTEN}{v.val}", INT, v.lo, v.hi)
-        width = self.machine.kinds[key].type.wraps
+        width = self.machine.leaves[key].type.wraps
         for number in numbers_in(mask):
             after = setbit(after, number, bit(written, number), width)
         return after
@@ -313,12 +313,12 @@ class ProgramSystem(System):
     def _open_mask(self, key: Key, v: T, named: Mapping[Key, int]) -> int:
         """Return a mask of the bits of a number that the program names and does not write."""
         mask = named.get(key, 0)
-        if not mask or key[0].startswith(("~", "S:")) or self.machine.kinds[key].slot is not None:
+        if not mask or key[0].startswith(("~", "S:")) or self.machine.leaves[key].slot is not None:
             return 0
         return mask & ~written_bits(self.machine.state[key], v)
 
     def _give_role(self, key: Key, v: T) -> None:
-        path, leaf = key[0], self.machine.kinds[key]
+        path, leaf = key[0], self.machine.leaves[key]
         is_state = key in self.machine.written or path.endswith(CLOCK)
         if key in self.machine.prescanned_places and not self._changes_outside(path, leaf, v):
             is_state = True  # a value that nothing else writes may still change with each prescan
@@ -422,7 +422,7 @@ class ProgramSystem(System):
         """Return masks of the written bits of numbers of which a scan writes only bits."""
         found = {}
         for key, v in self.machine.vars.items():
-            is_own = self.machine.kinds[key].slot is None and not key[0].startswith(("~", "S:"))
+            is_own = self.machine.leaves[key].slot is None and not key[0].startswith(("~", "S:"))
             if v.kind == INT and is_own and v.val in self.next:
                 mask = written_bits(self.next[v.val], v)
                 if mask != -1:

@@ -127,7 +127,7 @@ class System:
             `narrowed`.
         facts: conditions of each scan on two unknown values, with their names; see `narrowed`.
         deep: the condition under which the relation does not follow the program.
-        havocs: variables of values that are not modeled, with the instruction to blame.
+        unmodeled: variables of values that are not modeled, with the instruction to blame.
         key_of: the places of variables, by name.
         likely: values that random scans often give a free variable, by its name.
         least: minimum time between scans, in units of `tick_ns`.
@@ -144,7 +144,7 @@ class System:
     kept: list[T] = field(default_factory=list)
     facts: list[Fact] = field(default_factory=list)
     deep: T = FALSE
-    havocs: dict[str, str] = field(default_factory=dict)
+    unmodeled: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
     likely: dict[str, Sequence[int]] = field(default_factory=dict)
     least: int = 1
@@ -207,7 +207,7 @@ class System:
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the instructions without a model that affect a cone."""
-        return tuple(dict.fromkeys(self.havocs[name] for name in cone if name in self.havocs))
+        return tuple(dict.fromkeys(self.unmodeled[name] for name in cone if name in self.unmodeled))
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
         """Return the held numbers of a program that decide terms."""

@@ -86,7 +86,7 @@ class _ValueNotes(QuietListener):
         layout, memory = self._engine.lowered.layout, self._engine.memory
         for v in dict.fromkeys(variables):
             key = problem.key_of.get(v.val, FIRST_SCAN)
-            leaf = None if key == FIRST_SCAN or v.val in problem.havocs else layout.find(key[0])
+            leaf = None if key == FIRST_SCAN or v.val in problem.unmodeled else layout.find(key[0])
             if leaf is not None:
                 found.append(_Variable(v, memory.reader(leaf, key[1]), problem.role(v.val) == "state"))
         return found

@@ -63,7 +63,7 @@ def test_drawn_programs_equal_the_interpreter() -> None:
 
 def test_what_is_not_modeled_is_unknown_and_named() -> None:
     found = relation("SIN(R,R);", "XIC(A)RTOS(R,Text);", "GRT(R,1.0)OTE(B);", more="")
-    assert {str(site.rung) for site in found.machine.havocs.values()} == {"0", "1"}
+    assert {str(site.rung) for site in found.machine.unmodeled.values()} == {"0", "1"}
     assert [name for _, name, _ in found.machine.cut] == ["RTOS"]
     assert found.differences(Random(1), 10) == []
 
@@ -135,7 +135,7 @@ def test_a_case_whose_selector_is_not_modeled_may_take_any_choice() -> None:
     text = f"{HEAD}XIC(A)JSR(Pick);\nEND\nROUTINE Pick ST\nCASE SQR(X) OF\n3: B := 1;\nEND_CASE;\nEND\n"
     machine = Relation(parse_program(text)).machine
     assert [name for _, name, _ in machine.cut] == ["CASE"]
-    (choice,) = [name for name in machine.havocs if machine.state["B", 0] is not FALSE][-1:]
+    (choice,) = [name for name in machine.unmodeled if machine.state["B", 0] is not FALSE][-1:]
     found = [evaluate([machine.state["B", 0]], {"A[0]": True, choice: taken})[0] for taken in (False, True)]
     assert found == [False, True]
 

@@ -66,7 +66,7 @@ def test_what_is_not_computed_is_left_open() -> None:
         (logix(*texts(HAVOCKED, tuple(HAVOCKED))), HAVOCKED),
         (slc(*texts(SLC_HAVOCKED, tuple(SLC_HAVOCKED))), SLC_HAVOCKED),
     ):
-        blamed = [site.instruction for site in compared(program).machine.havocs.values()]
+        blamed = [site.instruction for site in compared(program).machine.unmodeled.values()]
         open_ = {re.split("[( ]", each)[0] for each in blamed}
         assert set(names) - open_ == set()
 
