@@ -136,8 +136,11 @@ class Parts:
             owner, name = owner_of(name)
             scopes = [owner]
         for scope in scopes:
-            part = self.programs.get(scope.upper())
-            declared = self.declarations if not scope else part.declarations if part else []
+            if not scope:
+                declared = self.declarations
+            else:
+                part = self.programs.get(scope.upper())
+                declared = part.declarations if part else []
             found = self._index(scope, declared).get(name.upper())
             if found is not None:
                 return found

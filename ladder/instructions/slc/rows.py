@@ -109,7 +109,14 @@ def _of_one(name: str, function: Callable[[float], float]) -> Spec:
 
 
 def _log(function: Callable[[float], float]) -> Callable[[float], float]:
-    return lambda value: function(value) if value > 0 else -math.inf if value == 0 else math.nan
+    """Return a logarithm that is -inf at 0, and NaN below."""
+
+    def log(value: float) -> float:
+        if value > 0:
+            return function(value)
+        return -math.inf if value == 0 else math.nan
+
+    return log
 
 
 _TWO = (Use.NUMBER, Use.NUMBER, Use.TARGET)

@@ -167,7 +167,9 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     near = {name for name, module in modules if "." not in name and _may_be_below(prefix, name, module)}
     for name, module in modules if near else ():  # must be fast: a search calls this before each run
         top = name.partition(".")[0]
-        file = (getattr(module, "__file__", None) or "") if top in near else ""
+        if top not in near:
+            continue
+        file = getattr(module, "__file__", None) or ""
         if file.startswith(prefix) and file.endswith(PYTHON):
             path = Path(file)
             place = path.relative_to(folder)
