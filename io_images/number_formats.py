@@ -128,5 +128,5 @@ def to_sign_magnitude(value: int) -> tuple[int, int]:
     >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
     (True, (12, 0))
     """
-    thousands, rest = divmod(abs(value), 1000)
-    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), rest
+    thousands, units = divmod(abs(value), 1000)
+    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), units

@@ -139,6 +139,6 @@ def milliseconds(time_ns: int) -> str:
 
 
 def _in_unit(time_ns: int, unit_ns: int) -> str:
-    whole, rest = divmod(abs(time_ns), unit_ns)
-    decimals = f".{rest:0{len(str(unit_ns)) - 1}d}".rstrip("0") if rest else ""
+    whole, fraction_ns = divmod(abs(time_ns), unit_ns)
+    decimals = f".{fraction_ns:0{len(str(unit_ns)) - 1}d}".rstrip("0") if fraction_ns else ""
     return f"{'-' * (time_ns < 0)}{whole}{decimals}"

@@ -67,7 +67,8 @@ class ImageForm:
         """
         places = self.places
         status = {
-            name: BitPlace(at.image, places[at.word], at.bit) for name, at in profile.groups["status"].items()
+            name: BitPlace(place.image, places[place.word], place.bit)
+            for name, place in profile.groups["status"].items()
         }
         groups = {**profile.groups, "status": status}
         quantities = tuple(

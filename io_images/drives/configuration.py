@@ -124,9 +124,9 @@ class DriveConfiguration:
             levels: electrical levels, bit n = input n + 1 energized.
         """
         numbers = functions = 0
-        for at, (role, high) in enumerate(zip(self.roles, self.active_high, strict=True)):
-            if bool(levels >> at & 1) == high:
-                numbers |= 1 << at
+        for index, (role, high) in enumerate(zip(self.roles, self.active_high, strict=True)):
+            if bool(levels >> index & 1) == high:
+                numbers |= 1 << index
                 functions |= role
         return numbers, functions
 
@@ -252,7 +252,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
         return DriveConfiguration(
             words=words,
             roles=tuple(used),
-            active_high=tuple(bool(words[1] >> at & 1) for at in range(len(used))),
+            active_high=tuple(bool(words[1] >> index & 1) for index in range(len(used))),
             encoder_counted=bool(words[0] & 0x0300),
             backplane_proximity=bool(words[0] & 0x0080),
             output_format=NumberFormat.BINARY,

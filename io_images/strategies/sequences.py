@@ -298,8 +298,8 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
         {0: 0x4000},  # no command
     ):
         image = move.copy()
-        for at, word in changes.items():
-            image[at] = word
+        for index, word in changes.items():
+            image[index] = word
         wrong.append(image)
     alone = [acting("mistake", Showing(image)) for image in wrong]
     # Hold during a move is not a mistake.

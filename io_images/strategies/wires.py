@@ -104,18 +104,18 @@ def noise(most: int = 40) -> st.SearchStrategy[bytes]:
 def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
     """Return a frame with one defect: a wrong bit, a byte lost, doubled or added, or the end cut off."""
     frame = draw(frames)
-    at = draw(st.integers(0, len(frame) - 1))
+    position = draw(st.integers(0, len(frame) - 1))
     how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
     if how == "bit":
-        wrong = frame[at] ^ 1 << draw(st.integers(0, 7))
-        return frame[:at] + bytes((wrong,)) + frame[at + 1 :]
+        wrong = frame[position] ^ 1 << draw(st.integers(0, 7))
+        return frame[:position] + bytes((wrong,)) + frame[position + 1 :]
     if how == "lost":
-        return frame[:at] + frame[at + 1 :]
+        return frame[:position] + frame[position + 1 :]
     if how == "doubled":
-        return frame[:at] + frame[at : at + 1] + frame[at:]
+        return frame[:position] + frame[position : position + 1] + frame[position:]
     if how == "added":
-        return frame[:at] + bytes((draw(st.integers(0, 255)),)) + frame[at:]
-    return frame[: max(at, 1)]
+        return frame[:position] + bytes((draw(st.integers(0, 255)),)) + frame[position:]
+    return frame[: max(position, 1)]
 
 
 def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:

@@ -158,9 +158,9 @@ def _without_null(node: Any) -> Any:
         return [_without_null(entry) for entry in node]
     if not isinstance(node, dict):
         return node
-    rest = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
-    if len(rest) == 1:
-        node = {**rest[0], **{key: value for key, value in node.items() if key != "anyOf"}}
+    branches = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
+    if len(branches) == 1:
+        node = {**branches[0], **{key: value for key, value in node.items() if key != "anyOf"}}
     return {key: _without_null(value) for key, value in node.items()}
 
 

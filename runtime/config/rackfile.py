@@ -169,11 +169,11 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
     Args:
         lines: lines of its keys, if known.
     """
-    shown, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
+    shown, unlisted = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
     mistakes = [_mistake(details) for details in shown if not _follows_from_others(details, shown)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
-    return _refusal(mistakes, path, lines, f"{path}: and {more:,} more mistakes" if more > 0 else "")
+    return _refusal(mistakes, path, lines, f"{path}: and {unlisted:,} more mistakes" if unlisted > 0 else "")
 
 
 def _refusal(

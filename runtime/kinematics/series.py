@@ -27,10 +27,12 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     step = segment.step
     index = _indices(count)
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
-        made, rest = divmod(terms[0], step)
-        per_instant, more = divmod(terms[1], step)
+        made, remainder = divmod(terms[0], step)
+        per_instant, extra = divmod(terms[1], step)
         whole = made + per_instant * index
-        return whole + (rest + more * index) // step if more else whole  # a division is the slowest operation
+        return (
+            whole + (remainder + extra * index) // step if extra else whole
+        )  # a division is the slowest operation
     return _estimated(segment, first_ns, every_ns, index)
 
 
@@ -42,8 +44,8 @@ def _indices(count: int) -> NDArray[np.int64]:
 def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the steps made, in floats; where rounding might matter, they are computed exactly."""
     terms, step = segment.terms(first_ns, every_ns), segment.step
-    made, rest = divmod(terms[0], step)
-    powers = (rest / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
+    made, remainder = divmod(terms[0], step)
+    powers = (remainder / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
     k = index.astype(np.float64)
     steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
     most = float(len(index))

@@ -89,7 +89,7 @@ class Attributes:
     def read(self, params: Any) -> list[Any]:
         """Return the values that a request names; the values of tags have already been read."""
         now = datetime.now(UTC)
-        return [self._read(each, params.TimestampsToReturn, now) for each in params.NodesToRead]
+        return [self._read(node, params.TimestampsToReturn, now) for node in params.NodesToRead]
 
     def _read(self, item: Any, timestamps: Any, now: datetime) -> Any:
         try:
@@ -202,10 +202,10 @@ class Attributes:
         kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
         if not has_value or variant.Value is None:
             raise BadStatusError("BadTypeMismatch")
-        value, found = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
-        if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not found:
+        value, dimensions = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
+        if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not dimensions:
             return list(value)
-        if variant.VariantType != kind or found > rank or (found < rank and not is_part):
+        if variant.VariantType != kind or dimensions > rank or (dimensions < rank and not is_part):
             raise BadStatusError("BadTypeMismatch")
         return value
 

@@ -61,7 +61,7 @@ class UaGuard:
         (self._creates,) = self._ids(("CreateSessionRequest",))
 
     def _ids(self, names: tuple[str, ...]) -> set[Any]:
-        return {ua.NodeId(getattr(ua.ObjectIds, f"{each}_Encoding_DefaultBinary")) for each in names}
+        return {ua.NodeId(getattr(ua.ObjectIds, f"{name}_Encoding_DefaultBinary")) for name in names}
 
     async def set_up(self, server: Any) -> None:
         """Offer the policy and the kinds of users, before the server listens."""
@@ -174,7 +174,7 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
             is_own = there is not None and there.session_id == session.session_id
             return given if is_own else NO_SUBSCRIPTION
         if isinstance(given, list):
-            return [own(each) for each in given]
+            return [own(value) for value in given]
         for name in ("SubscriptionId", "SubscriptionIds"):
             if hasattr(given, name):
                 setattr(given, name, own(getattr(given, name)))

@@ -195,9 +195,9 @@ class OpcUaServer:
         requested, version = params.NodesToWrite, self._process.version
         await self._refresh((self._attributes.tag_of(each) for each in requested if each.IndexRange), client)
         status, operations, places = [codes.Good] * len(requested), list[Operation](), list[int]()
-        for place, each in enumerate(requested):
+        for place, value in enumerate(requested):
             try:
-                changes = self._attributes.changes(each)
+                changes = self._attributes.changes(value)
             except BadStatusError as refused:
                 status[place] = getattr(codes, refused.code)
             else:
@@ -208,7 +208,7 @@ class OpcUaServer:
             for number, place in enumerate(places):
                 if results is None or results[number] is None:
                     status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
-        return [ua.StatusCode(each) for each in status]
+        return [ua.StatusCode(code) for code in status]
 
     # --- subscriptions
 
@@ -238,7 +238,7 @@ class OpcUaServer:
         async def publishing(request: Any = None) -> Any:
             if request is None:  # the interval has passed; otherwise a late request fetches queued values
                 items = list(made.monitored_item_srv._monitored_items.values())
-                await self._refresh((self._attributes.tag_of(each.read_value_id) for each in items), client)
+                await self._refresh((self._attributes.tag_of(item.read_value_id) for item in items), client)
             return await publish(request)
 
         return publishing
@@ -246,11 +246,11 @@ class OpcUaServer:
     def _monitoring(self, create: Service, client: str) -> Service:
         async def monitoring(params: Any) -> Any:
             every = self._inner.subscription_service.subscriptions.values()
-            there = sum(len(each.monitored_item_srv._monitored_items) for each in every)
+            there = sum(len(service.monitored_item_srv._monitored_items) for service in every)
             if there + len(params.ItemsToCreate) > ITEMS_MOST:
                 raise service_error("BadTooManyMonitoredItems")
             await self._refresh(
-                (self._attributes.tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client
+                (self._attributes.tag_of(item.ItemToMonitor) for item in params.ItemsToCreate), client
             )
             return await create(params)
 
@@ -267,10 +267,12 @@ class OpcUaServer:
                 size += nodes[count].variable.size
                 count += 1
             turn, nodes = nodes[:count], nodes[count:]
-            results = await self._carry_out([each.variable.reads for each in turn], client, version)
+            results = await self._carry_out([request.variable.reads for request in turn], client, version)
             if results is not None:
-                found = ((each, data) for each, data in zip(turn, results, strict=True) if data is not None)
-                await self._space.take(found)
+                answered = (
+                    (request, data) for request, data in zip(turn, results, strict=True) if data is not None
+                )
+                await self._space.take(answered)
 
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
@@ -293,10 +295,10 @@ class OpcUaServer:
                 return None
             work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
             try:
-                found = await work
+                answers = await work
             except ValueError as error:  # too much for one exchange
                 raise service_error("BadRequestTooLarge") from error
-        return None if found is None else found[2][0]
+        return None if answers is None else answers[2][0]
 
 
 def _by_user(user: Any, client: str) -> str:

@@ -100,8 +100,10 @@ class TagSpace:
 
     def _clear(self) -> None:
         objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]
-        ours = set(self._ours)
-        objects.references[:] = [each for each in objects.references if each.NodeId not in ours]
+        own_ids = set(self._ours)
+        objects.references[:] = [
+            reference for reference in objects.references if reference.NodeId not in own_ids
+        ]
         for node_id in self._ours:
             del self._space[node_id]
         self._ours, self.nodes = [], {}
@@ -136,19 +138,19 @@ class TagSpace:
         access = ua.AccessLevel.CurrentRead.mask
         if variable.writable:
             access |= ua.AccessLevel.CurrentWrite.mask
-        given = self._space[node_id].attributes
+        attributes = self._space[node_id].attributes
         kind = getattr(ua.ObjectIds, TYPES[variable.type_name])
-        given[ua.AttributeIds.DataType] = self._shared("NodeId", ua.NodeId(kind))
-        given[ua.AttributeIds.ValueRank] = self._shared("Int32", len(variable.dims) or -1)
+        attributes[ua.AttributeIds.DataType] = self._shared("NodeId", ua.NodeId(kind))
+        attributes[ua.AttributeIds.ValueRank] = self._shared("Int32", len(variable.dims) or -1)
         for attribute in (ua.AttributeIds.AccessLevel, ua.AttributeIds.UserAccessLevel):
-            given[attribute] = self._shared("Byte", access)
-        given[ua.AttributeIds.Historizing] = self._shared("Boolean", False)
-        given[ua.AttributeIds.MinimumSamplingInterval] = self._shared("Double", 0.0)
+            attributes[attribute] = self._shared("Byte", access)
+        attributes[ua.AttributeIds.Historizing] = self._shared("Boolean", False)
+        attributes[ua.AttributeIds.MinimumSamplingInterval] = self._shared("Double", 0.0)
         if variable.dims:
             sizes = ua.Variant(list(variable.dims), ua.VariantType.UInt32, is_array=True)
-            given[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
+            attributes[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
         value = self._made.AttributeValue(ua.DataValue(StatusCode=status("BadWaitingForInitialData")))
-        given[ua.AttributeIds.Value] = value
+        attributes[ua.AttributeIds.Value] = value
         self.nodes[node_id] = TagNode(variable, node_id, value)
 
     def _add(
@@ -197,9 +199,11 @@ class TagSpace:
         """Return a reference with the names of its target, as browsing shows it."""
         node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
-        shown, text, node_class = (node.attributes[each].value.Value.Value for each in names)
+        shown, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
         kinds = (
-            each for each in node.references if each.ReferenceTypeId == self._definition and each.IsForward
+            reference
+            for reference in node.references
+            if reference.ReferenceTypeId == self._definition and reference.IsForward
         )
         return ua.ReferenceDescription(
             ReferenceTypeId=by,
@@ -208,7 +212,7 @@ class TagSpace:
             BrowseName=shown,
             DisplayName=text,
             NodeClass=ua.NodeClass(node_class),
-            TypeDefinition=next((each.NodeId for each in kinds), ua.NodeId()),
+            TypeDefinition=next((reference.NodeId for reference in kinds), ua.NodeId()),
         )
 
     def _shared(self, kind: str, value: Any) -> Any:

@@ -67,10 +67,10 @@ class TagServer:
         self.clients: dict[socket.socket, Client] = {}
         self.dropped, self.reason = 0, ""
         self._selector = selectors.DefaultSelector()
-        for each in (listening, udp):
-            if each is not None:
-                each.setblocking(False)
-                self._selector.register(each, selectors.EVENT_READ)
+        for listener in (listening, udp):
+            if listener is not None:
+                listener.setblocking(False)
+                self._selector.register(listener, selectors.EVENT_READ)
         self.set_up(setup)
 
     def set_up(self, setup: TagSetup) -> None:
@@ -135,7 +135,7 @@ class TagServer:
 
     def _has_place(self) -> bool:
         """Return whether there is a place for another client; if necessary, drop a silent one."""
-        heard = {each: client.heard_ns for each, client in self.clients.items()}
+        heard = {address: client.heard_ns for address, client in self.clients.items()}
         gone, has_place = make_place(heard, wall_ns())
         if gone is not None:
             self._drop(self.clients[gone], "all places are taken, and it is silent")
@@ -193,12 +193,12 @@ class TagServer:
         """Answer a packet of each client that waits; return False if the program has been edited."""
         turn = self._turn()
         packets: list[Packet] = [(client.address, plan.operations) for client, plan in turn]
-        found: Answers | None = 0, self.setup.version, [[] for _ in packets]
+        answers: Answers | None = 0, self.setup.version, [[] for _ in packets]
         if any(plan.operations or plan.is_timed for _, plan in turn):
-            found = self._exchange(packets)
-        if found is None:
+            answers = self._exchange(packets)
+        if answers is None:
             return False
-        now_ns, version, results = found
+        now_ns, version, results = answers
         for (client, _), result in zip(turn, results, strict=True):
             self.clients[client.socket] = self.clients.pop(client.socket)  # the others come first next time
             self._reply(client, Instant(result, now_ns, version))

@@ -135,7 +135,7 @@ class RegisterMap:
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         keep, on = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
-        masks = (each.to_bytes(2, "little") for each in (on, keep))
+        masks = (mask.to_bytes(2, "little") for mask in (on, keep))
         snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
         return request
 
@@ -151,9 +151,9 @@ class RegisterMap:
 
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
         """Write coils or registers; refused before the first write if one of them can't be written."""
-        changes, at = [], 0
+        changes, index = [], 0
         for row, place, many in self._writable(table, first, len(values)):
-            part, at = values[at : at + many], at + many
+            part, index = values[index : index + many], index + many
             changes.append(
                 row.write_of_bits(place, part) if table in BITS else row.write_of_words(place, part)
             )

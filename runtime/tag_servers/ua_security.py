@@ -60,8 +60,8 @@ class UaSecurity:
         (True, False, False)
         """
         expected = self.users.get(user or "")
-        given = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
-        return hmac.compare_digest(given, expected or bytes(32)) and expected is not None
+        digest = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
+        return hmac.compare_digest(digest, expected or bytes(32)) and expected is not None
 
 
 def users_of(text: str) -> dict[str, bytes]:

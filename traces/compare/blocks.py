@@ -86,8 +86,8 @@ def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
         return len(a), len(b)
     least = min(int(each.keys[each.row]) for each in streams if each.row < len(each))
     end = max(min(ends), least + 1)  # ends past the key, even if a whole block has the same key
-    for each in streams:
-        each.read_beyond(end)
+    for stream in streams:
+        stream.read_beyond(end)
     return a.row_of(end), b.row_of(end)
 
 
@@ -157,7 +157,7 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     if other.first_scan:  # scans preceded it
         judged &= times - tolerance_ns >= other.first_key
     times = times[judged]
-    held, first = (np.maximum(other.in_force(at), 0) for at in (times, times - tolerance_ns))
+    held, first = (np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns))
     last = other.in_force(times + tolerance_ns)
     return Windows(own.row + np.flatnonzero(judged), held, first, last + 1, int(met.sum()))
 

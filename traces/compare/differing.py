@@ -27,11 +27,11 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     Args:
         counts: allowed difference between a count and its window; None = every bit counts.
     """
-    one, other = block.one, block.other
+    side, other = block.one, block.other
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
         parts = list(group)  # all fields of one image
-        images = one.images(parts[0]), other.images(parts[0])
+        images = side.images(parts[0]), other.images(parts[0])
         ahead = _otherwise(images[0], images[1], block.there)
         behind = _otherwise(images[1], images[0], block.back)
         for field in parts if len(ahead.own) or len(behind.own) else ():
@@ -97,13 +97,13 @@ def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
     """Merge the findings of both directions, by rows of the first trace; each row occurs once."""
     if not len(back.a):
         return there
-    a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
-    rows, place = np.unique(a, return_index=True)
+    rows_a, rows_b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
+    rows, place = np.unique(rows_a, return_index=True)
     if there.bits is None or back.bits is None:
-        return FieldDifference(there.field, rows, b[place])
+        return FieldDifference(there.field, rows, rows_b[place])
     bits = np.zeros(len(rows), np.uint16)
-    np.bitwise_or.at(bits, np.searchsorted(rows, a), np.concatenate((there.bits, back.bits)))
-    return FieldDifference(there.field, rows, b[place], bits)
+    np.bitwise_or.at(bits, np.searchsorted(rows, rows_a), np.concatenate((there.bits, back.bits)))
+    return FieldDifference(there.field, rows, rows_b[place], bits)
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:

@@ -161,7 +161,7 @@ def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
 def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
     """Yield the fields of an image of a module with two modes; fields of configuration mode come last."""
     number, words, names = slot.number, slot.words, slot.words.named(direction)
-    pairs = {each.word: each for each in words.quantities_in(direction) if each.words > 1}
+    pairs = {quantity.word: quantity for quantity in words.quantities_in(direction) if quantity.words > 1}
     seconds = {word + 1 for word in pairs}
     mode = words.modes.word(direction) if words.modes else 0
     for word, name in enumerate(names):

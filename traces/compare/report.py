@@ -22,9 +22,9 @@ def report(comparison: Comparison, names: Names) -> Iterator[str]:
         yield from _aligned(
             [("", "scans", "first", "last", "by up to"), *map(_extent, comparison.extents)], "lrrrr"
         )
-    rest = list(_beside(comparison, names))
-    if rest:
-        yield from ("", *rest)
+    lines = list(_beside(comparison, names))
+    if lines:
+        yield from ("", *lines)
 
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
@@ -44,7 +44,7 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
     """Return the number of equal rows at the beginning."""
-    same = (one == other for one, other in zip(a, b, strict=False))
+    same = (word_a == other for word_a, other in zip(a, b, strict=False))
     return next((place for place, equal in enumerate(same) if not equal), min(len(a), len(b)))
 
 
@@ -86,8 +86,8 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
     if detail.bits:
         hexes = (f"{value[0] & 0xFFFF:04X}h" for value in (detail.words_a, detail.words_b))
         yield (where, detail.name, "", *hexes, words)
-        for name, a, b in detail.bits:
-            yield ("", "", name, str(int(a)), str(int(b)), "")
+        for name, bit_a, bit_b in detail.bits:
+            yield ("", "", name, str(int(bit_a)), str(int(bit_b)), "")
     elif detail.direction == "tags":
         yield ("tags", detail.name, "", detail.text_a, detail.text_b, "")
     elif detail.name == "time_ns":
@@ -145,10 +145,10 @@ def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
             yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
         if slots:
             yield f"only in {name}: slot {', '.join(map(str, slots))}"
-    for name, a, b in comparison.sequences:
-        yield f"sequence {name}: {a} / {b}"
-    for name, a, b in comparison.heads:
-        yield f"{name}: {_short(a)} / {_short(b)}"
+    for name, state_a, state_b in comparison.sequences:
+        yield f"sequence {name}: {state_a} / {state_b}"
+    for name, state_a, state_b in comparison.heads:
+        yield f"{name}: {_short(state_a)} / {_short(state_b)}"
 
 
 def _short(text: str) -> str:

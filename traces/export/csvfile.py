@@ -86,7 +86,7 @@ def _quoted(text: str) -> str:
     ('FILL', '"a ""b"", c"', "'=1")
     """
     text = str(cell(text))
-    return '"' + text.replace('"', '""') + '"' if any(each in text for each in ',"\r\n') else text
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\r\n') else text
 
 
 FORMAT = ExportFormat(

@@ -139,8 +139,8 @@ class Copy:
         self._channels = self._writer.register(schema, topics)
         for record in _metadata(trace):
             own = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
-            more = own if record.name == METADATA else {}
-            self._writer.add_metadata(record.name, {**record.metadata, **more})
+            own_fields = own if record.name == METADATA else {}
+            self._writer.add_metadata(record.name, {**record.metadata, **own_fields})
         for file_with in trace.attachments():
             self._writer.add_attachment(file_with.name, file_with.media_type, file_with.data)
 

@@ -145,7 +145,7 @@ def _word(text: str) -> str:
     >>> _word("wait for oil"), _word("")
     ('wait_for_oil', '""')
     """
-    plain = "".join(each if "!" <= each <= "~" else "_" for each in text)
+    plain = "".join(character if "!" <= character <= "~" else "_" for character in text)
     return plain or '""'
 
 
@@ -165,7 +165,9 @@ def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int,
     """Yield time, variable and new value of each change, in order of time."""
     changes = [variable.changes(block) for variable in variables]
     changed = [
-        (each.dumped, value) for each, (_, values) in zip(variables, changes, strict=True) for value in values
+        (variable.dumped, value)
+        for variable, (_, values) in zip(variables, changes, strict=True)
+        for value in values
     ]
     rows = np.concatenate([rows for rows, _ in changes])
     order = np.argsort(rows, kind="stable")

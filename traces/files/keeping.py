@@ -47,7 +47,7 @@ class RecordingKeeper:
 
     def __init__(self, path: Path, most: int, beside: Sequence[Path] = ()) -> None:
         self._stem = Path(realpath(path)).stem
-        self._paths = [Path(realpath(each)) for each in (path, *beside)]
+        self._paths = [Path(realpath(file_path)) for file_path in (path, *beside)]
         self._most = most
         self._moved: list[int] = []
 
@@ -130,9 +130,9 @@ def _alike(one: Path, other: Path) -> bool:
 
 def begin_alike(one: Path, other: Path, size: int) -> bool:
     """Return whether the first bytes of two files are the same."""
-    with one.open("rb") as a, other.open("rb") as b:
+    with one.open("rb") as file_a, other.open("rb") as file_b:
         for start in range(0, size, _COMPARED_BYTES):
             length = min(_COMPARED_BYTES, size - start)
-            if a.read(length) != b.read(length):
+            if file_a.read(length) != file_b.read(length):
                 return False
     return True

@@ -162,8 +162,8 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
         raise TraceLimitError(f"{where} unpacks to {size:,} bytes; the limit is {most:,}", "chunk_bytes")
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
     if len(data) != size:
-        more = "more than " if len(data) > size else ""
-        raise ValueError(f"it holds {more}{min(len(data), size):,} bytes instead of {size:,}")
+        prefix = "more than " if len(data) > size else ""
+        raise ValueError(f"it holds {prefix}{min(len(data), size):,} bytes instead of {size:,}")
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise ValueError("its CRC does not fit")
     return data
@@ -188,12 +188,12 @@ def unpacked(data: bytes, most: int) -> bytes:
         ValueError: it has more than `most` bytes, or is damaged.
     """
     try:
-        found = _beginning_of_zstd(data, most + 1)
+        content = _beginning_of_zstd(data, most + 1)
     except ZstdError as error:
         raise ValueError(str(error)) from error
-    if len(found) > most:
+    if len(content) > most:
         raise ValueError(f"it unpacks to more than {most:,} bytes")
-    return found
+    return content
 
 
 def _unpack_lz4(data: bytes, most: int) -> bytes:

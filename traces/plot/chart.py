@@ -134,8 +134,8 @@ def read_chart(
         program.add(block)
     happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
     apart = _marks_apart(happened, tracks) if choice.signals else []
-    rest = [mark for mark in happened if mark not in apart]
-    panels = [track.panel(marks_of(rest, track.slot, tracks[0].slot)) for track in tracks]
+    shared_marks = [mark for mark in happened if mark not in apart]
+    panels = [track.panel(marks_of(shared_marks, track.slot, tracks[0].slot)) for track in tracks]
     if choice.signals:
         panels.append(program.panel(apart))
     return Chart(

@@ -68,10 +68,10 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
     """
     line = ""
     for name, value in pairs:
-        more = f"{name} {value}"
-        if line and len(line) + len(more) > letters:
+        entry = f"{name} {value}"
+        if line and len(line) + len(entry) > letters:
             return f"{line}…"
-        line += f"{more}   "
+        line += f"{entry}   "
     return line.rstrip()
 
 

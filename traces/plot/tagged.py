@@ -112,9 +112,9 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
     """Return the signals that have more than one value, in the same order."""
     watched = {signal.name: SteadyCheck(signal) for signal in signals}
     for block in blocks(trace, selection):
-        for each in watched.values():
-            if each.same:
-                each.add(each.signal.read(block))
+        for curve in watched.values():
+            if curve.same:
+                curve.add(curve.signal.read(block))
     return [signal for signal in signals if not watched[signal.name].same]
 
 
@@ -187,7 +187,7 @@ class TagTracks(Generic[C]):
         return [
             *((band.name, band.text(int(band.value[0]))) for band in bands),
             *((lane.name, "on" if lane.value[0] else "off") for lane in lanes),
-            *((_title(each.signal), _number(each)) for each, _ in self._curves if each.same),
+            *((_title(curve.signal), _number(curve)) for curve, _ in self._curves if curve.same),
         ]
 
 

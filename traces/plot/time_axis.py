@@ -50,8 +50,8 @@ def label(time_ns: int, step_ns: int, unit: str) -> str:
     ('1.5', '1:30:00')
     """
     decimals = next((power for power in range(9) if step_ns % 10 ** (9 - power) == 0), 9)
-    seconds, rest = divmod(time_ns, _S)
-    fraction = f".{rest:09d}"[: decimals + 1] if decimals else ""
+    seconds, fraction_ns = divmod(time_ns, _S)
+    fraction = f".{fraction_ns:09d}"[: decimals + 1] if decimals else ""
     if unit == "s":
         return f"{seconds}{fraction}"
     minutes, seconds = divmod(seconds, 60)

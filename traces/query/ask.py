@@ -40,10 +40,10 @@ def query(
         UnknownSignalError: an unknown signal in `show`.
     """
     catalog = Catalog.of(trace)
-    asked = parse(text, catalog)
+    parsed = parse(text, catalog)
     shown = [catalog[name] for name in show]
-    reading = _Reading(asked, shown)
-    measured = any(each.kind is SignalKind.MEASURED for each in (*asked.signals, *shown))
+    reading = _Reading(parsed, shown)
+    measured = any(signal.kind is SignalKind.MEASURED for signal in (*parsed.signals, *shown))
     try:
         for block in blocks(trace, progress=progress, measured=measured):
             reading.add(block)
@@ -52,9 +52,9 @@ def query(
     except OverflowError as error:
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     rows = reading.rows
-    occurrences = asked.pattern(reading.stretches, rows)
-    chosen = occurrences.some(_PICKS[asked.aggregate](occurrences, rows))
-    return Answer(asked.aggregate, len(occurrences), tuple(_occurrences(chosen, reading)))
+    occurrences = parsed.pattern(reading.stretches, rows)
+    chosen = occurrences.some(_PICKS[parsed.aggregate](occurrences, rows))
+    return Answer(parsed.aggregate, len(occurrences), tuple(_occurrences(chosen, reading)))
 
 
 class _Reading:
@@ -86,9 +86,9 @@ class _Reading:
             yield from ({} for _ in rows)
             return
         places = np.searchsorted(np.concatenate(self._begins), rows)
-        columns = [_values(joined(each)[places]) for each in self._columns]
+        columns = [_values(joined(column)[places]) for column in self._columns]
         names = [signal.name for signal in self._shown]
-        yield from (dict(zip(names, each, strict=True)) for each in zip(*columns, strict=True))
+        yield from (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
 
 
 def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:

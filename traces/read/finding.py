@@ -63,13 +63,13 @@ def find_records(
         if trouble == UNDER_WAY:
             return spans, [*notes, trouble]
         last_start, last_end = _last(spans)
-        what, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
+        target, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
         if next_place is None:
-            what, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
+            target, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
         if next_place is None:
             return spans, [*notes, trouble]
         if next_place > last_end:
-            notes.append(Damage(f"damaged at byte {last_end:,}; the {what} is at byte {next_place:,}"))
+            notes.append(Damage(f"damaged at byte {last_end:,}; the {target} is at byte {next_place:,}"))
         offset = next_place
     return spans, notes
 
@@ -202,11 +202,11 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     if not recorded_crc:
         return None
     file.seek(0)
-    rest = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
+    end = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
     crc = 0
-    while rest and (data := file.read(min(rest, _SEARCH_BYTES))):
+    while end and (data := file.read(min(end, _SEARCH_BYTES))):
         crc = zlib.crc32(data, crc)
-        rest -= len(data)
+        end -= len(data)
     return None if crc == recorded_crc else DATA_DAMAGE
 
 

@@ -65,10 +65,10 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     schema = schemas.get(channels[SCAN_TOPIC].schema_id)
     slots = _slots(metadata, schema)
     tags = _tags(metadata, schema)
-    rest = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
-    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not rest:
+    other_bytes = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
+    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not other_bytes:
         raise TraceError("its schema lists no tags")
-    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, rest)
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, other_bytes)
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
@@ -155,11 +155,11 @@ def _rest_bytes(
         return 0
     if encoding == (*required[:2], NAME_STEM + layout_of(text)):
         try:
-            rest = rest_bytes(text, known)
+            other_bytes = rest_bytes(text, known)
         except ValueError as error:
             raise TraceError(f"its scans have fields after the tags: {error}") from error
-        if rest is not None:
-            return rest
+        if other_bytes is not None:
+            return other_bytes
     raise TraceError(
         f"its scans are laid out in a way this version does not know: "
         f"{' '.join(encoding) or 'no schema'}, expected {' '.join(required)}"

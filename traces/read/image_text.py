@@ -84,8 +84,8 @@ def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
     """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
-    first, *rest = words[quantity.word : quantity.word + quantity.words]
-    return (quantity.format or NumberFormat.THOUSANDS).reported(first, rest[0]) if rest else first
+    first, *units = words[quantity.word : quantity.word + quantity.words]
+    return (quantity.format or NumberFormat.THOUSANDS).reported(first, units[0]) if units else first
 
 
 def moded_wording(
@@ -111,11 +111,11 @@ def moded_wording(
     is_output = direction == "out"
     parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(was, now)]
     is_new = is_output and len(set(now) - set(was)) > 0
-    for each in module.quantities_in(direction):
-        places = slice(each.word, each.word + each.words)
+    for quantity in module.quantities_in(direction):
+        places = slice(quantity.word, quantity.word + quantity.words)
         changed = list(after[places]) != list(before[places])
-        if not each.counts and (changed or (is_new and any(after[places]))):
-            parts.append(f"{each.name} {value(each, after):,}")
+        if not quantity.counts and (changed or (is_new and any(after[places]))):
+            parts.append(f"{quantity.name} {value(quantity, after):,}")
     return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
 
 
@@ -134,7 +134,7 @@ def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]
 
 def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
     """Return the changes in words without named bits that are no part of a quantity."""
-    known = module.covered(direction) | {each.word for each in module.quantities_in(direction)}
+    known = module.covered(direction) | {quantity.word for quantity in module.quantities_in(direction)}
     return _plain_words(module, direction, known, before, after)
 
 
@@ -143,9 +143,9 @@ def _plain_words(
 ) -> str:
     """Return the changes in words, except the known ones."""
     names = module.named(direction)
-    rest = [word for word in range(len(names)) if word not in known]
-    was, now = ([words[word] for word in rest] for words in (before, after))
-    return plain_wording([names[word] for word in rest], was, now)
+    unnamed = [word for word in range(len(names)) if word not in known]
+    was, now = ([words[word] for word in unnamed] for words in (before, after))
+    return plain_wording([names[word] for word in unnamed], was, now)
 
 
 def in_configuration_mode(inputs: Words) -> bool:

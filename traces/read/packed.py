@@ -148,7 +148,7 @@ class View(Sequence[T], Generic[T]):
         if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
             return self._held[row - self._start]
         if isinstance(row, slice):
-            return [self[each] for each in range(*row.indices(len(self)))]
+            return [self[index] for index in range(*row.indices(len(self)))]
         row = self._hold(row)
         return self._held[row - self._start]
 

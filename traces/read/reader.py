@@ -153,11 +153,11 @@ class Records:
         before = self.spans[-1].end if self.spans else 0
         again = self._last_chunk()  # new records may belong to it
         size, self.spans, notes = self._found(size, self.spans[:again])
-        self.notes = [each for each in self.notes if each not in self._of_the_end]
-        self.notes += [each for each in notes if each not in self.notes]
+        self.notes = [note for note in self.notes if note not in self._of_the_end]
+        self.notes += [note for note in notes if note not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
         first = self.spans[again].offset if again < len(self.spans) else size
-        self.sections = [each for each in self.sections if each.span.offset < first]
+        self.sections = [section for section in self.sections if section.span.offset < first]
         self.sections += find_sections(self.file, self.spans[again:])
         return bool(self.spans) and self.spans[-1].end > before
 

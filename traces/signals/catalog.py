@@ -153,9 +153,9 @@ class Catalog(Mapping[str, Signal]):
         whole = self._names(name)
         if whole is not None:
             return self._found(whole)
-        head, dot, rest = name.replace("/", ".").rpartition(".")
+        head, dot, member = name.replace("/", ".").rpartition(".")
         signal = self._names(head) if dot else None
-        return None if signal is None else self._found(f"{signal}.{rest}")
+        return None if signal is None else self._found(f"{signal}.{member}")
 
     def _constant(self, name: str) -> Signal | None:
         code, _, member = name.rpartition(".")
@@ -201,10 +201,10 @@ def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
     if position is not None:
         read = partial(_speed, number, words, position, formats)
         yield Signal(f"{stem}.speed", SignalKind.MEASURED, read)
-    for each in words.quantities:
-        if each.words > 1:
-            value = partial(_value, number, words, each, formats)
-            yield Signal(f"{stem}.{DIRECTIONS[each.image]}.{each.name}", SignalKind.VALUE, value)
+    for quantity in words.quantities:
+        if quantity.words > 1:
+            value = partial(_value, number, words, quantity, formats)
+            yield Signal(f"{stem}.{DIRECTIONS[quantity.image]}.{quantity.name}", SignalKind.VALUE, value)
     yield from _named_bits(slot, stem)
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
         for place, name in enumerate(names):
@@ -221,7 +221,7 @@ def _covered_words(slot: SlotInfo) -> Iterator[str]:
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
-    named = [(name, at) for names in slot.words.groups.values() for name, at in names.items()]
+    named = [(name, place) for names in slot.words.groups.values() for name, place in names.items()]
     if slot.words.modes is not None:
         named.sort(key=lambda each: each[1].image not in INPUT)
     for name, (image, word, bit) in named:

@@ -44,10 +44,10 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
     """Return the scans in which a named bit of the input image is set; none for an unknown name."""
-    at = module.place(name)
-    if at is None:
+    place = module.place(name)
+    if place is None:
         return np.zeros(len(words), bool)
-    return module_bit(words, module, "I", at.word, 1 << at.bit)
+    return module_bit(words, module, "I", place.word, 1 << place.bit)
 
 
 def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -94,7 +94,9 @@ class ChunkWriter:
     def register(self, schema: ScanSchema, topics: Iterable[Topic]) -> dict[str, int]:
         """Register /scan and the topics of events; return the channels' ids by topic."""
         scan = self.channel(SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
-        events = {each.name: self.json_channel(each.name, each.schema, each.schema_text) for each in topics}
+        events = {
+            topic.name: self.json_channel(topic.name, topic.schema, topic.schema_text) for topic in topics
+        }
         return {SCAN_TOPIC: scan, **events}
 
     def json_channel(self, topic: str, schema_name: str, schema: str) -> int:

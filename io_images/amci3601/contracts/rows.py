@@ -55,7 +55,7 @@ def frozen() -> Fact:
 
 def at_most_one(*bits: StatusMsw) -> Fact:
     """Return the fact that at most one of the bits is set."""
-    return every(*(~(now(bit) & now(*bits[at + 1 :])) for at, bit in enumerate(bits[:-1])))
+    return every(*(~(now(bit) & now(*bits[index + 1 :])) for index, bit in enumerate(bits[:-1])))
 
 
 def words(least: int, most: int, *numbers: int) -> Fact:

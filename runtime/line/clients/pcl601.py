@@ -243,13 +243,13 @@ class Pcl601Client(MotionClient[Registers]):
 
 def value_of(row: Row, words: Sequence[int]) -> int:
     """Return the value of a row's words, the low one first; signed where its range is."""
-    value = sum(word << 16 * at for at, word in enumerate(words))
+    value = sum(word << 16 * index for index, word in enumerate(words))
     return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
 
 def _write(row: Row, value: int) -> ModbusPDU:
     """Return the request that writes all words of a value at once."""
-    words = [word_of(value, at) for at in range(row.words)]
+    words = [word_of(value, index) for index in range(row.words)]
     if row.words == 1:
         return pdus.write_register(row.register, words[0])
     return pdus.write_registers(row.register, words)

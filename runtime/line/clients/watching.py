@@ -166,10 +166,10 @@ class MotionClient(ABC, Generic[SeenType]):
             progress: called with every position.
         """
         with stopped_when_lost(self.stop):
-            while (rest := self._rest(1, progress)) is None:
+            while (at_rest := self._rest(1, progress)) is None:
                 self.pause(pause_s)
             self._faults_before = self.faults
-            return rest
+            return at_rest
 
     def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
         """Return a state at rest on which `again` + 1 reads, and one per late answer, agree; or None."""
@@ -182,8 +182,8 @@ class MotionClient(ABC, Generic[SeenType]):
         """Return the state at rest if one of `TRIES` attempts, each after `first`, shows it."""
         for _ in range(TRIES):
             first()
-            if (rest := self._rest(0)) is not None:
-                return rest
+            if (at_rest := self._rest(0)) is not None:
+                return at_rest
         return None
 
     def check_end(self, name: str, seen: SeenType, target: int) -> None:

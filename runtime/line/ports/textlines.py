@@ -59,12 +59,12 @@ class TextLinePort:
         self._listener.close()
 
     def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str, bool], str]) -> None:
-        *lines, rest = data.split(b"\n")
-        if max(map(len, [*lines, rest])) > LONGEST_LINE:
+        *lines, partial_line = data.split(b"\n")
+        if max(map(len, [*lines, partial_line])) > LONGEST_LINE:
             self._end(connection)
             return
-        if rest:
-            self._pending[connection] = rest
+        if partial_line:
+            self._pending[connection] = partial_line
         answers, ends = [], False
         for line in filter(bytes.strip, lines):
             try:

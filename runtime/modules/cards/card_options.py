@@ -28,7 +28,7 @@ from scanrack.io_images.times import time_text
 from ...loop.module_options import Options
 from ...machine.spec import INPUT_NAMES
 
-CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))
+CHANNEL_NAMES = tuple(f"ch{channel}_data" for channel in range(WORDS))
 WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
 
 
@@ -265,8 +265,13 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
         WORD_NAMES,
         WORD_NAMES,
         groups={
-            "input": {name: BitPlace("I", *divmod(at, WORD_BITS)) for name, at in options.inputs.items()},
-            "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
+            "input": {
+                name: BitPlace("I", *divmod(terminal, WORD_BITS)) for name, terminal in options.inputs.items()
+            },
+            "output": {
+                name: BitPlace("O", *divmod(terminal, WORD_BITS))
+                for name, terminal in options.outputs.items()
+            },
         },
         data_bits=kind.data_bits,
         terminals={"I": kind.shown, "O": kind.outputs},
@@ -280,10 +285,10 @@ def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
     stem = "Analog"
     for image, wired in (("I", options.inputs), ("O", options.outputs)):
         channels = kind.channels[image]
-        names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
-        for name, at in sorted(wired.items(), key=lambda pair: pair[1]):
-            names[at] = name
-            stem += f"{image}{at}{name.title().replace('_', '')}"
+        names = [f"ch{index}_data" if index < channels else f"word{index}" for index in range(WORDS)]
+        for name, channel in sorted(wired.items(), key=lambda pair: pair[1]):
+            names[channel] = name
+            stem += f"{image}{channel}{name.title().replace('_', '')}"
         images[image] = tuple(names)
         profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
     stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
@@ -342,6 +347,8 @@ def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: S
     place = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
-    for name, at in names.items():
-        if at not in terminals_in(masks):
-            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {place} {at}: {numbers_of(masks)}")
+    for name, terminal in names.items():
+        if terminal not in terminals_in(masks):
+            raise ValueError(
+                f"{field}: {name!r}: a {kind.name} has no {place} {terminal}: {numbers_of(masks)}"
+            )

@@ -67,7 +67,7 @@ class GenericCard(Module):
         self._image = Image()
         self._channels = self.options.channels(kind)
         self._driven: tuple[int, ...] | None = None
-        self._output_words = [(at, mask, WORD_BITS * at) for at, mask in enumerate(kind.outputs)]
+        self._output_words = [(index, mask, WORD_BITS * index) for index, mask in enumerate(kind.outputs)]
         self._shown_words = range(len(kind.shown))
         self._echo_shift = WORD_BITS * kind.echo_at
         for image, channel in self._channels:

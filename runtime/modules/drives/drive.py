@@ -119,8 +119,8 @@ class DriveUnit(SteppedModule):
             self._acted_on = raw
             self.advance(now_ns)
             words = self._image.words
-            for at, word in enumerate(self.inputs()):
-                words[at] = signed_word(word)
+            for index, word in enumerate(self.inputs()):
+                words[index] = signed_word(word)
             self._foresee(now_ns)
         elif self._counting:
             self._report_counts(now_ns)
@@ -284,7 +284,7 @@ class DriveUnit(SteppedModule):
     def _levels(self, at_ns: int) -> int:
         """Return the levels of the drive's inputs, bit n = input n + 1."""
         levels = self.machine.levels(at_ns)
-        return sum(1 << at for at, bit in enumerate(self.terminals) if levels & bit)
+        return sum(1 << index for index, bit in enumerate(self.terminals) if levels & bit)
 
     def _plan(self, at_ns: int) -> None:
         """Compute the next tick after `at_ns`, and the next check of the shaft's lag."""

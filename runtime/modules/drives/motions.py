@@ -357,9 +357,9 @@ class BlendMove(DriveMotion):
     def on_hold(self, now_ns: int) -> None:
         """Ramp down at the deceleration of the present segment."""
         made = abs(self.axis.position - self.started_at)
-        at = next((at for at, end in enumerate(self._ends) if made < end), -1)
+        index = next((at for at, end in enumerate(self._ends) if made < end), -1)
         self.held = True
-        self.axis.stop(now_ns, self.segments[at].rates[1], shape_of(self.segments[at].jerk))
+        self.axis.stop(now_ns, self.segments[index].rates[1], shape_of(self.segments[index].jerk))
 
     @override
     def on_end(self, now_ns: int) -> None:

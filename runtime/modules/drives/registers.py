@@ -96,17 +96,17 @@ class DriveRegisters:
     # writing
 
     def _write(self, first: int, values: Sequence[int]) -> None:
-        outputs, at = self._outputs(), first - OUTPUTS
-        if _part(outputs, at, len(values)) == list(values):
+        outputs, offset = self._outputs(), first - OUTPUTS
+        if _part(outputs, offset, len(values)) == list(values):
             return
-        outputs[at : at + len(values)] = values
+        outputs[offset : offset + len(values)] = values
         for number, axis in enumerate(self.axes):
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
 
     def _write_bits(self, request: ModbusPDU) -> None:
-        outputs, at, values = _bits(self._outputs()), request.address - COILS, request.bits
-        _part(outputs, at, len(values))
-        outputs[at : at + len(values)] = values
+        outputs, offset, values = _bits(self._outputs()), request.address - COILS, request.bits
+        _part(outputs, offset, len(values))
+        outputs[offset : offset + len(values)] = values
         self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 
     def _write_registers(self, request: ModbusPDU) -> None:

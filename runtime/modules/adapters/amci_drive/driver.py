@@ -131,12 +131,12 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def note_configuration(self, configuration: Configuration) -> None:
         """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
         options, bits, high = self._options, 0, 0
-        for at, role in enumerate(options.wired):
+        for index, role in enumerate(options.wired):
             used = role & configuration.inputs_used
             function = FUNCTIONS[role] if used else InputFunction.GENERAL_PURPOSE
-            bits |= function << 3 * at
+            bits |= function << 3 * index
             if not used or configuration.active_high & role:
-                high |= 1 << at
+                high |= 1 << index
         if configuration.quadrature_encoder:
             bits |= Settings.USE_ENCODER.value
         self._inverted = 3 & ~high

@@ -29,7 +29,9 @@ class DriveDevice:
     """
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
-        wired = {f"in{at}": name for at, name in ((1, options.in1), (2, options.in2)) if name != "none"}
+        wired = {
+            f"in{number}": name for number, name in ((1, options.in1), (2, options.in2)) if name != "none"
+        }
         self.drive = DriveUnit(options.row, machine, wired)
         self._registers = DriveRegisters(
             [DriveUnit(options.row) for _ in range(options.axis - 1)] + [self.drive]

@@ -68,7 +68,7 @@ class BlendBlock:
         if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
             self._spoil("PRF-04")
         types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
-        codes = [types >> 2 * at & 0b11 for at in range(SEGMENTS_MAX)]
+        codes = [types >> 2 * index & 0b11 for index in range(SEGMENTS_MAX)]
         session.types = [SHAPES[code] for code in codes]
         if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.announced)]:
             self._spoil("BLD-12")
