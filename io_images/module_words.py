@@ -156,8 +156,8 @@ class ModuleWords:
         numbers = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
         words = {quantity.word + index for quantity in numbers for index in range(quantity.words)}
         if self.modes is not None:
-            named = (place for names in self.groups.values() for place in names.values())
-            words |= {place.word for place in named if (place.image in INPUT) == (image in INPUT)}
+            named_bits = (place for names in self.groups.values() for place in names.values())
+            words |= {place.word for place in named_bits if (place.image in INPUT) == (image in INPUT)}
         return words
 
     def configures(self, image: str, words: Sequence[int]) -> bool:
@@ -192,14 +192,14 @@ class ModuleWords:
 
 def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
     """Raise a ValueError if a bit is in no image, or has two names."""
-    taken: dict[BitPlace, str] = {}
+    names_by_place: dict[BitPlace, str] = {}
     for name, place in names.items():
         if place.word not in range(sizes.get(place.image, 0)) or place.bit not in range(16):
             last = sizes.get(place.image, max(sizes.values())) - 1
             raise ValueError(
                 f"{where}.{name}: {place}: must be of image I or O, word 0 to {last}, bit 0 to 15"
             )
-        other = taken.setdefault(place, name)
+        other = names_by_place.setdefault(place, name)
         if other != name:
             image = _IMAGES[place.image]
             raise ValueError(

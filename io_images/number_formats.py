@@ -67,9 +67,9 @@ class NumberFormat(Enum):
         if self is NumberFormat.THOUSANDS:
             return join_reported_all(first, second)
         if self is NumberFormat.SIGN_MAGNITUDE:
-            whole: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
-            whole[first < 0] *= -1
-            return whole
+            magnitudes: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
+            magnitudes[first < 0] *= -1
+            return magnitudes
         high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
         values: NDArray[np.float64] = high.astype(float) * 65536
         return values + (low.astype(int) & 0xFFFF)

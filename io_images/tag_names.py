@@ -104,8 +104,8 @@ def in_scope(text: str, known: Iterable[str]) -> str:
     lowered = base[2].lower()
     owners: dict[str, str] = {}
     for name in known:
-        scope, _, own = name.rpartition(".") if name.startswith("\\") else ("", "", name)
-        if own.lower() == lowered:
+        scope, _, base_name = name.rpartition(".") if name.startswith("\\") else ("", "", name)
+        if base_name.lower() == lowered:
             owners.setdefault(name.lower(), name)
             if not scope:
                 return text

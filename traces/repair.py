@@ -103,8 +103,8 @@ def repair(
         if not result.notes:
             result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
-            whole = trace.spans[-1].end
-            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole))
+            whole_end = trace.spans[-1].end
+            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
             result.original = _free_name(path) if keep else None
             trace.close()  # Windows can't replace an open file
             _put_in_place(draft, path, result.original)

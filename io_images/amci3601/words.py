@@ -82,8 +82,8 @@ class Profile(ModuleWords):
         further = {name: place for name, place in status.items() if name not in _KNOWN}
         masks = {name: 1 << 16 * place.word + place.bit for name, place in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further)
-        own = {rule for rule, _ in self.further_refusals}
-        refusals = own.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
+        own_rules = {rule for rule, _ in self.further_refusals}
+        refusals = own_rules.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
         for name, value in (
             ("further", further),
             ("further_errors", errors),
@@ -105,13 +105,13 @@ class Profile(ModuleWords):
 
     def _check_refusals(self) -> None:
         """Raise a ValueError for a refusal that a user of the module could not see."""
-        named = sum(self.masks.values())
+        listed_bits = sum(self.masks.values())
         for rule, _ in self.further_refusals:
             if rule not in self.rules:
                 raise ValueError(f"{self.message}: further_refusals: no rule {rule!r} in rules")
             sets = int(self.rules[rule].if_broken or self.rules[rule].sets)
-            if not sets or sets & ~named:
-                bits = numbers_of([sets & ~named & _WORD, (sets & ~named) >> 16]) or "none"
+            if not sets or sets & ~listed_bits:
+                bits = numbers_of([sets & ~listed_bits & _WORD, (sets & ~listed_bits) >> 16]) or "none"
                 raise ValueError(
                     f"{self.message}: rule {rule}: sets must be named status bits; without a name: {bits}"
                 )

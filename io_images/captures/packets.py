@@ -140,14 +140,14 @@ class Capture:
             fields = self._read(record.size, begin)
             if not fields:
                 return
-            seconds, fraction, captured, sent = record.unpack(fields)
+            seconds, fraction, captured, sent_bytes = record.unpack(fields)
             if captured > PACKET_MAX:
                 raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes; at most {PACKET_MAX:,}")
             data = self._read(captured, begin) if captured else b""
             if len(data) < captured:
                 return
             at_ns = seconds * NS_PER_S + fraction * unit_ns
-            yield Packet(at_ns, link_type, data, max(0, sent - captured))
+            yield Packet(at_ns, link_type, data, max(0, sent_bytes - captured))
 
     # -- pcapng -----------------------------------------------------------------------------------
 
@@ -232,12 +232,14 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
-    number, high, low, captured, sent = head.unpack_from(body)
+    number, high, low, captured, sent_bytes = head.unpack_from(body)
     if number >= len(interfaces):
         raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
     if captured > min(PACKET_MAX, len(body) - head.size):
-        there = len(body) - head.size
-        raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes in a block with room for {there:,}")
+        data_room = len(body) - head.size
+        raise CaptureError(
+            f"byte {begin}: a packet of {captured:,} bytes in a block with room for {data_room:,}"
+        )
     interface = interfaces[number]
     data = body[head.size : head.size + captured]
-    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent - captured))
+    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent_bytes - captured))

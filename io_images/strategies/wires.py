@@ -42,9 +42,9 @@ def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
 
 def _reads() -> st.SearchStrategy[bytes]:
     def ranges(function: int) -> st.SearchStrategy[bytes]:
-        there = READ_FUNCTIONS[function]
-        return st.integers(0, there - 1).flatmap(
-            lambda first: st.integers(1, there - first).map(
+        table_size = READ_FUNCTIONS[function]
+        return st.integers(0, table_size - 1).flatmap(
+            lambda first: st.integers(1, table_size - first).map(
                 lambda count: bytes((function, *first.to_bytes(2, "big"), *count.to_bytes(2, "big")))
             )
         )
@@ -107,8 +107,8 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
     position = draw(st.integers(0, len(frame) - 1))
     how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
     if how == "bit":
-        wrong = frame[position] ^ 1 << draw(st.integers(0, 7))
-        return frame[:position] + bytes((wrong,)) + frame[position + 1 :]
+        wrong_byte = frame[position] ^ 1 << draw(st.integers(0, 7))
+        return frame[:position] + bytes((wrong_byte,)) + frame[position + 1 :]
     if how == "lost":
         return frame[:position] + frame[position + 1 :]
     if how == "doubled":
@@ -120,6 +120,6 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
 
 def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:
     """Return a strategy of at most `most` pieces: whole frames, damaged frames, and noise."""
-    whole = frames.map(lambda data: Piece(data, whole=True))
-    broken = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
-    return st.lists(whole | broken, max_size=most)
+    whole_pieces = frames.map(lambda data: Piece(data, whole=True))
+    broken_pieces = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
+    return st.lists(whole_pieces | broken_pieces, max_size=most)

@@ -46,8 +46,8 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
     """
     schema = RackSpec.model_json_schema(schema_generator=_Generator)
     _add_options(schema)
-    whole = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
-    return _as_draft4(whole, top=True) if draft4 else whole
+    rack = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
+    return _as_draft4(rack, top=True) if draft4 else rack
 
 
 def described_keys(cls: type) -> dict[str, str]:
@@ -138,13 +138,16 @@ def _add_options(schema: dict[str, Any]) -> None:
     for name, record in OWN.items():
         if record.option_table is not None:
             branches.setdefault(record.option_table(), []).append(name)
-    named = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
+    own_modules = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
     slot["properties"]["module"]["examples"] = list(OWN)
-    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, named  # [modules] adds other names
+    schema["if"], schema["then"] = (
+        {"not": {"required": ["modules"]}},
+        own_modules,
+    )  # [modules] adds other names
     for table in branches:
-        inner = table.model_json_schema(schema_generator=_Generator)
-        tables.update(inner.pop("$defs", {}))
-        tables[table.__name__] = inner
+        table_schema = table.model_json_schema(schema_generator=_Generator)
+        tables.update(table_schema.pop("$defs", {}))
+        tables[table.__name__] = table_schema
     slot["anyOf"] = [
         {"properties": {"module": {"enum": names}, "options": {"$ref": f"#/$defs/{table.__name__}"}}}
         for table, names in branches.items()

@@ -81,8 +81,8 @@ def phases_of(rising: Fraction) -> tuple[Phase, ...]:
             -scale / (6 * rise),
         ),
     )
-    whole = lcm(*(part.denominator for row in rows for part in row))
-    scaled = [tuple(int(part * whole) for part in row) for row in rows]
+    denominator = lcm(*(part.denominator for row in rows for part in row))
+    scaled = [tuple(int(part * denominator) for part in row) for row in rows]
     return tuple((begin, end, c3, c2, c1, c0) for begin, end, c3, c2, c1, c0 in scaled if begin < end)
 
 
@@ -219,13 +219,13 @@ class Course:
 
 def _polynomial(phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
     """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
-    gone, _, made, speed, rate, jerk = phase
+    past_ticks, _, travel_made, speed, rate, jerk = phase
     square = ticks * ticks
     return (
         jerk * change,
         rate * change * ticks,
         (whole * from_nsps + speed * change) * square,
-        (whole * travel + (gone * from_nsps + made * change) * ticks) * square,
+        (whole * travel + (past_ticks * from_nsps + travel_made * change) * ticks) * square,
         whole * square,
     )
 

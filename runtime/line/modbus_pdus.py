@@ -202,10 +202,10 @@ def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
     if answer.function_code != function:
         return "a response to a different request"
     if function in _REGISTERS_READ:
-        wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
+        is_wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
     else:
-        wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
-    if wrong:
+        is_wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
+    if is_wrong:
         return "an answer with a wrong byte count"
     if function in _WRITES and not request.encode().startswith(answer.encode()):
         return "an answer to another write"

@@ -161,8 +161,8 @@ class Framer:
         start = self._frame_after(buffer, at)
         if start is None or start >= end:
             return None
-        inner = _frame_at(buffer, start) or b""
-        return None if end == len(buffer) != start + len(inner) else start
+        inner_frame = _frame_at(buffer, start) or b""
+        return None if end == len(buffer) != start + len(inner_frame) else start
 
     def _frame_after(self, buffer: bytes, at: int) -> int | None:
         """Return the first place after a silence and after `at` where a frame begins."""

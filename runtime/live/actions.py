@@ -317,7 +317,7 @@ def _refuse_oddities(value: object) -> None:
         for text in level:
             if isinstance(text, str) and not _is_unicode(text):
                 raise ValueError(f"{_shown(text)} has half of a surrogate pair")
-        level = [inner for each in level for inner in _inside(each)]
+        level = [member for container in level for member in _inside(container)]
         if not level:
             return
     raise ValueError(_TOO_DEEP)

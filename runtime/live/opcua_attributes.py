@@ -120,8 +120,8 @@ class Attributes:
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
         part = part_of(variant.Value, parse_ranges(text), rank)
         dims = shape_of(part)[:rank] if rank > 1 else None
-        made = ua.Variant(part, variant.VariantType, dims, bool(rank))
-        return ua.DataValue(made, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
+        part_variant = ua.Variant(part, variant.VariantType, dims, bool(rank))
+        return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, of: Any = None) -> Any:
         times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)

@@ -65,10 +65,10 @@ class UaGuard:
 
     async def set_up(self, server: Any) -> None:
         """Offer the policy and the kinds of users, before the server listens."""
-        inner, security = server.iserver, self._security
+        inner_server, security = server.iserver, self._security
         server.allow_remote_admin(False)
-        inner.lookup_external_session = lambda _token: None
-        inner.register_external_session = lambda _session: None  # only asyncua's look-up would read it
+        inner_server.lookup_external_session = lambda _token: None
+        inner_server.register_external_session = lambda _session: None  # only asyncua's look-up would read it
         policies, token = ua.SecurityPolicyType, ua.AnonymousIdentityToken
         if security is None:
             server.set_security_policy([policies.NoSecurity])
@@ -78,7 +78,7 @@ class UaGuard:
             server.set_security_policy([policies.Basic256Sha256_SignAndEncrypt])
             if security.users:
                 token = ua.UserNameIdentityToken
-                inner.user_manager, inner.decrypt_user_token = self, self._name_and_password
+                inner_server.user_manager, inner_server.decrypt_user_token = self, self._name_and_password
         server.set_identity_tokens([token])
 
     def get_user(
@@ -170,8 +170,8 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
     def own(given: Any) -> Any:
         """Return the subscriptions that a request names, without those of other sessions."""
         if isinstance(given, int):
-            there = subscriptions.get(given)
-            is_own = there is not None and there.session_id == session.session_id
+            subscription = subscriptions.get(given)
+            is_own = subscription is not None and subscription.session_id == session.session_id
             return given if is_own else NO_SUBSCRIPTION
         if isinstance(given, list):
             return [own(value) for value in given]

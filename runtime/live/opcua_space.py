@@ -73,8 +73,8 @@ class TagSpace:
         self._ours: list[Any] = []
         self.nodes: dict[Any, TagNode] = {}
         ids = ua.ObjectIds
-        known = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
-        self._folder, self._object, self._variable = map(ua.NodeId, known)
+        type_ids = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
+        self._folder, self._object, self._variable = map(ua.NodeId, type_ids)
         references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
         self._component, self._definition, self._organizes = map(ua.NodeId, references)
         self._fixed: dict[tuple[str, Any], Any] = {}
@@ -85,13 +85,13 @@ class TagSpace:
 
         Subscriptions to a tag continue if it still exists.
         """
-        before = self.nodes
+        nodes_before = self.nodes
         self._clear()
         objects = ua.NodeId(ua.ObjectIds.ObjectsFolder)
         root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
         self._add_all(root, TagTree(database).roots())
         self._add_elements()
-        for node_id, old in before.items():
+        for node_id, old in nodes_before.items():
             new = self.nodes.get(node_id)
             if new is None or new.shape != old.shape:
                 await self._end(old)
@@ -111,9 +111,9 @@ class TagSpace:
 
     async def _end(self, node: TagNode) -> None:
         """Notify the subscriptions to a tag that it no longer exists."""
-        gone = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
+        deleted = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
-            await call(handle, gone)
+            await call(handle, deleted)
 
     def _add_all(self, parent: Any, items: Iterator[Leaf | TagGroup]) -> None:
         for item in items:
@@ -166,13 +166,15 @@ class TagSpace:
         """Add a node below another one; return its identifier."""
         by = self._component if reference is None else reference
         node_id = ua.NodeId(path, self._namespace)
-        shown, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
+        browse_name, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
         node_class = ua.NodeClass.Variable if is_variable else ua.NodeClass.Object
         node = self._made.NodeData(node_id)
         node.attributes = {
             ua.AttributeIds.NodeId: self._attribute(ua.Variant(node_id, ua.VariantType.NodeId)),
             ua.AttributeIds.NodeClass: self._shared("Int32", int(node_class)),
-            ua.AttributeIds.BrowseName: self._attribute(ua.Variant(shown, ua.VariantType.QualifiedName)),
+            ua.AttributeIds.BrowseName: self._attribute(
+                ua.Variant(browse_name, ua.VariantType.QualifiedName)
+            ),
             ua.AttributeIds.DisplayName: self._attribute(ua.Variant(text, ua.VariantType.LocalizedText)),
             ua.AttributeIds.WriteMask: self._shared("UInt32", 0),
             ua.AttributeIds.UserWriteMask: self._shared("UInt32", 0),
@@ -199,7 +201,7 @@ class TagSpace:
         """Return a reference with the names of its target, as browsing shows it."""
         node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
-        shown, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
+        browse_name, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
         kinds = (
             reference
             for reference in node.references
@@ -209,7 +211,7 @@ class TagSpace:
             ReferenceTypeId=by,
             IsForward=is_forward,
             NodeId=target,
-            BrowseName=shown,
+            BrowseName=browse_name,
             DisplayName=text,
             NodeClass=ua.NodeClass(node_class),
             TypeDefinition=next((reference.NodeId for reference in kinds), ua.NodeId()),

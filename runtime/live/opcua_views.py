@@ -103,11 +103,11 @@ class Views:
         """Return a reference with the fields of a mask."""
         if mask & self._all == self._all:
             return reference
-        made = ua.ReferenceDescription(NodeId=reference.NodeId)
+        masked = ua.ReferenceDescription(NodeId=reference.NodeId)
         for field in self._fields:
             if mask & field:
-                setattr(made, field.name, getattr(reference, field.name))
-        return made
+                setattr(masked, field.name, getattr(reference, field.name))
+        return masked
 
 
 class Browsing:
@@ -127,13 +127,15 @@ class Browsing:
         """Answer Browse."""
         if not params.View.ViewId.is_null():
             raise service_error("BadViewIdUnknown")
-        most, before = params.RequestedMaxReferencesPerNode, list(self._paused)
+        references_most, paused_before = params.RequestedMaxReferencesPerNode, list(self._paused)
         results = []
         for description in params.NodesToBrowse:
             if refusal := self._views.refusal(description):
                 results.append(ua.BrowseResult(status(refusal)))
             else:
-                results.append(self._results(self._views.references(description), most, before))
+                results.append(
+                    self._results(self._views.references(description), references_most, paused_before)
+                )
         return results
 
     async def translate(self, paths: list[Any]) -> list[Any]:

@@ -101,13 +101,13 @@ class Ring:
         self._stride = self.dtype.itemsize
         self._mask = shape.rows - 1
         self.at_once = min(AT_ONCE, shape.rows // 4 or 1)
-        whole = memoryview(memory.map)
+        memory_view = memoryview(memory.map)
         start = _HEAD_BYTES + shape.rows * self._stride
-        self.head = whole[:_HEAD_BYTES].cast("Q")
-        self._rows = whole[_HEAD_BYTES:start]
-        self.messages = Records(self.head, _MESSAGES, whole[start : start + MESSAGE_BYTES])
+        self.head = memory_view[:_HEAD_BYTES].cast("Q")
+        self._rows = memory_view[_HEAD_BYTES:start]
+        self.messages = Records(self.head, _MESSAGES, memory_view[start : start + MESSAGE_BYTES])
         start += MESSAGE_BYTES
-        self.snapshots = Records(self.head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
+        self.snapshots = Records(self.head, _SNAPSHOTS, memory_view[start : start + SNAPSHOT_BYTES])
         pad = self._stride - _row_struct(shape, 0).size
         self.put = _putter(self.head, self._rows, _row_struct(shape, pad), self._mask)
 
@@ -129,11 +129,11 @@ class Ring:
             scan: number of the last one; its times are the next two.
             images: the rack's memory after each, at most `at_once`.
         """
-        back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
+        scans_back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
         rows = np.zeros(len(images), self.dtype)
-        rows["scan"] = rows["again"] = (scan + back) & SCAN_MASK
+        rows["scan"] = rows["again"] = (scan + scans_back) & SCAN_MASK
         rows["flags"], rows["figures"] = flags, figures
-        rows["now_ns"], rows["wall_ns"] = now_ns + back * period_ns, wall_ns + back * wall_step_ns
+        rows["now_ns"], rows["wall_ns"] = now_ns + scans_back * period_ns, wall_ns + scans_back * wall_step_ns
         rows["words"] = np.frombuffer(b"".join(images), "<i2").reshape(rows["words"].shape)
         data, offset = rows.tobytes(), (written & self._mask) * self._stride
         left = len(self._rows) - offset

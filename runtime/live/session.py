@@ -367,8 +367,8 @@ class Session:
             if breakpoint_ != order.at and order.at != ALL
         ]
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
-            there = ", ".join(left) or "none"
-            raise ValueError(f"no breakpoint at {order.at}; there are {there}")
+            breakpoint_list = ", ".join(left) or "none"
+            raise ValueError(f"no breakpoint at {order.at}; there are {breakpoint_list}")
         if order.at == ALL:
             self._with_breakpoints().clear_breakpoints()
         elif not any(_is_same(order.at, other) for other in left):

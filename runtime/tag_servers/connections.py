@@ -84,7 +84,7 @@ class Connections:
         client_id, serial, vendor, origin = struct.unpack_from("<IHHI", data, 6)
         form = struct.Struct("<II" if large else "<IH")
         there_us, _ = form.unpack_from(data, 22)
-        back_us, back = form.unpack_from(data, 22 + form.size)
+        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
         offset = 22 + 2 * form.size + 1
         if len(data) < offset + 1 + 2 * data[offset]:
             raise CipRefusedError(TOO_SHORT)
@@ -93,7 +93,7 @@ class Connections:
             raise CipRefusedError(NO_CONNECTION, NO_SLOT)
         if path.numbers.get("class") != ROUTER:
             raise CipRefusedError(NO_CONNECTION, NO_TARGET)
-        size, triad = back & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
+        size, triad = back_parameters & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
         self._check(size, triad)
         own_id = next(self._numbers)
         self._open[own_id] = Connection(client_id, size, triad)

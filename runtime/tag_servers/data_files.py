@@ -88,15 +88,15 @@ class DataFile:
     def _by_element(self, start: int, size: int) -> list[tuple[int, int, int]]:
         runs, position = [], start
         while position < start + size:
-            number, inside = divmod(position, self.element)
-            length = min(self.element - inside, start + size - position)
-            runs.append((position - start, number * self._own + inside, length))
+            number, byte_offset = divmod(position, self.element)
+            length = min(self.element - byte_offset, start + size - position)
+            runs.append((position - start, number * self._own + byte_offset, length))
             position += length
         return runs
 
     def _of_text(self, at: int) -> int:
-        number, inside = divmod(at, self.element)
-        return number * self._own + (inside if inside < 2 else 4 + (inside - 2 ^ 1))
+        number, byte_offset = divmod(at, self.element)
+        return number * self._own + (byte_offset if byte_offset < 2 else 4 + (byte_offset - 2 ^ 1))
 
     def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
         """Return bytes of the file."""
@@ -109,16 +109,16 @@ class DataFile:
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
         """Write bytes to the file, as one write, and only the bits of a mask."""
         runs = self.runs(start, len(data))
-        first = min(at for _, at, _ in runs)
-        last = max(at + length for _, at, length in runs)
+        first = min(position for _, position, _ in runs)
+        last = max(position + length for _, position, length in runs)
         put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
         for here, offset, length in runs:
             for number in range(length):
                 place = offset - first + number
                 allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
                 put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
-        kept = bytes(keep) if any(keep) else b""
-        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
+        kept_bits = bytes(keep) if any(keep) else b""
+        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept_bits))
 
     def target(self) -> Target:
         """Return the target of the whole file, for the check of access."""
@@ -225,11 +225,11 @@ class DataFiles:
 
     def _directory(self) -> bytes:
         """Return the directory of files: a row for each number, with type and bytes."""
-        known = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
+        known_files = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
         for (number, _), file in self._images.items():
-            known[number] = TYPES[file.letters][-1], known.get(number, (0, 0))[1] + file.size
-        last = max(known, default=-1)
-        rows = [known.get(number, (_GAP, 0)) for number in range(last + 1)]
+            known_files[number] = TYPES[file.letters][-1], known_files.get(number, (0, 0))[1] + file.size
+        last = max(known_files, default=-1)
+        rows = [known_files.get(number, (_GAP, 0)) for number in range(last + 1)]
         table = b"".join(struct.pack("<BH", *row).ljust(_ROW_BYTES, b"\0") for row in rows)
         head = bytearray(_ROWS_AT)
         head[_LADDERS_AT], head[_FILES_AT] = 3, len(rows) & 0xFF

@@ -125,8 +125,8 @@ class Database:
 
     def _add(self, index: int, tag: ListedTag, target: tuple[PathStep, ...]) -> None:
         scope = self.scopes[tag.program.upper()]
-        before = 0 if tag.program else len(self._programs)
-        scope.append(Symbol(len(scope) + before + 1, index, tag, target))
+        program_count = 0 if tag.program else len(self._programs)
+        scope.append(Symbol(len(scope) + program_count + 1, index, tag, target))
         self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
         self.templates.code_of(tag.kind)
 
@@ -194,9 +194,9 @@ class Database:
 
     def _symbol(self, scope: str, step: PathStep) -> Symbol:
         if isinstance(step, Instance):
-            there = self.scopes.get(scope, [])
+            symbols = self.scopes.get(scope, [])
             index = step.number - 1 - (0 if scope else len(self._programs))
-            symbol = there[index] if 0 <= index < len(there) else None
+            symbol = symbols[index] if 0 <= index < len(symbols) else None
         else:
             symbol = self._by_name.get((scope, str(step).upper()))
         if symbol is None:

@@ -181,8 +181,8 @@ class DriveAdapter:
         """
         client_id, serial, vendor, origin, multiplier = struct.unpack_from("<IHHIB", data, 6)
         form = struct.Struct("<II" if large else "<IH")
-        there_us, there = form.unpack_from(data, 22)
-        back_us, back = form.unpack_from(data, 22 + form.size)
+        there_us, there_parameters = form.unpack_from(data, 22)
+        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
         offset = 22 + 2 * form.size
         path = io_path(data[offset + 2 : offset + 2 + 2 * data[offset + 1]])
         triad = (serial, vendor, origin)
@@ -191,17 +191,17 @@ class DriveAdapter:
             raise CipRefusedError(NO_CONNECTION, IN_USE if self.io.triad == triad else NOT_OWNER)
         bits, mask = (25, 0xFFFF) if large else (9, 0x1FF)
         kinds = bits + 4
-        for wrong, status in (
+        for is_wrong, status in (
             (data[offset] & 0xF != CLASS_1, TRANSPORT),
-            (there >> kinds & 3 != POINT_TO_POINT, TO_TARGET_TYPE),
-            (back >> kinds & 3 != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
-            (there & mask != TO_TARGET_BYTES, TO_TARGET_SIZE),
-            (back & mask != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
+            (there_parameters >> kinds & 3 != POINT_TO_POINT, TO_TARGET_TYPE),
+            (back_parameters >> kinds & 3 != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
+            (there_parameters & mask != TO_TARGET_BYTES, TO_TARGET_SIZE),
+            (back_parameters & mask != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
             (len(path.data or b"") not in (0, _SETTINGS.size), CONFIGURATION_SIZE),
             (not all(RPI_US[0] <= interval_us <= RPI_US[1] for interval_us in (there_us, back_us)), BAD_RPI),
             (multiplier > 7, BAD_RPI),
         ):
-            if wrong:
+            if is_wrong:
                 raise CipRefusedError(NO_CONNECTION, status)
         if path.data:
             self._configure(path.data)
@@ -224,13 +224,13 @@ class DriveAdapter:
         """Refuse a connection to another product; 0 matches any product."""
         vendor, device, product, major, minor = self._product
         compatible = key[3] >> 7
-        for sent_value, own, status in (
+        for sent_value, own_value, status in (
             (key[0], vendor, OTHER_PRODUCT),
             (key[2], product, OTHER_PRODUCT),
             (key[1], device, OTHER_DEVICE),
             (key[3] & 0x7F, major, OTHER_REVISION),
         ):
-            if sent_value not in (0, own):
+            if sent_value not in (0, own_value):
                 raise CipRefusedError(NO_CONNECTION, status)
         if key[4] > minor or (not compatible and key[4] not in (0, minor)):
             raise CipRefusedError(NO_CONNECTION, OTHER_REVISION)
@@ -247,9 +247,9 @@ class DriveAdapter:
 
     def _configure(self, data: bytes) -> None:
         """Apply the configuration of an open request; an invalid one sets the drive's error bit for it."""
-        first, second, start, *others = _SETTINGS.unpack(data)
+        first, second, start, *further = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
-        words = (first | 0x8000, second, upper & 0xFFFF, lower, others[0], 0, *others[1:], 0)
+        words = (first | 0x8000, second, upper & 0xFFFF, lower, further[0], 0, *further[1:], 0)
         self.drive.obey(words)
         self.drive.obey((0,) * WORDS)
 

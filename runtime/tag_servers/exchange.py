@@ -45,23 +45,23 @@ def request_of(version: int, packets: Sequence[Packet]) -> bytes:
 def packets_in(data: bytes) -> Iterator[Packet]:
     """Yield the packets of a request; struct.error if it is damaged."""
     _, count = HEAD.unpack_from(data)
-    at = HEAD.size
+    start = HEAD.size
     for _ in range(count):
-        length, operations = PACKET.unpack_from(data, at)
-        at += PACKET.size + length
-        client = data[at - length : at].decode("utf-8", "replace")
-        found: list[Operation] = []
+        length, operations = PACKET.unpack_from(data, start)
+        start += PACKET.size + length
+        client = data[start - length : start].decode("utf-8", "replace")
+        unpacked: list[Operation] = []
         for _ in range(operations):
-            kind, tag, offset, size = OPERATION.unpack_from(data, at)
-            at += OPERATION.size
+            kind, tag, offset, size = OPERATION.unpack_from(data, start)
+            start += OPERATION.size
             if kind == _READ:
-                found.append(ReadBytes(tag, offset, size))
+                unpacked.append(ReadBytes(tag, offset, size))
                 continue
-            end = at + size
+            end = start + size
             keep = data[end : end + size] if kind == _KEEP else b""
-            found.append(WriteBytes(tag, offset, data[at:end], keep))
-            at = end + len(keep)
-        yield client, found
+            unpacked.append(WriteBytes(tag, offset, data[start:end], keep))
+            start = end + len(keep)
+        yield client, unpacked
 
 
 def version_of(data: bytes) -> int:

@@ -91,11 +91,11 @@ def image_tags(
         files: return data files of an SLC program.
         profile: see `PROFILES`.
     """
-    shown, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
+    access, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
     if files:
-        return ListedTag(f"I:{slot}", "", INT, (inputs,), shown), ListedTag(f"O:{slot}", "", INT, (outputs,))
+        return ListedTag(f"I:{slot}", "", INT, (inputs,), access), ListedTag(f"O:{slot}", "", INT, (outputs,))
     kind = _IN_3601 if _has_profile(words, profile) else _in(inputs)
-    return ListedTag(f"Local:{slot}:I", "", kind, (), shown), ListedTag(f"Local:{slot}:O", "", _out(outputs))
+    return ListedTag(f"Local:{slot}:I", "", kind, (), access), ListedTag(f"Local:{slot}:O", "", _out(outputs))
 
 
 def _has_profile(words: ModuleWords, profile: str) -> bool:

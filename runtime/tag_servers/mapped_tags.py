@@ -145,8 +145,10 @@ def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag
     target = target_of(database, row.tag)
     kind = target.kind
     if (kind in (BOOL, DWORD)) != (table in BITS):
-        expected = "BOOL" if table in BITS else "an integer or a REAL"
-        raise ValueError(f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {expected}")
+        expected_type = "BOOL" if table in BITS else "an integer or a REAL"
+        raise ValueError(
+            f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {expected_type}"
+        )
     if not isinstance(kind, PlainKind):
         raise ValueError(f"its type is {kind.name}: give a member of it")
     return MappedTag(

@@ -147,7 +147,7 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
         )
     if len(out) > most - HEAD_BYTES:
         raise CipRefusedError(TOO_LARGE)
-    return (DONE if all(each in values for each in numbers) else SOME_ATTRIBUTES), out
+    return (DONE if all(attribute in values for attribute in numbers) else SOME_ATTRIBUTES), out
 
 
 # --- the listing of tags

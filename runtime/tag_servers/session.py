@@ -190,6 +190,6 @@ class ClientSession:
 
     def listed_identity(self) -> bytes:
         """Return the body of an answer to List Identity."""
-        where = struct.pack(">HH4s8x", 2, self._port, self._address)
-        item = struct.pack("<H", 1) + where + self.router.identity + _RUNNING
+        socket_address = struct.pack(">HH4s8x", 2, self._port, self._address)
+        item = struct.pack("<H", 1) + socket_address + self.router.identity + _RUNNING
         return struct.pack("<HHH", 1, 0x0C, len(item)) + item

@@ -198,11 +198,11 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
 
 
 def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
-    listed = ", ".join(f'"{pattern}"' for pattern in patterns)
-    lines = ["[server]", f"writable = [{listed}]    # tags that clients may write"]
+    pattern_list = ", ".join(f'"{pattern}"' for pattern in patterns)
+    lines = ["[server]", f"writable = [{pattern_list}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]
-    for name, made in tables.items():
-        lines += [f"{name} = [", *(f"    {entry}," for entry in made), "]"] if made else []
+    for name, entries in tables.items():
+        lines += [f"{name} = [", *(f"    {entry}," for entry in entries), "]"] if entries else []
     return "\n".join(lines) + "\n"
 
 

@@ -279,10 +279,12 @@ def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     raw, room = _raw(value), prod(text.dims)
     if len(raw) > room:
         raise ValueError(f"a text of {len(raw)} characters: {room} fit")
-    made = bytearray(kind.size)
-    made[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(length.kind.size, "little")
-    made[text.offset : text.offset + len(raw)] = raw
-    return bytes(made)
+    text_value = bytearray(kind.size)
+    text_value[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(
+        length.kind.size, "little"
+    )
+    text_value[text.offset : text.offset + len(raw)] = raw
+    return bytes(text_value)
 
 
 def _raw(value: Any) -> bytes:
@@ -301,7 +303,7 @@ def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError)
     """Return values in the order of memory; raise `error` if the dimensions differ."""
     values = [value]
     for size in dims:
-        if not all(isinstance(each, list) and len(each) == size for each in values):
+        if not all(isinstance(nested_value, list) and len(nested_value) == size for nested_value in values):
             raise error(f"the array has {' x '.join(map(str, dims))} elements")
         values = list(chain.from_iterable(values))
     return values

@@ -133,8 +133,8 @@ def compare_parts(
         ValueError: scans are paired by time, and time goes back from one scan of a trace to the next.
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
-    both = numbers[0] & numbers[1]
-    common = [slot for slot in one[0] if slot.number in both]
+    both_numbers = numbers[0] & numbers[1]
+    common = [slot for slot in one[0] if slot.number in both_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [
         field
@@ -146,12 +146,12 @@ def compare_parts(
         fields, row = [*fields, *tags.fields()], tags.dtype
     if by_number:
         stream_a, stream_b = (
-            Stream(slots, both, keyed_by_number(parts), row) for slots, parts in (one, other)
+            Stream(slots, both_numbers, keyed_by_number(parts), row) for slots, parts in (one, other)
         )
         blocks, counts = blocks_by_number(stream_a, stream_b, block_scans), None
     else:
-        stream_a = Stream(one[0], both, keyed_by_time(one[1], SAME_CLOCK), row)
-        stream_b = Stream(other[0], both, keyed_by_time(other[1], clock), row)
+        stream_a = Stream(one[0], both_numbers, keyed_by_time(one[1], SAME_CLOCK), row)
+        stream_b = Stream(other[0], both_numbers, keyed_by_time(other[1], clock), row)
         blocks, counts = blocks_by_time(stream_a, stream_b, tolerance.time_ns, block_scans), tolerance.counts
     findings, compared = Findings(common), (0, 0)
     for block in blocks:
@@ -198,8 +198,8 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     """
     waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
     differ: dict[str, tuple[Step, Step]] = {}
-    for both in zip_longest(_steps(one), _steps(other)):
-        for side, step in enumerate(both):
+    for steps in zip_longest(_steps(one), _steps(other)):
+        for side, step in enumerate(steps):
             if step is None or step.sequence in differ:
                 continue
             queues = waiting.setdefault(step.sequence, (deque(), deque()))

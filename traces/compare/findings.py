@@ -163,8 +163,8 @@ class Findings:
         if self.first is None:
             self.first = _first(differences, one, other, self._slots)
         for extent in (extent for difference in differences for extent in difference.extents(one, other)):
-            before = self._extents.get(extent.name)
-            self._extents[extent.name] = extent if before is None else _joined(before, extent)
+            previous = self._extents.get(extent.name)
+            self._extents[extent.name] = extent if previous is None else _joined(previous, extent)
         self.differing += len(np.unique(np.concatenate([difference.a for difference in differences])))
 
     @property
@@ -188,10 +188,10 @@ def _first(differences: Sequence[FieldDifference], a: Side, b: Side, slots: Sequ
 
 
 def _joined(before: Extent, after: Extent) -> Extent:
-    most = max(
+    most_counts = max(
         (difference.most for difference in (before, after) if difference.most is not None), default=None
     )
-    return replace(before, scans=before.scans + after.scans, last=after.last, most=most)
+    return replace(before, scans=before.scans + after.scans, last=after.last, most=most_counts)
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
@@ -200,8 +200,8 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
     rows = begin + 1 + np.flatnonzero(changed)
-    listed = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
-    return tuple(line for shown_row in [*listed, row] for line in _rows(side, slots, shown_row))
+    listed_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
+    return tuple(line for shown_row in [*listed_rows, row] for line in _rows(side, slots, shown_row))
 
 
 def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:

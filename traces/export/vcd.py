@@ -57,8 +57,8 @@ def write_vcd(
         EmptySelectionError: no scan is in the selection.
     """
     catalog = Catalog.of(trace)
-    chosen = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
-    variables = [Variable(signal) for signal in chosen]
+    chosen_signals = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
+    variables = [Variable(signal) for signal in chosen_signals]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
@@ -67,8 +67,8 @@ def write_vcd(
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
-        for each in variables:
-            each.register(dump)
+        for dumped_variable in variables:
+            dumped_variable.register(dump)
         for block in chain([first], stream):
             for time_ns, variable, value in _changes(block, variables):
                 dump.change(variable, time_ns, value)

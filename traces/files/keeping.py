@@ -97,8 +97,8 @@ class RecordingKeeper:
         self._moved.clear()
 
     def _name(self, path: Path, number: int) -> Path:
-        own = path.name.startswith(f"{self._stem}.")  # the target of a link may have another name
-        return numbered(path, number, self._stem if own else None)
+        has_own_name = path.name.startswith(f"{self._stem}.")  # the target of a link may have another name
+        return numbered(path, number, self._stem if has_own_name else None)
 
     def _is_taken(self, number: int) -> bool:
         return any(self._name(path, number).exists() for path in self._paths)

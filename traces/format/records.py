@@ -155,11 +155,13 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
     """Decompress a chunk, up to the size in its head and up to the limit."""
     if chunk.compression not in _UNPACK:
         raise ValueError(f"compression {chunk.compression!r} is not known")
-    size, most = chunk.uncompressed_size, limits().chunk_bytes
+    size, most_bytes = chunk.uncompressed_size, limits().chunk_bytes
     if chunk.compression == "zstd" and frame_content_size(chunk.data) not in (-1, size):
         raise ValueError(f"it holds {frame_content_size(chunk.data):,} bytes instead of {size:,}")
-    if size > most:
-        raise TraceLimitError(f"{where} unpacks to {size:,} bytes; the limit is {most:,}", "chunk_bytes")
+    if size > most_bytes:
+        raise TraceLimitError(
+            f"{where} unpacks to {size:,} bytes; the limit is {most_bytes:,}", "chunk_bytes"
+        )
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
     if len(data) != size:
         prefix = "more than " if len(data) > size else ""
@@ -171,8 +173,8 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
 
 def _unpack_zstd(data: bytes, most: int) -> bytes:
     if frame_content_size(data) >= 0:  # no more than `most`, as the caller has checked
-        whole: bytes = ZstdDecompressor().decompress(data)
-        return whole
+        content: bytes = ZstdDecompressor().decompress(data)
+        return content
     return _beginning_of_zstd(data, most)
 
 

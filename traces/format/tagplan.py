@@ -263,8 +263,8 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
             f"the tags have {values:,} values in {size:,} bytes; "
             f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
         )
-    taken = set(kwlist)  # readers in Python turn fields into attributes
-    fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
+    taken_names = set(kwlist)  # readers in Python turn fields into attributes
+    fields = [TagField(tag, field_name(tag.name, taken_names), _constants(tag.names)) for tag in tags]
     return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
 
 
@@ -321,8 +321,8 @@ def field_name(name: str, taken: set[str]) -> str:
 
 
 def _constants(names: Sequence[str]) -> tuple[str, ...]:
-    taken: set[str] = set()
-    return tuple(field_name(name, taken).upper() for name in names)
+    taken_names: set[str] = set()
+    return tuple(field_name(name, taken_names).upper() for name in names)
 
 
 def _constant_lines(constants: Sequence[str]) -> list[str]:

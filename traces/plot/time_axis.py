@@ -69,6 +69,6 @@ def about(first: int, last: int, start_ns: int, end_ns: int) -> str:
     >>> about(0, 3_600_000, 0, 7_200_000_000_000)
     'scans 0 to 3,600,000, 0:00:00.000 to 2:00:00.000 h:min:s of machine time'
     """
-    shown = unit(start_ns, end_ns)
-    start, end = (label(time_ns, 1_000_000, shown) for time_ns in (start_ns, end_ns))
-    return f"scans {first:,} to {last:,}, {start} to {end} {shown} of machine time"
+    shown_unit = unit(start_ns, end_ns)
+    start, end = (label(time_ns, 1_000_000, shown_unit) for time_ns in (start_ns, end_ns))
+    return f"scans {first:,} to {last:,}, {start} to {end} {shown_unit} of machine time"

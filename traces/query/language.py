@@ -131,8 +131,8 @@ def _query(pattern: Pattern, *conditions: Expression) -> Query:
     """Make a query from its conditions."""
     for condition in conditions:
         want(condition, Type.CONDITION)
-    signals = tuple(signal for each in conditions for signal in each.signals)
-    return Query(None, tuple(each.evaluate for each in conditions), pattern, signals)
+    signals = tuple(signal for part in conditions for signal in part.signals)
+    return Query(None, tuple(part.evaluate for part in conditions), pattern, signals)
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:

@@ -131,8 +131,8 @@ def changed(numbers: Numbers) -> Condition:
     [False, False, True, False, True]
     """
     result = np.zeros(len(numbers), bool)
-    now, before = numbers[1:], numbers[:-1]
-    result[1:] = compared(ne, now, before) | (now.none != before.none)
+    now, previous = numbers[1:], numbers[:-1]
+    result[1:] = compared(ne, now, previous) | (now.none != previous.none)
     return result
 
 

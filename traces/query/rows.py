@@ -45,8 +45,8 @@ class EvenSteps:
         block = np.searchsorted(begins, rows, "right") - 1
         result: Column = values[block] + (rows - begins[block]) * steps[block]
         for number, uneven in self._uneven.items():
-            own = slice(*np.searchsorted(block, (number, number + 1)))
-            result[own] = uneven[rows[own] - begins[number]]
+            own_rows = slice(*np.searchsorted(block, (number, number + 1)))
+            result[own_rows] = uneven[rows[own_rows] - begins[number]]
         return result
 
 

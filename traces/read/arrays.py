@@ -71,8 +71,8 @@ def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[Trace
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         parts, events = trace.scans_and_events(section)
-        whole = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
-        yield nothing if whole is None else _columns(whole), events
+        joined_parts = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
+        yield nothing if joined_parts is None else _columns(joined_parts), events
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:

@@ -103,8 +103,8 @@ class ChangeRows:
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
             return
-        same = scan.flags == self._flags and not tags
-        if not self._every and same and self._only_reports_differ(scan.memory):
+        same_flags = scan.flags == self._flags and not tags
+        if not self._every and same_flags and self._only_reports_differ(scan.memory):
             self._fold(scan.memory)
         else:
             yield from self.rest()
@@ -127,13 +127,15 @@ class ChangeRows:
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
-        kept, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
-        befores = as_scans(scans[np.maximum(kept - 1, 0)])
+        kept_places, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
+        befores = as_scans(scans[np.maximum(kept_places - 1, 0)])
         start = 0
-        for place, before, scan in zip(kept.tolist(), befores, as_scans(scans[kept]), strict=True):
+        for place, scan_before, scan in zip(
+            kept_places.tolist(), befores, as_scans(scans[kept_places]), strict=True
+        ):
             self._fold_all(folded, moved, slice(start, place))
             if place:
-                self.skip(before)
+                self.skip(scan_before)
             yield from self.rows(scan)
             start = place
         self._fold_all(folded, moved, slice(start, len(scans)))
@@ -161,8 +163,8 @@ class ChangeRows:
             configured |= words[:, report.status // 2] < 0  # MODE_CONFIG is bit 15
             for name, span in report.spans.items():
                 counted[name][span.start // 2 : span.stop // 2] = True
-        kept = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
-        folded = changed & ~(kept | flags | configured | tags)
+        kept_rows = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
+        folded = changed & ~(kept_rows | flags | configured | tags)
         if self._every:
             folded[:] = False
         return (
@@ -225,10 +227,10 @@ class ChangeRows:
                     yield self._row(scan, slot, direction, image)
 
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
-        both = self._memory, scan.memory
-        before, after = (memoryview(memory)[image].cast("h").tolist() for memory in both)
+        memories = self._memory, scan.memory
+        words_before, after = (memoryview(memory)[image].cast("h").tolist() for memory in memories)
         position, encoder = self._reported(scan.scan, slot, direction, after)
-        text = module_text(slot, direction, before, after, self._formats.reader(slot.number, scan.scan))
+        text = module_text(slot, direction, words_before, after, self._formats.reader(slot.number, scan.scan))
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
     def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:

@@ -222,19 +222,19 @@ def _last(spans: Sequence[Span]) -> tuple[int, int]:
 
 def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
     """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
-    before = b""
+    overlap = b""
     file.seek(start + _CHUNK_NAME)
     place = start + _CHUNK_NAME
-    while data := before + file.read(_SEARCH_BYTES):
+    while data := overlap + file.read(_SEARCH_BYTES):
         for match in _COMPRESSION.finditer(data):
             offset = place + match.start() - _CHUNK_NAME
             if _is_chunk(file, size, offset):
                 return offset
-        if len(data) == len(before):
+        if len(data) == len(overlap):
             break
-        before = data[-_COMPRESSION_BYTES_MAX:]
-        place += len(data) - len(before)
-        file.seek(place + len(before))
+        overlap = data[-_COMPRESSION_BYTES_MAX:]
+        place += len(data) - len(overlap)
+        file.seek(place + len(overlap))
     return None
 
 

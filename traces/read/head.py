@@ -109,8 +109,8 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
     version = metadata.get("format", "")
     if version not in _FORMATS:
-        known = " or ".join(_FORMATS)
-        raise TraceError(f"its layout has format {version or 'none'}: must be {known}")
+        known_formats = " or ".join(_FORMATS)
+        raise TraceError(f"its layout has format {version or 'none'}: must be {known_formats}")
     try:
         numbers = [int(number) for number in metadata["slots"].split()]
         words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)
@@ -148,14 +148,14 @@ def _rest_bytes(
         TraceError: the fields before these bytes are unknown.
     """
     text = "" if schema is None else schema.data.decode("utf-8", "replace")
-    known = scan_schema(slots, tags)
+    own_schema = scan_schema(slots, tags)
     encoding = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
-    required = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
+    required = (MESSAGE_ENCODING, SCHEMA_ENCODING, own_schema.name)
     if encoding == required:
         return 0
     if encoding == (*required[:2], NAME_STEM + layout_of(text)):
         try:
-            other_bytes = rest_bytes(text, known)
+            other_bytes = rest_bytes(text, own_schema)
         except ValueError as error:
             raise TraceError(f"its scans have fields after the tags: {error}") from error
         if other_bytes is not None:

@@ -73,12 +73,12 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
 
 def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
     """Return other changes, depending on the mode: firmware, echoed configuration, captured value."""
-    was, now = in_configuration_mode(before), in_configuration_mode(after)
-    if now and not was:
+    was_configuring, now = in_configuration_mode(before), in_configuration_mode(after)
+    if now and not was_configuring:
         return f"firmware {after[6]}.{after[7]}"
     if now:
         return "" if has_bits or list(before[:6]) == list(after[:6]) else "another configuration echoed"
-    captured = not was and tuple(before[6:]) != tuple(after[6:])
+    captured = not was_configuring and tuple(before[6:]) != tuple(after[6:])
     return f"captured {join_reported(after[6], after[7]):,}" if captured else ""
 
 
@@ -103,14 +103,14 @@ def moded_wording(
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
     if module.configures(direction, after):
-        shown = [f"{word & 0xFFFF:04X}h" for word in after[:2]] + [str(word) for word in after[2:]]
-        return f"configuration {' '.join(shown)}"
+        shown_words = [f"{word & 0xFFFF:04X}h" for word in after[:2]] + [str(word) for word in after[2:]]
+        return f"configuration {' '.join(shown_words)}"
     if module.configures(direction, before):
         before = (0,) * len(after)  # a configuration can't be compared with commands
-    was, now = (_bits_on(module, direction, words) for words in (before, after))
+    names_before, now = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(was, now)]
-    is_new = is_output and len(set(now) - set(was)) > 0
+    parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(names_before, now)]
+    is_new = is_output and len(set(now) - set(names_before)) > 0
     for quantity in module.quantities_in(direction):
         places = slice(quantity.word, quantity.word + quantity.words)
         changed = list(after[places]) != list(before[places])
@@ -134,8 +134,8 @@ def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]
 
 def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
     """Return the changes in words without named bits that are no part of a quantity."""
-    known = module.covered(direction) | {quantity.word for quantity in module.quantities_in(direction)}
-    return _plain_words(module, direction, known, before, after)
+    known_words = module.covered(direction) | {quantity.word for quantity in module.quantities_in(direction)}
+    return _plain_words(module, direction, known_words, before, after)
 
 
 def _plain_words(
@@ -144,8 +144,8 @@ def _plain_words(
     """Return the changes in words, except the known ones."""
     names = module.named(direction)
     unnamed = [word for word in range(len(names)) if word not in known]
-    was, now = ([words[word] for word in unnamed] for words in (before, after))
-    return plain_wording([names[word] for word in unnamed], was, now)
+    words_before, now = ([words[word] for word in unnamed] for words in (before, after))
+    return plain_wording([names[word] for word in unnamed], words_before, now)
 
 
 def in_configuration_mode(inputs: Words) -> bool:
@@ -199,13 +199,13 @@ def module_text(
         return input_wording(before, after, slot.words)
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
-    names, named = slot.words.named(direction), _named_bits(slot.words, direction)
+    names, named_bits = slot.words.named(direction), _named_bits(slot.words, direction)
     changed = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
-        for word, bits in named.items()
+        for word, bits in named_bits.items()
         if before[word] != after[word]
     ]
-    plain = _plain_words(slot.words, direction, named.keys(), before, after)
+    plain = _plain_words(slot.words, direction, named_bits.keys(), before, after)
     return ", ".join(filter(None, [*changed, plain]))
 
 

@@ -44,7 +44,7 @@ def as_html(trace: Trace) -> str:
 
 def _way(trace: Trace) -> str:
     """Return the position of the first slot with a position, drawn as a line."""
-    slot = next((each for each in trace.head.slots if each.words.is_axis), None)
+    slot = next((axis_slot for axis_slot in trace.head.slots if axis_slot.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
     if slot is None or len(values) < 2:
         return ""
@@ -69,12 +69,16 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
 
 
 def _events(trace: Trace) -> str:
-    shown: list[tuple[str, str]] = []
+    shown_events: list[tuple[str, str]] = []
     count = 0
     for event in trace.events():
         if event.fields.get("kind") == "rule" or event.topic == "/faults":
             count += 1
-            if len(shown) < EVENTS:
-                shown.append((seconds(event.now_ns), describe(event.topic, event.scan, event.fields)))
+            if len(shown_events) < EVENTS:
+                shown_events.append((seconds(event.now_ns), describe(event.topic, event.scan, event.fields)))
     ending = line(f"and {count - EVENTS:,} more") if count > EVENTS else ""
-    return rows((text, f"{time} s") for time, text in shown) + ending if shown else line("no rule, no fault")
+    return (
+        rows((text, f"{time} s") for time, text in shown_events) + ending
+        if shown_events
+        else line("no rule, no fault")
+    )

@@ -55,9 +55,9 @@ class NumberFormats:
             if format is not None:
                 scans, formats = self._changes.setdefault((slot, is_input), ([], []))
                 place = bisect_left(scans, since)
-                same = int(scans[place : place + 1] == [since])
-                scans[place : place + same] = [since]
-                formats[place : place + same] = [format]
+                is_same = int(scans[place : place + 1] == [since])
+                scans[place : place + is_same] = [since]
+                formats[place : place + is_same] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
         """Return all changes: slot, "I" or "O", first scan, and format."""

@@ -211,9 +211,11 @@ class ScanShape:
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
         """Return whether a whole scan begins at `offset`: like `_fits`, but for a single scan."""
-        whole = offset + self.stride <= len(data)
+        is_whole = offset + self.stride <= len(data)
         return (
-            whole and data.startswith(self._begin, offset) and data.startswith(_PREFIX, offset + _PREFIX_AT)
+            is_whole
+            and data.startswith(self._begin, offset)
+            and data.startswith(_PREFIX, offset + _PREFIX_AT)
         )
 
     def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:

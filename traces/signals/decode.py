@@ -63,8 +63,8 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
     steps = np.zeros(len(words))
     moved = np.diff(positions)
     onward = np.where(input_bit(words, module, CW)[1:], moved, 0)
-    back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
-    steps[1:] = np.fmax(onward, 0) + np.fmin(back, 0)
+    moved_back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
+    steps[1:] = np.fmax(onward, 0) + np.fmin(moved_back, 0)
     return steps
 
 

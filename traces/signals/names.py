@@ -28,9 +28,9 @@ class SignalNames:
     """Names of the tags and terminals of a trace."""
 
     def __init__(self, signals: Iterable[Signal], slots: Sequence[SlotInfo]) -> None:
-        own = [signal for signal in signals if signal.name.startswith(RECORDED)]
-        self._fields = {signal.name.partition(".")[2].lower(): signal.name for signal in own}
-        self._tags = [signal for signal in own if signal.title]
+        recorded = [signal for signal in signals if signal.name.startswith(RECORDED)]
+        self._fields = {signal.name.partition(".")[2].lower(): signal.name for signal in recorded}
+        self._tags = [signal for signal in recorded if signal.title]
         self._slots = slots
 
     def __call__(self, text: str) -> str | None:

@@ -267,7 +267,9 @@ class ScanRecorder:
         Raises:
             TraceFull: the disk has no room for them; none of them is in the trace.
         """
-        if self._refusal is None and not self._file.reserve(sum(len(each.data) for each in files)):
+        if self._refusal is None and not self._file.reserve(
+            sum(len(attachment.data) for attachment in files)
+        ):
             self._refuse(f"before scan {scan}")
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)

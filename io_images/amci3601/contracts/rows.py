@@ -49,8 +49,8 @@ def none_but(*bits: StatusMsw) -> Fact:
 
 def frozen() -> Fact:
     """Return the fact that input word 0 is unchanged, except Module OK and the bits of a motion."""
-    kept = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
-    return every(*(now(bit).same_as(was(bit)) for bit in kept))
+    status_bits = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
+    return every(*(now(bit).same_as(was(bit)) for bit in status_bits))
 
 
 def at_most_one(*bits: StatusMsw) -> Fact:

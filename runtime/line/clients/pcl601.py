@@ -86,8 +86,8 @@ class Pcl601Client(MotionClient[Registers]):
             self._change_address(value, lambda: self._once(_write(row, value)), "address")
             return
         self._answer_to(_write(row, value))
-        if (kept := self.read(name)) != value:
-            raise RefusedError(f"{name} was set to {value} and reads {kept}")
+        if (value_read := self.read(name)) != value:
+            raise RefusedError(f"{name} was set to {value} and reads {value_read}")
 
     @override
     def look(self) -> Registers:
@@ -136,8 +136,8 @@ class Pcl601Client(MotionClient[Registers]):
             raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
         self._answer_to(pdus.write_output(number, on))
         if bool(self.outputs >> number - 1 & 1) != on:
-            was, is_now = ("on", "off") if on else ("off", "on")
-            raise RefusedError(f"output {number} was switched {was} and reads {is_now}")
+            requested, is_now = ("on", "off") if on else ("off", "on")
+            raise RefusedError(f"output {number} was switched {requested} and reads {is_now}")
 
     # -- commands ----------------------------------------------------------------------------
 
@@ -174,11 +174,13 @@ class Pcl601Client(MotionClient[Registers]):
     @override
     def _check_of_move(self, steps: int) -> Callable[[Registers], None]:
         """Check the encoder if the controller does."""
-        before = self.look().values
-        if not before[Register.ENCODER_AUTOCORRECT]:
+        values_before = self.look().values
+        if not values_before[Register.ENCODER_AUTOCORRECT]:
             return super()._check_of_move(steps)
-        expected = before[Register.ENCODER_POSITION] + steps * before[Register.ENCODER_RATIO]
-        return lambda seen: self._check_encoder(seen, expected)
+        expected_position = (
+            values_before[Register.ENCODER_POSITION] + steps * values_before[Register.ENCODER_RATIO]
+        )
+        return lambda seen: self._check_encoder(seen, expected_position)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
         """Search for the home switch by the manual's home type 0 or 1; return the position at the end.
@@ -193,13 +195,13 @@ class Pcl601Client(MotionClient[Registers]):
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: must be 0 or 1")
         self._start(Code.HOME_TYPE_1 if kind else Code.HOME_TYPE_0)
-        seen = self.watch(progress)
+        state = self.watch(progress)
         with stopped_when_lost(self.stop):
             if self.hard_limit:
-                ended = f"the search for home ended at {seen.position}, not at home"
-                raise StoppedError(f"{ended}{self.reasons(seen.errors)}")
-            self.check_errors("search for home", seen)
-        return seen.position
+                ended = f"the search for home ended at {state.position}, not at home"
+                raise StoppedError(f"{ended}{self.reasons(state.errors)}")
+            self.check_errors("search for home", state)
+        return state.position
 
     # -- inside ------------------------------------------------------------------------------
 

@@ -48,9 +48,9 @@ class TextLinePort:
                 self._serve(connection, self._pending.pop(connection, b"") + data, answer)
             else:
                 self._end(connection)
-        there = self._listener.connections
-        strangers = [connection for connection in there if connection not in self._admitted]
-        clients = sorted(self._admitted, key=lambda connection: there[connection])
+        connections = self._listener.connections
+        strangers = [connection for connection in connections if connection not in self._admitted]
+        clients = sorted(self._admitted, key=lambda connection: connections[connection])
         for connection in strangers[:-MOST_STRANGERS] + clients[:-MOST_CLIENTS]:
             self._end(connection)
 

@@ -85,13 +85,13 @@ def open_adapter(kind: AdapterKind[Drive], port: str, address: int, options: Opt
     Raises:
         ValueError: an illegal option, or a port that can't be opened.
     """
-    chosen = kind.options.of(options)
+    chosen_options = kind.options.of(options)
     try:
         opened = (
             partial(open_port, port, kind.line_format)
             if kind.network is None
             else partial(kind.network, port)
         )
-        return LiveAdapter(LiveLine(opened), kind, chosen, address)
+        return LiveAdapter(LiveLine(opened), kind, chosen_options, address)
     except LinkError as error:
         raise ValueError(str(error)) from error

@@ -134,9 +134,9 @@ class DriveUnit(SteppedModule):
         beat_ns = NS_PER_MS * self.options.beat_ms
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
-        shown = not self.layer.in_configuration
-        self._counting = shown and self.axis.counting
-        self._segment = self.axis.segment if shown else None
+        is_shown = not self.layer.in_configuration
+        self._counting = is_shown and self.axis.counting
+        self._segment = self.axis.segment if is_shown else None
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
         """Report the position in the present segment; nothing else can have changed."""
@@ -177,10 +177,10 @@ class DriveUnit(SteppedModule):
 
     def obey(self, words: Sequence[int] | Image) -> None:
         """Put ten output words, signed or unsigned, in force at the instant of the last call."""
-        fresh = tuple(word & 0xFFFF for word in words)
-        if self._running and fresh != self.words:
+        new_words = tuple(word & 0xFFFF for word in words)
+        if self._running and new_words != self.words:
             self._touch()
-            self.words = fresh
+            self.words = new_words
             self._tick(self._now_ns)
 
     def advance(self, now_ns: int) -> None:

@@ -62,9 +62,9 @@ class DriveRegisters:
         if function in READS:
             return reply_with(request, READS[function](self, request.address, request.count))
         if isinstance(request, ReadWriteMultipleRegistersRequest):
-            before = self._holding(request.read_address, request.read_count)
+            words_before = self._holding(request.read_address, request.read_count)
             self._write(request.write_address, request.write_registers)
-            return reply_with(request, before)
+            return reply_with(request, words_before)
         WRITES[function](self, request)
         return reply_to_write(request)
 
@@ -114,9 +114,9 @@ class DriveRegisters:
 
     def _mask_write(self, request: ModbusPDU) -> None:
         assert isinstance(request, MaskWriteRegisterRequest)
-        kept, added = request.and_mask, request.or_mask
+        kept_mask, added = request.and_mask, request.or_mask
         (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
-        self._write(request.address, [word & kept | added & ~kept & 0xFFFF])
+        self._write(request.address, [word & kept_mask | added & ~kept_mask & 0xFFFF])
 
 
 READS: Mapping[int, Callable[[DriveRegisters, int, int], Sequence[int]]] = {

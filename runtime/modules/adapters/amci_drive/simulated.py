@@ -29,10 +29,10 @@ class DriveDevice:
     """
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
-        wired = {
+        wired_inputs = {
             f"in{number}": name for number, name in ((1, options.in1), (2, options.in2)) if name != "none"
         }
-        self.drive = DriveUnit(options.row, machine, wired)
+        self.drive = DriveUnit(options.row, machine, wired_inputs)
         self._registers = DriveRegisters(
             [DriveUnit(options.row) for _ in range(options.axis - 1)] + [self.drive]
         )

@@ -123,7 +123,7 @@ class BlendBlock:
             (not limits.takes_rate(command.words[6]), BrokenRule("BLD-18")),
             (length > 0 and self.session.too_long_with(length), BrokenRule("BLD-19")),
         )
-        return [fault for broken, fault in rows if broken]
+        return [fault for is_broken, fault in rows if is_broken]
 
 
 class BlendRun(Operation):
