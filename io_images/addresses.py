@@ -218,5 +218,5 @@ def allowed(value: object, choices: Iterable[object]) -> str:
     import difflib  # imported late, because most names are right
 
     close = difflib.get_close_matches(str(value), names, n=1)
-    listed = f"hoose from {', '.join(names) or 'none'}"
-    return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"
+    choice_text = f"hoose from {', '.join(names) or 'none'}"
+    return f"did you mean {close[0]}? C{choice_text}" if close else f"c{choice_text}"

@@ -54,9 +54,9 @@ def handshake(blocks: Sequence[Image]) -> list[Image]:
     """
     images: list[Image] = []
     for block in blocks:
-        acknowledged = block.copy()
-        acknowledged[1] = CommandLsw.BLEND_PROGRAM.value
-        images += [block, acknowledged]
+        between_image = block.copy()
+        between_image[1] = CommandLsw.BLEND_PROGRAM.value
+        images += [block, between_image]
     return [*images[:-1], Image()]
 
 

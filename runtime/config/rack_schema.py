@@ -46,8 +46,8 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
     """
     schema = RackSpec.model_json_schema(schema_generator=_Generator)
     _add_options(schema)
-    rack = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
-    return _as_draft4(rack, top=True) if draft4 else rack
+    document = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
+    return _as_draft4(document, top=True) if draft4 else document
 
 
 def described_keys(cls: type) -> dict[str, str]:
@@ -85,10 +85,12 @@ class _Generator(GenerateJsonSchema):
         if table is None:
             return super().function_plain_schema(schema)
         table.model_rebuild()
-        whole: Any = table.__pydantic_core_schema__
-        if whole["type"] == "definitions":
-            return self.generate_inner({**whole, "schema": {**whole["schema"], "ref": table.__name__}})
-        return self.generate_inner({**whole, "ref": table.__name__})
+        plain_schema: Any = table.__pydantic_core_schema__
+        if plain_schema["type"] == "definitions":
+            return self.generate_inner(
+                {**plain_schema, "schema": {**plain_schema["schema"], "ref": table.__name__}}
+            )
+        return self.generate_inner({**plain_schema, "ref": table.__name__})
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
         """Describe a number of any kind."""
@@ -140,10 +142,8 @@ def _add_options(schema: dict[str, Any]) -> None:
             branches.setdefault(record.option_table(), []).append(name)
     own_modules = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
     slot["properties"]["module"]["examples"] = list(OWN)
-    schema["if"], schema["then"] = (
-        {"not": {"required": ["modules"]}},
-        own_modules,
-    )  # [modules] adds other names
+    # [modules] adds other names
+    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, own_modules
     for table in branches:
         table_schema = table.model_json_schema(schema_generator=_Generator)
         tables.update(table_schema.pop("$defs", {}))

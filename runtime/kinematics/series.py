@@ -30,9 +30,8 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
         whole_steps, remainder = divmod(terms[0], step)
         per_instant, extra = divmod(terms[1], step)
         steps_made = whole_steps + per_instant * index
-        return (
-            steps_made + (remainder + extra * index) // step if extra else steps_made
-        )  # a division is the slowest operation
+        # a division is the slowest operation
+        return steps_made + (remainder + extra * index) // step if extra else steps_made
     return _estimated(segment, first_ns, every_ns, index)
 
 
@@ -53,6 +52,6 @@ def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np
     below = np.floor(steps)
     exact = below.astype(np.int64) + whole_steps
     doubtful = (steps - below < error) | (below + 1 - steps < error)
-    for at in np.flatnonzero(doubtful).tolist():
-        exact[at] = segment.steps_at(first_ns + at * every_ns)
+    for place in np.flatnonzero(doubtful).tolist():
+        exact[place] = segment.steps_at(first_ns + place * every_ns)
     return exact

@@ -58,7 +58,7 @@ class Subscriptions:
     def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
         """Acknowledge messages; return the number of subscriptions, and a status for each message."""
         session = self._session.session_id
-        own_count = sum(held.session_id == session for held in self._service.subscriptions.values())
+        own_count = sum(active.session_id == session for active in self._service.subscriptions.values())
         if not own_count:
             raise service_error("BadNoSubscription")
         results = []
@@ -113,8 +113,8 @@ class Subscriptions:
                 item.timestamps = params.TimestampsToReturn
         unknown = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if each is not None else ua.MonitoredItemModifyResult(unknown)
-            for each in known_items
+            next(changed) if known is not None else ua.MonitoredItemModifyResult(unknown)
+            for known in known_items
         ]
 
     def _refusal(self, item: Any) -> str:

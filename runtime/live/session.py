@@ -361,11 +361,7 @@ class Session:
             self.state.breakpoints.append(order.at)
 
     def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
-        left = [
-            breakpoint_
-            for breakpoint_ in self.state.breakpoints
-            if breakpoint_ != order.at and order.at != ALL
-        ]
+        left = [location for location in self.state.breakpoints if location != order.at and order.at != ALL]
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
             breakpoint_list = ", ".join(left) or "none"
             raise ValueError(f"no breakpoint at {order.at}; there are {breakpoint_list}")

@@ -135,10 +135,10 @@ class TagServer:
 
     def _has_place(self) -> bool:
         """Return whether there is a place for another client; if necessary, drop a silent one."""
-        heard = {address: client.heard_ns for address, client in self.clients.items()}
-        dropped, has_place = make_place(heard, wall_ns())
-        if dropped is not None:
-            self._drop(self.clients[dropped], "all places are taken, and it is silent")
+        heard = {connection: client.heard_ns for connection, client in self.clients.items()}
+        evicted, has_place = make_place(heard, wall_ns())
+        if evicted is not None:
+            self._drop(self.clients[evicted], "all places are taken, and it is silent")
         return has_place
 
     def _move(self, client: Client, events: int) -> None:

@@ -247,8 +247,8 @@ class EveryRpi(Exchange):
         if exchanges[-1] >= 0:
             rows = self._outlook.rows(latest_ns, self._next_ns, rpi_ns, exchanges[-1] + 1)
             table += [rows] * (exchanges[-1] + 1) if isinstance(rows, bytes) else rows
-        are_fresh = [index > previous for previous, index in pairwise([-1, *exchanges])]
-        return Block([table[index + 1] for index in exchanges], count, are_fresh)
+        are_fresh = [exchange > previous for previous, exchange in pairwise([-1, *exchanges])]
+        return Block([table[exchange + 1] for exchange in exchanges], count, are_fresh)
 
     @override
     def catch_up(self, now_ns: int) -> None:

@@ -374,16 +374,16 @@ def _of_debugger(module: object) -> bool:
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
     """Collect one entry per call of `breakpoint()`; the original hook still runs."""
-    met: list[None] = []
+    met_lines: list[None] = []
     hook = sys.breakpointhook
 
     def noticed(*arguments: Any, **options: Any) -> Any:
-        met.append(None)
+        met_lines.append(None)
         return hook(*arguments, **options)
 
     sys.breakpointhook = noticed
     try:
-        yield met
+        yield met_lines
     finally:
         sys.breakpointhook = hook
 

@@ -47,11 +47,11 @@ def packets_in(data: bytes) -> Iterator[Packet]:
     _, count = HEAD.unpack_from(data)
     start = HEAD.size
     for _ in range(count):
-        length, operations = PACKET.unpack_from(data, start)
+        length, operation_count = PACKET.unpack_from(data, start)
         start += PACKET.size + length
         client = data[start - length : start].decode("utf-8", "replace")
         unpacked: list[Operation] = []
-        for _ in range(operations):
+        for _ in range(operation_count):
             kind, tag, offset, size = OPERATION.unpack_from(data, start)
             start += OPERATION.size
             if kind == _READ:

@@ -16,7 +16,7 @@ NAMES_MOST, NEAREST_MOST = 20_000, 3
 
 def nearest(database: Database, name: str) -> str:
     """Return `: did you mean Run, Runs?`, or "" if no name is like it."""
-    names = {name_.upper(): name_ for name_ in islice(_names(database), NAMES_MOST)}
+    names = {tag_name.upper(): tag_name for tag_name in islice(_names(database), NAMES_MOST)}
     close_names = [names[close] for close in get_close_matches(name.upper(), names, NEAREST_MOST)]
     return f": did you mean {', '.join(close_names)}?" if close_names else ""
 

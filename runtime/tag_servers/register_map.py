@@ -111,12 +111,14 @@ class RegisterMap:
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
         runs = self._runs(table, request.address, request.count)
-        return [bit for row, place, row_count in runs for bit in row.read_bits(place, row_count, snapshot)]
+        return [bit for row, place, item_count in runs for bit in row.read_bits(place, item_count, snapshot)]
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
         runs = self._runs(table, first, count)
-        return [word for row, place, row_count in runs for word in row.read_words(place, row_count, snapshot)]
+        return [
+            word for row, place, item_count in runs for word in row.read_words(place, item_count, snapshot)
+        ]
 
     def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write coils."""
@@ -152,8 +154,8 @@ class RegisterMap:
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
         """Write coils or registers; refused before the first write if one of them can't be written."""
         changes, index = [], 0
-        for row, place, row_count in self._writable(table, first, len(values)):
-            part, index = values[index : index + row_count], index + row_count
+        for row, place, item_count in self._writable(table, first, len(values)):
+            part, index = values[index : index + item_count], index + item_count
             changes.append(
                 row.write_of_bits(place, part) if table in BITS else row.write_of_words(place, part)
             )
@@ -163,10 +165,10 @@ class RegisterMap:
     def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
         """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
         runs = []
-        for row, place, row_count in self._runs(table, first, count):
+        for row, place, item_count in self._runs(table, first, count):
             if isinstance(row, Gap) or not row.writable:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            runs.append((row, place, row_count))
+            runs.append((row, place, item_count))
         return runs
 
     def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
@@ -176,9 +178,9 @@ class RegisterMap:
             cell = cells.get(first) or (_GAP if first < end else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            row_count = min(cell.rest, last - first)
-            runs.append((cell.row, cell.place, row_count))
-            first += row_count
+            item_count = min(cell.rest, last - first)
+            runs.append((cell.row, cell.place, item_count))
+            first += item_count
         return runs
 
 

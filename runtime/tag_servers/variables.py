@@ -129,11 +129,11 @@ class Variable:
         )
         places = runs(elements, self.dims)
         sizes = [len(element) for element in elements]
-        taken = iter(_part_values(value, sizes))
+        values_taken = iter(_part_values(value, sizes))
         if characters is not None:
             numbers = chain.from_iterable(places)
-            return [self._characters(number, characters, next(taken), data) for number in numbers]
-        return [self._run(span.start, list(islice(taken, len(span)))) for span in places]
+            return [self._characters(number, characters, next(values_taken), data) for number in numbers]
+        return [self._run(span.start, list(islice(values_taken, len(span)))) for span in places]
 
     def _run(self, first: int, values: Sequence[Any]) -> WriteBytes:
         """Return the write of successive elements."""

@@ -81,10 +81,14 @@ def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
 def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     """Return the rows at which the next block ends, before the same key in both traces."""
     streams = a, b
-    ends = [int(own.keys[own.row + block_scans]) for own in streams if len(own) > own.row + block_scans]
+    ends = [
+        int(longer.keys[longer.row + block_scans])
+        for longer in streams
+        if len(longer) > longer.row + block_scans
+    ]
     if not ends:
         return len(a), len(b)
-    first_key = min(int(ahead.keys[ahead.row]) for ahead in streams if ahead.row < len(ahead))
+    first_key = min(int(unread.keys[unread.row]) for unread in streams if unread.row < len(unread))
     end = max(min(ends), first_key + 1)  # ends past the key, even if a whole block has the same key
     for stream in streams:
         stream.read_beyond(end)

@@ -67,8 +67,8 @@ def write_vcd(
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
-        for dumped_variable in variables:
-            dumped_variable.register(dump)
+        for declared in variables:
+            declared.register(dump)
         for block in chain([first], stream):
             for time_ns, variable, value in _changes(block, variables):
                 dump.change(variable, time_ns, value)

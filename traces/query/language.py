@@ -131,8 +131,8 @@ def _query(pattern: Pattern, *conditions: Expression) -> Query:
     """Make a query from its conditions."""
     for condition in conditions:
         want(condition, Type.CONDITION)
-    signals = tuple(signal for part in conditions for signal in part.signals)
-    return Query(None, tuple(part.evaluate for part in conditions), pattern, signals)
+    signals = tuple(signal for term in conditions for signal in term.signals)
+    return Query(None, tuple(term.evaluate for term in conditions), pattern, signals)
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:

@@ -131,8 +131,8 @@ def changed(numbers: Numbers) -> Condition:
     [False, False, True, False, True]
     """
     result = np.zeros(len(numbers), bool)
-    now, previous = numbers[1:], numbers[:-1]
-    result[1:] = compared(ne, now, previous) | (now.none != previous.none)
+    current, previous = numbers[1:], numbers[:-1]
+    result[1:] = compared(ne, current, previous) | (current.none != previous.none)
     return result
 
 

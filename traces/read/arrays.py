@@ -92,8 +92,8 @@ def scan_at(trace: Trace, number: int) -> Scan:
             if place < len(rows) and rows["scan"][place] == number:
                 return next(trace.as_scans(rows[place : place + 1]))
     ends = extent(trace)
-    held = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
-    raise ValueError(f"the trace has no scan {number}; {held}")
+    content = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
+    raise ValueError(f"the trace has no scan {number}; {content}")
 
 
 def extent(trace: Trace) -> Columns:

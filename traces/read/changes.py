@@ -228,9 +228,11 @@ class ChangeRows:
 
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
         memories = self._memory, scan.memory
-        words_before, after = (memoryview(memory)[image].cast("h").tolist() for memory in memories)
-        position, encoder = self._reported(scan.scan, slot, direction, after)
-        text = module_text(slot, direction, words_before, after, self._formats.reader(slot.number, scan.scan))
+        words_before, words_after = (memoryview(memory)[image].cast("h").tolist() for memory in memories)
+        position, encoder = self._reported(scan.scan, slot, direction, words_after)
+        text = module_text(
+            slot, direction, words_before, words_after, self._formats.reader(slot.number, scan.scan)
+        )
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
     def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:

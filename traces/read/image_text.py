@@ -73,10 +73,10 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
 
 def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
     """Return other changes, depending on the mode: firmware, echoed configuration, captured value."""
-    was_configuring, now = in_configuration_mode(before), in_configuration_mode(after)
-    if now and not was_configuring:
+    was_configuring, is_configuring = in_configuration_mode(before), in_configuration_mode(after)
+    if is_configuring and not was_configuring:
         return f"firmware {after[6]}.{after[7]}"
-    if now:
+    if is_configuring:
         return "" if has_bits or list(before[:6]) == list(after[:6]) else "another configuration echoed"
     captured = not was_configuring and tuple(before[6:]) != tuple(after[6:])
     return f"captured {join_reported(after[6], after[7]):,}" if captured else ""
@@ -107,10 +107,12 @@ def moded_wording(
         return f"configuration {' '.join(shown_words)}"
     if module.configures(direction, before):
         before = (0,) * len(after)  # a configuration can't be compared with commands
-    names_before, now = (_bits_on(module, direction, words) for words in (before, after))
+    names_before, names_after = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(names_before, now)]
-    is_new = is_output and len(set(now) - set(names_before)) > 0
+    parts = [
+        " ".join(names_after) or "no command" if is_output else risen_and_fallen(names_before, names_after)
+    ]
+    is_new = is_output and len(set(names_after) - set(names_before)) > 0
     for quantity in module.quantities_in(direction):
         places = slice(quantity.word, quantity.word + quantity.words)
         changed = list(after[places]) != list(before[places])
@@ -144,8 +146,8 @@ def _plain_words(
     """Return the changes in words, except the known ones."""
     names = module.named(direction)
     unnamed = [word for word in range(len(names)) if word not in known]
-    words_before, now = ([words[word] for word in unnamed] for words in (before, after))
-    return plain_wording([names[word] for word in unnamed], words_before, now)
+    words_before, words_after = ([words[word] for word in unnamed] for words in (before, after))
+    return plain_wording([names[word] for word in unnamed], words_before, words_after)
 
 
 def in_configuration_mode(inputs: Words) -> bool:

@@ -114,8 +114,8 @@ def _nothing(selection: Selection, ends: Columns) -> str:
     if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
-    held = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
-    return f"the trace has no scan in {selection.says()}; it holds {held}"
+    content = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
+    return f"the trace has no scan in {selection.says()}; it holds {content}"
 
 
 def half_window(trace: Trace) -> int:

@@ -143,11 +143,11 @@ class RtuLine(ModbusLine):
 
     def _received(self, unit: int, size: int) -> bytes:
         """Return the PDU of an answer, of `size` bytes if it is no exception."""
-        shortest = 1 + EXCEPTION_BYTES + 2
-        received = self._link.receive(shortest, self._answer_s)
-        if len(received) == shortest and not received[1] & EXCEPTION:
-            received += self._link.receive(1 + size + 2 - shortest, self._answer_s)
-        if len(received) < shortest:
+        bytes_least = 1 + EXCEPTION_BYTES + 2
+        received = self._link.receive(bytes_least, self._answer_s)
+        if len(received) == bytes_least and not received[1] & EXCEPTION:
+            received += self._link.receive(1 + size + 2 - bytes_least, self._answer_s)
+        if len(received) < bytes_least:
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
         if crc(received[:-2]) != received[-2:]:
             raise BadResponseError(f"a damaged answer from unit {unit}", received)

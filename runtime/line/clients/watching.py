@@ -173,10 +173,12 @@ class MotionClient(ABC, Generic[SeenType]):
 
     def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
         """Return a state at rest on which `again` + 1 reads, and one per late answer, agree; or None."""
-        seen = self.look()
-        progress(seen.position)
+        seen_state = self.look()
+        progress(seen_state.position)
         again += self.faults - self._faults_before
-        return None if seen.moving or any(self.look() != seen for _ in range(again)) else seen
+        return (
+            None if seen_state.moving or any(self.look() != seen_state for _ in range(again)) else seen_state
+        )
 
     def _rest_soon(self, first: Callable[[], None] = lambda: None) -> SeenType | None:
         """Return the state at rest if one of `TRIES` attempts, each after `first`, shows it."""

@@ -58,9 +58,9 @@ class Listener:
     def take(self, ready: object) -> Iterator[tuple[socket.socket, bytes]]:
         """Handle a socket that the selector has found ready, as `wait` does."""
         if ready is self._socket:
-            dropped = self._accept()
-            if dropped is not None:
-                yield dropped, b""
+            evicted = self._accept()
+            if evicted is not None:
+                yield evicted, b""
         elif isinstance(ready, socket.socket) and ready in self.connections:
             yield ready, self._read(ready)
 
@@ -98,11 +98,11 @@ class Listener:
         except OSError:  # closed before it was accepted
             return None
         if self._places is None:
-            dropped, has_place = make_place(self.connections, wall_ns())
+            evicted, has_place = make_place(self.connections, wall_ns())
         else:
-            dropped, has_place = None, len(self.connections) < self._places
-        if dropped is not None:
-            self.drop(dropped)
+            evicted, has_place = None, len(self.connections) < self._places
+        if evicted is not None:
+            self.drop(evicted)
         if not has_place:
             connection.close()
             return None
@@ -110,7 +110,7 @@ class Listener:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connections[connection] = wall_ns()
         self._selector.register(connection, selectors.EVENT_READ, self)
-        return dropped
+        return evicted
 
     def _read(self, connection: socket.socket) -> bytes:
         try:

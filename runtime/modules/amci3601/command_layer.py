@@ -193,14 +193,14 @@ class CommandLayer(Host):
     def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse words with a bit that the module's manual does not describe; return whether there is one."""
         untold_bits = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
-        now, bits_before = (
+        bits_now, bits_before = (
             command_words.msw | command_words.lsw << 16 for command_words in (command, previous)
         )
         for name, bit in untold_bits:
-            if now & ~bits_before & bit:
+            if bits_now & ~bits_before & bit:
                 reason = f"the manual pages of a {self.profile.message} do not tell what {name} does"
                 self.refuse(now_ns, Refusal(name, COMMAND_ERROR, reason))
-        return any(now & bit for _, bit in untold_bits)
+        return any(bits_now & bit for _, bit in untold_bits)
 
     def _stops(self, command: CommandWords, edges: int) -> bool:
         """Whether the command holds or stops a motion, which no bit of the LSW prevents (reading A-30).

@@ -357,7 +357,7 @@ class BlendMove(DriveMotion):
     def on_hold(self, now_ns: int) -> None:
         """Ramp down at the deceleration of the present segment."""
         steps_made = abs(self.axis.position - self.started_at)
-        index = next((place for place, end in enumerate(self._ends) if steps_made < end), -1)
+        index = next((segment_index for segment_index, end in enumerate(self._ends) if steps_made < end), -1)
         self.held = True
         self.axis.stop(now_ns, self.segments[index].rates[1], shape_of(self.segments[index].jerk))
 
