@@ -25,10 +25,10 @@ def _doctor_command(as_json: JsonOption = False) -> None:
         say_json([asdict(each) for each in diagnoses])
     else:
         width = max(len(each.name) for each in diagnoses)
-        for each in diagnoses:
-            say(f"{each.state.value:6}  {each.name:{width}}  {each.says}")
-            if each.mend:
-                say(f"{'':{width + 10}}{each.mend}")
+        for finding in diagnoses:
+            say(f"{finding.state.value:6}  {finding.name:{width}}  {finding.says}")
+            if finding.mend:
+                say(f"{'':{width + 10}}{finding.mend}")
     if any(each.state is Health.BROKEN for each in diagnoses):
         raise typer.Exit(NO)
 

@@ -92,8 +92,8 @@ def _put(image: list[int], span: Span) -> bool:
     """Put words into an image; return whether any word belongs to the image."""
     first, words = span
     placed = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
-    for at, word in placed.items():
-        image[at] = word
+    for index, word in placed.items():
+        image[index] = word
     return bool(placed)
 
 

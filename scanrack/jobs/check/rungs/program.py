@@ -66,12 +66,12 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
 def _warnings(view: LadderView, calls: RoutineCalls) -> Iterator[tuple[str, Violation]]:
     """Yield the warnings of the build, except about coils in routines that exclude each other."""
     repeated = []
-    for each in view.program.warnings:
-        remark = Violation(place_at(each.site, view.path), each.text)
-        if each.rule == "repeated-coil":
+    for warning in view.program.warnings:
+        remark = Violation(place_at(warning.site, view.path), warning.text)
+        if warning.rule == "repeated-coil":
             repeated.append(remark)
         else:
-            yield each.rule or "repeated-coil", remark
+            yield warning.rule or "repeated-coil", remark
     mixed = calls.mixed(latches=view.path.suffix in EXPORT_SUFFIXES)
     for remark in (*exclusive_repeats(repeated, view.main, calls), *mixed):
         yield "repeated-coil", remark
@@ -124,8 +124,10 @@ def _out_of_range(
     limits = fastest(profile_in(view.steppers.values(), None).limits, view.drives.values())
     wrong = [*sent.out_of_range(), *parameters_out_of_range(view, limits)]
     yield from wrong
-    reported = {each.place for each in wrong}
-    yield from (each for each in words_out_of_range(writes, view.steppers) if each.place not in reported)
+    reported = {remark.place for remark in wrong}
+    yield from (
+        remark for remark in words_out_of_range(writes, view.steppers) if remark.place not in reported
+    )
     yield from note_drives(view, reader.constants_at)
 
 

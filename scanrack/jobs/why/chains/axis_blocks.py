@@ -17,11 +17,11 @@ def slot_of(lowered: LoweredProgram, path: str) -> int | None:
     axis = own.handed.get("AXIS") if own is not None else None
     if axis is None:
         return None
-    for each in calls:
-        inputs = each.handed.get("INPUTS")
+    for call in calls:
+        inputs = call.handed.get("INPUTS")
         if (
-            each.name == MODULE
-            and each.handed["AXIS"].text.upper() == axis.text.upper()
+            call.name == MODULE
+            and call.handed["AXIS"].text.upper() == axis.text.upper()
             and inputs is not None
         ):
             return getattr(getattr(inputs, "leaf", None), "slot", None)
