@@ -95,7 +95,7 @@ def meaning(text: str, line: str, column: int) -> str:
         return "" if block is None else block_text(block)
     member = _member_text(declared.type, word)
     lines = [f"```rung\n{declared.text}\n```", declared.comment, member]
-    uses = [n for n, each in enumerate(text.splitlines(), 1) if _names(each, declared.name)]
+    uses = [n for n, line_text in enumerate(text.splitlines(), 1) if _names(line_text, declared.name)]
     lines.append(f"in lines {', '.join(map(str, uses[:20]))}{', ...' if len(uses) > 20 else ''}")
     return "\n\n".join(filter(None, lines))
 
@@ -198,9 +198,9 @@ def _members(type_name: str) -> list[Offer]:
 
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
     """Yield the instructions that rungs or structured text may have, each once."""
-    for each in {spec.name: spec for spec in _instructions(text).values()}.values():
-        if not each.instead if structured else each.in_rungs:
-            yield each
+    for instruction in {spec.name: spec for spec in _instructions(text).values()}.values():
+        if not instruction.instead if structured else instruction.in_rungs:
+            yield instruction
 
 
 def offers(text: str, before: str, *, structured: bool) -> list[Offer]:

@@ -68,11 +68,14 @@ class RackServer(LanguageServer):
     async def _check(self, uri: str, rest_s: float) -> None:
         await asyncio.sleep(rest_s)
         document = self.workspace.get_text_document(uri)
-        texts = {_path(address): one.source for address, one in self.workspace.text_documents.items()}
+        texts = {
+            _path(address): text_document.source
+            for address, text_document in self.workspace.text_documents.items()
+        }
         number = document.version
-        found = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
+        checked = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
         by_uri: dict[str, list[LineRemark]] = {uri: []}
-        for remark in found:
+        for remark in checked:
             by_uri.setdefault(from_fs_path(remark.file) or uri, []).append(remark)
         for other in self._others.get(uri, set()) - by_uri.keys():
             self._publish(other, [])

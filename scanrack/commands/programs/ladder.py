@@ -152,13 +152,13 @@ def ladder(
         elif source:
             say(program.source(), whole=True)
         elif text:
-            for each, numbers in numbered:
-                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)), whole=True)
+            for shown, numbers in numbered:
+                say(shown.text if rung is None else "\n".join(map(shown.numbered, numbers)), whole=True)
         else:
             columns = width or max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
-            for each, numbers in numbered:
-                say(f"Routine {each.name}\n")
-                say(routine_text(each, columns, truths.get(each.name), numbers, captions), whole=True)
+            for shown, numbers in numbered:
+                say(f"Routine {shown.name}\n")
+                say(routine_text(shown, columns, truths.get(shown.name), numbers, captions), whole=True)
     except LadderError as error:
         raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
     except OSError as error:

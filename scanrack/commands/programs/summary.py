@@ -85,7 +85,7 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
 
 
 def _moves(result: RunResult) -> Iterator[str]:
-    yield f"{sum(each.count for each in result.moves):,}" if result.moves else "none"
+    yield f"{sum(moved.count for moved in result.moves):,}" if result.moves else "none"
     for move in result.moves:
         yield f"  {_of(move.slot, result)}{move.count:,} {move_wording(move.kind, move.outcome)}"
 

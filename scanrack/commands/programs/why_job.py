@@ -161,9 +161,9 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
         mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
     if as_json:
         say_json({"tag": tag, "mentions": [_mention(mention) for mention in mentions]})
-    for each in () if as_json else mentions:
-        site = each.site
-        say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
+    for reference in () if as_json else mentions:
+        site = reference.site
+        say(f"{reference.text:<28} {reference.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise SystemExit(NO)

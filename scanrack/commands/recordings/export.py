@@ -67,7 +67,11 @@ def _export_command(
     with reported_mistakes():
         selected = selection(ranges)
         paths = asdict(targets)
-        chosen = [(each, paths[each.name]) for each in formats.FORMATS if paths[each.name] is not None]
+        chosen = [
+            (export_format, paths[export_format.name])
+            for export_format in formats.FORMATS
+            if paths[export_format.name] is not None
+        ]
         _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
         for format_, target in chosen:
             to_stdout = target == STDOUT
@@ -98,10 +102,10 @@ def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: 
     Args:
         choice: the option that chooses signals; "" without one.
     """
-    if choice and not any(each.chooses for each, _ in chosen):
+    if choice and not any(export_format.chooses for export_format, _ in chosen):
         raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
     if not chosen:
-        options = ", ".join(each.option for each in formats.FORMATS)
+        options = ", ".join(export_format.option for export_format in formats.FORMATS)
         raise ValueError(f"nothing to write: give {options} or several of them")
     if sum(target == STDOUT for _, target in chosen) > 1:
         raise ValueError("only one of them can go to standard output")

@@ -283,7 +283,7 @@ def _serve(
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # the initial state
-        calm = all(each is None for each in watchers)
+        calm = all(watcher is None for watcher in watchers)
         serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
 
 

@@ -149,8 +149,8 @@ class CipPairing(Pairing):
                 return
             status, answer = _reply_parts(service, reply)
             if service == BATCH and status in (DONE, _SOME_FAILED) and depth < DEEPEST:
-                for one, its_reply in zip(_parts(data), _parts(answer), strict=False):
-                    yield from self._answered(times, one, its_reply, depth + 1)
+                for part, its_reply in zip(_parts(data), _parts(answer), strict=False):
+                    yield from self._answered(times, part, its_reply, depth + 1)
             elif service == LISTING and status in (DONE, PARTIAL):
                 self._list(path, data, answer)
             elif status in (DONE, PARTIAL):

@@ -116,8 +116,8 @@ def refused(error: Exception, file: str) -> CheckReport:
     Args:
         file: the file that was to be checked, used for a mistake without a place.
     """
-    found = [site for site in sites_of(error) if site.file]
-    sites = [site for site in found if site.line] or [Site(file=file, line=1)]
+    named = [site for site in sites_of(error) if site.file]
+    sites = [site for site in named if site.line] or [Site(file=file, line=1)]
     text = str(error)
     findings = (Finding("refused", FileLine(site.file, site.line or 1), text, site) for site in sites[-1:])
     return CheckReport(tuple(dict.fromkeys(findings)), ())
@@ -145,7 +145,7 @@ def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) ->
             yield finding
         elif verdict.holds:
             yield replace(finding, text=f"{finding.text} (proved)")
-    places = {each.place for each in found}
+    places = {kept_finding.place for kept_finding in found}
     for other in by_place.values():
         if other.holds and other.place not in places:
             yield Finding(other.rule, other.place, f"{other.text} (proved)", _site(facts, other.place))

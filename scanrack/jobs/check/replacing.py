@@ -134,7 +134,7 @@ def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
 
 
 def _of_images(file: str, tree: ast.Module, images: Images, slots: set[int]) -> Iterator[Use]:
-    for function in (each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)):
+    for function in (child for child in ast.walk(tree) if isinstance(child, ast.FunctionDef)):
         local = images.locals_of(function)
         for node in ast.walk(function):
             match node:

@@ -111,7 +111,7 @@ class _Flow:
         steps: set[Step] = set().union(*(action.steps or () for action in actions))
         steps.update(action.goes for action in actions if action.goes is not None)
         acting = (write.steps.get(self._machine, (None, False))[0] for write in self._writes)
-        return steps.union(*(each or () for each in acting))
+        return steps.union(*(acting_steps or () for acting_steps in acting))
 
     def images(self) -> Iterator[SentImage]:
         """Yield the images of all commands in all steps."""

@@ -143,7 +143,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 def _moment(number: int, row: Any) -> Moment:
     count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
-    if make is None or len(row) != 3 + count or not all(type(each) is int for each in row[1:]):
+    if make is None or len(row) != 3 + count or not all(type(cell) is int for cell in row[1:]):
         raise ValueError(
             f"moment {number}: {str(row)[:60]} is none: read or write with two times and 8 words"
         )

@@ -210,7 +210,7 @@ def _step(words: list[str]) -> SceneStep:
     end = words.index("for") if "for" in words else len(words)
     step = parse_steps(" ".join(["same", *words[end:]])).steps[0]
     names = words[1:end]
-    unknown = [each for each in names if each not in _INPUTS]
+    unknown = [input_name for input_name in names if input_name not in _INPUTS]
     if unknown or step.for_ns is None:
         raise ValueError(f"{' '.join(words)!r} is not allowed; inputs {' '.join(_INPUTS)} for N ms")
     return SceneStep(None, sum(map(_INPUTS.__getitem__, set(names))), step.for_ns)

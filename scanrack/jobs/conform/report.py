@@ -105,11 +105,14 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
     for scene in shown:
         yield from _scene_lines(scene, result)
     yield ""
-    yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
+    yield from _counts("rules", {rule: rule_finding.verdict for rule, rule_finding in result.rules.items()})
     for rule, finding in result.rules.items():
         if finding.verdict is ConformVerdict.DIFFERS:
             yield f"    {rule} differs [{finding.scene}]: {finding.why} The manual: {RULES[rule].text}"
-    yield from _counts("interpretations", {number: each.verdict for number, each in result.readings.items()})
+    yield from _counts(
+        "interpretations",
+        {number: reading_finding.verdict for number, reading_finding in result.readings.items()},
+    )
     for number, finding in result.readings.items():
         if finding.verdict not in UNDECIDED:
             yield f"    {number} {finding.verdict} [{finding.scene}]: {finding.why}"

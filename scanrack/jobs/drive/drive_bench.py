@@ -96,7 +96,7 @@ class DriveBench:
             axis.advance(self.now_ns)
         if request.observe is not None:
             reply["values"] = {name: _observed(self.axes[request.axis - 1], name) for name in request.observe}
-        reply["events"] = [event.text for each in self.axes for event in each.events]
+        reply["events"] = [event.text for driven in self.axes for event in driven.events]
         for axis in self.axes:
             axis.events.clear()
         return {"t_ms": time_ms(self.now_ns), **reply}

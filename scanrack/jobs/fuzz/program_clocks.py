@@ -112,7 +112,7 @@ def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
     written: dict[str, int] = defaultdict(int)
     for mention in mentions:
         written[_path(mention)] += mention.writes
-    timers = {_path(each): each.where for each in mentions if _is_single_timer(each)}
+    timers = {_path(timer): timer.where for timer in mentions if _is_single_timer(timer)}
     uses = _uses_of(timers, mentions)
     for path, group in timers.items():
         use = uses[path]

@@ -423,7 +423,7 @@ class _Run:
         self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
         self._timed = _TimedLogic(self._output_line or called)
         invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
-        watches = [_WatchedInvariant(each, each.start()) for each in invariants]
+        watches = [_WatchedInvariant(invariant, invariant.start()) for invariant in invariants]
         self._watcher = _Watcher(watches, without, self._place)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))

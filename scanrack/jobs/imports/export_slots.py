@@ -67,7 +67,11 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
         slots_found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
     if left:
         there = (
-            ", ".join(f"{each.name or each.catalog} in slot {each.number}" for each in slots_found) or "none"
+            ", ".join(
+                f"{found_slot.name or found_slot.catalog} in slot {found_slot.number}"
+                for found_slot in slots_found
+            )
+            or "none"
         )
         raise ValueError(
             f"--stepper {next(iter(left.values()))}: the export has no such module; it has {there}"

@@ -71,7 +71,7 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 
 def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
     """Return a slot's module, exposed to incidents from the rack file and from later orders."""
-    coming = [each for each in spec.incidents if each.slot == slot.number]
+    coming = [coming_incident for coming_incident in spec.incidents if coming_incident.slot == slot.number]
     for incident in coming:
         incident.check_late_words(len(slot.words.outputs))
     if not (coming or handled):

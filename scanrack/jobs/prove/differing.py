@@ -176,13 +176,13 @@ def _cased(layout: Layout, text: str) -> str:
 def lines_of(found: EditedSubject) -> Iterator[str]:
     """Yield a line for each value that can differ, with its run."""
     yield _summary(found)
-    shown = [each for each in found.changed if each.steps]
-    width = max((len(each.name) for each in shown), default=0)
+    shown = [changed for changed in found.changed if changed.steps]
+    width = max((len(changed.name) for changed in shown), default=0)
     for tag in shown:
         yield from _lines_of_tag(tag, width)
-    without_run = [each for each in found.changed if not each.steps]
+    without_run = [changed for changed in found.changed if not changed.steps]
     for when in ("now", "later"):
-        names = [f"{each.name}{each.allowed_text}" for each in without_run if each.when == when]
+        names = [f"{changed.name}{changed.allowed_text}" for changed in without_run if changed.when == when]
         yield from _list_line(f"{when}, no run found within the limits:", names)
     yield from found.open
     yield from _list_line("only the old program has", found.removed)

@@ -75,7 +75,9 @@ class _ValueNotes(QuietListener):
         places = self._places_of(variable for variables in self._variables.values() for variable in variables)
         known = {place.v for place in places}
         self.left = [
-            truth for truth in truths if all(v in known or _is_known(v) for v in self._variables[truth])
+            truth
+            for truth in truths
+            if all(variable in known or _is_known(variable) for variable in self._variables[truth])
         ]
         self.found: set[T] = set()
         self.stop: Callable[[], object] = lambda: None

@@ -69,7 +69,9 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
     for pattern in patterns:
         matches = [known[place] for place in names.places(pattern)]
         matches = matches or [_at_address(namespace, known, pattern)]
-        chosen.update((each.name, each) for each in matches if each.name not in chosen)
+        chosen.update(
+            (matching_tag.name, matching_tag) for matching_tag in matches if matching_tag.name not in chosen
+        )
     return list(chosen.values())
 
 
@@ -117,11 +119,18 @@ def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
     """Yield the fields of a logic: from the body of its class, and from the instance."""
     hints = _hints(logic)
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
-    fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
-    for each in dict.fromkeys([*fields, *vars(logic)]):
-        if not each.startswith("_"):
-            inner = getattr(logic, each)
-            yield from _below(f"{name}.{each}", hints.get(each), inner, DEPTH - 1, frozenset({id(logic)}))
+    fields = {
+        field_name: value
+        for body in bodies
+        for field_name, value in body.items()
+        if not hasattr(value, "__get__")
+    }
+    for attribute in dict.fromkeys([*fields, *vars(logic)]):
+        if not attribute.startswith("_"):
+            inner = getattr(logic, attribute)
+            yield from _below(
+                f"{name}.{attribute}", hints.get(attribute), inner, DEPTH - 1, frozenset({id(logic)})
+            )
 
 
 def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:

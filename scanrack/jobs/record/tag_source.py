@@ -140,13 +140,13 @@ class ProgramTags:
     def _slowly(self) -> bytes:
         """Return images and tags; replace a value that does not fit by 0, with one event per tag."""
         parts = [self._images()]
-        for read, each in zip(self._single, self.plan.fields, strict=True):
-            form = Struct("<" + each.letters)
+        for read, recorded_field in zip(self._single, self.plan.fields, strict=True):
+            form = Struct("<" + recorded_field.letters)
             try:
                 parts.append(form.pack(*read()))
             except Exception as error:
                 parts.append(bytes(form.size))
-                self._refuse(each.tag, error)
+                self._refuse(recorded_field.tag, error)
         return b"".join(parts)
 
     def _refuse(self, tag: Tag, error: Exception) -> None:
@@ -193,7 +193,7 @@ class WatchedTags:
 def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
     """Return a tag with its expression in an edited program."""
     try:
-        matching = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
+        matching = [match for match in map(_recorded, values.matching(tag.name)) if match.tag == tag]
     except LadderError:
         matching = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"

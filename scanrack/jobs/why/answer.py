@@ -161,7 +161,7 @@ class Why:
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
         """Return the name of a terminal or an analog input; None for what a module reports."""
-        slot_info = next(each for each in self.recording.slots if each.number == slot)
+        slot_info = next(candidate for candidate in self.recording.slots if candidate.number == slot)
         if slot_info.words.modes is None:
             return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
         named = [

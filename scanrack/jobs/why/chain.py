@@ -261,7 +261,9 @@ class RackChain:
         """Explain a consumed tag by the rack that produces it."""
         chains, path = self.chains, origin.cell.leaf.path
         now_ns, program = chains.causes.now_ns(origin.scan), self.program
-        connection = next(each for each in chains.lowered.connections if _is_in(path, each.tag))
+        connection = next(
+            candidate for candidate in chains.lowered.connections if _is_in(path, candidate.tag)
+        )
         if program is None:
             return None
         partner_link = chain_of_partner(program, path, connection.rpi_ns, now_ns, self._of_other)
@@ -544,7 +546,7 @@ def _may_be_switched(event: TraceEvent) -> bool:
 
 def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus is on the given bits of an input image."""
-    names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+    names = [bit_name.lower() for bit_name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(bit_name in (name.lower(), f"in_{name.lower()}") for bit_name in names)
     return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(is_input_name, names)))
 

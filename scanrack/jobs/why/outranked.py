@@ -55,15 +55,15 @@ class Loss:
 def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outranking | None:
     """Return the force on one of the given addresses or tags in a scan; None if none of them is forced."""
     since: tuple[TraceEvent, object] | None = None
-    for each in events:
-        if each.topic != "/forces" or each.scan > scan:
+    for force_event in events:
+        if force_event.topic != "/forces" or force_event.scan > scan:
             continue
-        held: Mapping[str, object] = {**image_forces(each), **forced_in(each)}
+        held: Mapping[str, object] = {**image_forces(force_event), **forced_in(force_event)}
         value = next((held[name] for name in held if name in names), None)
         if value is None:
             since = None
         elif since is None or since[1] != value:
-            since = each, value
+            since = force_event, value
     if since is None:
         return None
     event, value = since

@@ -84,7 +84,7 @@ def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> No
     annotation = next((arg.annotation for arg in function.args.args if arg.arg == name), None)
     kind = None if annotation is None else resolved(annotation, reader.names)
     names = nodes_in(function, ast.Name)
-    if not is_dataclass(kind) or any(each.id == name and is_stored(each) for each in names):
+    if not is_dataclass(kind) or any(occurrence.id == name and is_stored(occurrence) for occurrence in names):
         return
     reader.remark_unless_in({*dir(kind), *(field.name for field in fields(kind))}, node)
 

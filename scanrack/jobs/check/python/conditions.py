@@ -62,7 +62,7 @@ def condition(node: ast.expr, names: ConditionNames) -> Condition:
         case ast.UnaryOp(ast.Not(), operand):
             return negated(condition(operand, names))
         case ast.BoolOp(op, values):
-            parts = tuple(condition(each, names) for each in values)
+            parts = tuple(condition(part, names) for part in values)
             return AllOf(parts) if isinstance(op, ast.And) else AnyOf(parts)
         case ast.Compare(left, ops, comparators):
             sides = [left, *comparators]

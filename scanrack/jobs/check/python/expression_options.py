@@ -117,7 +117,7 @@ class Options:
             case ast.UnaryOp(op, operand):
                 return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
             case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
-                return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
+                return _each([self.of(side, names, depth) for side in (left, right)], OPERATORS[type(op)])
         if type(node) not in self._ways:
             raise UnknownError
         return self._ways[type(node)](node, names, depth)

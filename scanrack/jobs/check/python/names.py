@@ -208,7 +208,7 @@ def _with_helpers(
         yield call, arms
         helper = methods.get(field_of(call.func))
         if isinstance(helper, ast.FunctionDef) and depth:
-            inner = ((each, (*arms, *others)) for each, others in _paths(helper.body, ()))
+            inner = ((inner_call, (*arms, *others)) for inner_call, others in _paths(helper.body, ()))
             yield from _with_helpers(inner, methods, depth - 1)
 
 

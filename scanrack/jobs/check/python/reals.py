@@ -87,8 +87,8 @@ def _assigned(tree: ast.AST) -> dict[str, list[ast.expr]]:
         if isinstance(node, ast.AugAssign):
             value = ast.BinOp(node.target, node.op, node.value)
             assignments.setdefault(ast.unparse(node.target), []).append(value)
-        for target, each in assignments_in([node]):
-            assignments.setdefault(ast.unparse(target), []).append(each)
+        for target, assigned in assignments_in([node]):
+            assignments.setdefault(ast.unparse(target), []).append(assigned)
     return assignments
 
 

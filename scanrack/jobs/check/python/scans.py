@@ -95,9 +95,9 @@ class Scans:
             if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
                 known = {*dir(value), *_fields(classes[kind.__name__])}
                 self._missing(self._reader.tree, name, known)
-        for each in classes.values():
-            if not [*each.bases, *each.keywords]:
-                self._missing(each, "self", {*_fields(each), *dir(object)})
+        for class_ in classes.values():
+            if not [*class_.bases, *class_.keywords]:
+                self._missing(class_, "self", {*_fields(class_), *dir(object)})
         for name, view in self._views().items():
             self._missing(self._reader.tree, name, set(dir(view)))
 
@@ -123,7 +123,7 @@ class Scans:
         """Note the commands that are given as words."""
         tree = self._reader.tree
         if self._slot is not None:
-            zeroed = {id(each) for node in nodes_in(tree, ast.Assign) for each in _zeroed(node)}
+            zeroed = {id(target) for node in nodes_in(tree, ast.Assign) for target in _zeroed(node)}
             stored = (node for node in nodes_in(tree, ast.Subscript) if is_stored(node))
             if any(self._is_image(node.value, ".outputs") for node in stored if id(node) not in zeroed):
                 self._facts.computed.add(self._slot)

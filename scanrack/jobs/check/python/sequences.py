@@ -169,7 +169,7 @@ class _SequenceReader:
             for logic_reader in self._readers
         }
         summaries = SequenceSummaries(self._methods, self._axes, locks, numbers, self._facts)
-        sequences = [each.name for each in sequences_of(self._logic)]
+        sequences = [named_sequence.name for named_sequence in sequences_of(self._logic)]
         for sequence in sequences:
             summaries.follow(sequence, sequence)
         summaries.follow("every_scan", "")

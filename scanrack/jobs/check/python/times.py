@@ -31,11 +31,11 @@ def note_short_times(reader: Reader, scan_ns: int) -> None:
 
 def _names(function: Function) -> dict[str, ast.expr]:
     """Return the local names that a function assigns only once, with their values."""
-    found: dict[str, list[ast.expr]] = {}
+    assignments: dict[str, list[ast.expr]] = {}
     for node in nodes_in(function, ast.Assign):
         if isinstance(node.targets[0], ast.Name):
-            found.setdefault(node.targets[0].id, []).append(node.value)
-    return {name: values[0] for name, values in found.items() if len(values) == 1}
+            assignments.setdefault(node.targets[0].id, []).append(node.value)
+    return {name: values[0] for name, values in assignments.items() if len(values) == 1}
 
 
 def _unit(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:

@@ -48,8 +48,8 @@ def _wrong_segment(
     wrong = next(filter(None, ranges), "")
     if wrong or not all(part.is_constant for segment in segments for part in segment):
         return wrong
-    for number, (one, other) in enumerate(pairwise(segments), 1):
-        if one[1] == other[1]:
+    for number, (before, after) in enumerate(pairwise(segments), 1):
+        if before[1] == after[1]:
             return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
     return _too_short(segments, least) if configurations else ""
 

@@ -73,12 +73,12 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written both as a whole and bit by bit."""
     for variable, accesses in subject.by_variable:
         bits = [access for access in accesses if access.use is Touch.COIL and access.part]
-        for each in accesses if variable.role is not Role.BLOCK else ():
-            is_move = each.use is Touch.WRITE and not each.once
-            bit = _bit_under(each, bits) if is_move else None
+        for move in accesses if variable.role is not Role.BLOCK else ():
+            is_move = move.use is Touch.WRITE and not move.once
+            bit = _bit_under(move, bits) if is_move else None
             if bit is not None:
                 part = f"line {bit.place.line} its bit {_name(bit, variable)}"
-                yield Violation(each.place, f"this writes all of {_name(each, variable)}, and {part}")
+                yield Violation(move.place, f"this writes all of {_name(move, variable)}, and {part}")
 
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:

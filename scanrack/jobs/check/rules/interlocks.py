@@ -35,10 +35,10 @@ OPPOSITES = (
 def opposite_outputs(subject: Subject) -> Iterator[Violation]:
     """Find outputs with opposite names that inputs can switch on together."""
     own = [output for output in subject.facts.outputs if not output.commands]
-    for one, other in combinations(own, 2):
-        if _are_opposite(one.name, other.name) and _meet(one, other):
+    for first, other in combinations(own, 2):
+        if _are_opposite(first.name, other.name) and _meet(first, other):
             text = (
-                f"{other.name} is switched on here while {one.name} of line {one.place.line} may be on: "
+                f"{other.name} is switched on here while {first.name} of line {first.place.line} may be on: "
                 "their inputs do not exclude each other"
             )
             yield Violation(other.place, text)
@@ -47,10 +47,10 @@ def opposite_outputs(subject: Subject) -> Iterator[Violation]:
 def both_commands(subject: Subject) -> Iterator[Violation]:
     """Find command bits of a 3601 that inputs can set together."""
     row = RULES["CMD-02"]
-    for one, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
-        if one.commands == other.commands and one.name != other.name and _meet(one, other):
+    for first, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
+        if first.commands == other.commands and first.name != other.name and _meet(first, other):
             text = (
-                f"{other.name} is set here while {one.name} of line {one.place.line} may be set: "
+                f"{other.name} is set here while {first.name} of line {first.place.line} may be set: "
                 f"{row.text.rstrip('.')} [{row.section}]: let each exclude the other"
             )
             yield Violation(other.place, text)

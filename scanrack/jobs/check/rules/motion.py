@@ -223,9 +223,9 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
         home = _home_range(slot.machine)
         if home is None or not _is_positioned_by_home(own, subject.configurations(slot.number)):
             continue
-        for each in own:
-            if each.kind == "move_to":
-                yield from _beyond_limit(subject, slot, each, home)
+        for move in own:
+            if move.kind == "move_to":
+                yield from _beyond_limit(subject, slot, move, home)
 
 
 def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
@@ -270,8 +270,8 @@ def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
 def two_movers(subject: Subject) -> Iterator[Violation]:
     """Find axes that two sequences move without a lock."""
     for commands in subject.by_axis():
-        moving = [each for each in commands if each.kind in MOTIONS and each.owner and each.axis]
-        firsts = ((each, _other_mover(each, moving)) for each in moving)
+        moving = [mover for mover in commands if mover.kind in MOTIONS and mover.owner and mover.axis]
+        firsts = ((mover, _other_mover(mover, moving)) for mover in moving)
         for command, first in firsts:
             if first is not None and first.order < command.order:
                 where = f"sequence {first.owner} moves in line {first.place.line}"
@@ -282,7 +282,7 @@ def two_movers(subject: Subject) -> Iterator[Violation]:
 
 def _other_mover(command: Command, moving: Sequence[Command]) -> Command | None:
     """Return the first motion of another sequence that shares no lock with this one."""
-    others = (each for each in moving if each.owner != command.owner and not each.locks & command.locks)
+    others = (rival for rival in moving if rival.owner != command.owner and not rival.locks & command.locks)
     return next(others, None)
 
 

@@ -34,9 +34,9 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> File
     """Return the line of the first machine part that operates an input."""
     machine = slot.machine
     for key in ("switches", "stations", "timeline"):
-        for at, part in enumerate(getattr(machine, key)):
+        for place, part in enumerate(getattr(machine, key)):
             if part.input == bit:
-                return subject.place("slot", index, "machine", key, at)
+                return subject.place("slot", index, "machine", key, place)
     return subject.place("slot", index, "machine")
 
 
@@ -102,7 +102,11 @@ def _beyond_limit(subject: Subject) -> Iterator[Violation]:
     """Find home switches within the range of a limit switch, which ends the search first."""
     searched = {search.slot for search in subject.facts.searches}
     for index, slot in subject.steppers:
-        homes = [at for at, switch in enumerate(slot.machine.switches) if switch.input == InputBit.HOME]
+        homes = [
+            switch_index
+            for switch_index, switch in enumerate(slot.machine.switches)
+            if switch.input == InputBit.HOME
+        ]
         if len(homes) != 1 or not searched & {None, slot.number}:
             continue
         limit = _limit_over(slot.machine, slot.machine.switches[homes[0]])

@@ -125,7 +125,7 @@ class _Graph:
     def _ways_from(self, step: Step) -> set[Step]:
         """Return the steps that can follow a step."""
         onward = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
-        return {each for each in onward if each is not None}
+        return {target for target in onward if target is not None}
 
     def entering(self, step: Step) -> list[StepAction]:
         """Return the actions that go to a step."""

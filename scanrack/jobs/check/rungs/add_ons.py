@@ -24,9 +24,9 @@ OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 def note_add_ons(view: LadderView, facts: Facts) -> None:
     """Note local tags and outputs of add-on instructions that are read but never written."""
     owned = {
-        (add_on.name.upper(), each.name.upper()): each
+        (add_on.name.upper(), tag.name.upper()): tag
         for add_on in view.add_ons
-        for each in _owned(add_on, view.written_members)
+        for tag in _owned(add_on, view.written_members)
     }
     accesses = grouped(_accesses(owned, view), lambda each: each[0])
     for key, member in owned.items():

@@ -86,7 +86,7 @@ def unbounded(view: LadderView, facts: Facts) -> None:
     used: dict[str, Subscript] = {}
     for subscript in chain.from_iterable(map(_subscripts, view.points)):
         used.setdefault(key_of(subscript.number), subscript)
-    counting = {key: each for key, each in used.items() if _only_counts(each.number, view.values)}
+    counting = {key: counted for key, counted in used.items() if _only_counts(counted.number, view.values)}
     limits, resets = _bounds(view.points if counting else (), used, view.places)
     for key, subscript in counting.items():
         _note_reached(subscript, limits[key], resets[key], facts)
@@ -205,9 +205,9 @@ def _read(operand: object) -> Iterator[str]:
     nested: Iterable[object] = (operand,)
     if isinstance(operand, Call | AddOnCall):
         nested = operand.inputs if isinstance(operand, Call) else operand.handed.values()
-    for each in (part for step_operand in nested for part in parts_of(step_operand)):
-        if isinstance(each, Place):
-            yield key_of(each)
+    for operand_part in (part for step_operand in nested for part in parts_of(step_operand)):
+        if isinstance(operand_part, Place):
+            yield key_of(operand_part)
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
@@ -215,7 +215,7 @@ def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     parts = set(leaves(point.condition)) - {TRUE}
     bits = [part for part in parts if isinstance(part, Bit)]
     levels = [bit for bit in bits if not bit.name.startswith(EDGE)]
-    is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
+    is_pressed = bool(levels) and all(_is_button(level, places) for level in levels)
     return in_first_scan(levels) or (is_pressed and len(bits) == len(parts))
 
 

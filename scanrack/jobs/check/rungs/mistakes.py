@@ -143,8 +143,8 @@ class Mistakes:
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
         written = written_value(step) if step.name == "DIV" else None
-        for each in (*quotients, written):
-            if isinstance(each, Calculation) and self._is_always_zero(each, point.target):
+        for divided in (*quotients, written):
+            if isinstance(divided, Calculation) and self._is_always_zero(divided, point.target):
                 text = f"{point.text}: the quotient of two integers is cut to 0 here"
                 self._facts.remark("integer-zero", point.place, text)
 

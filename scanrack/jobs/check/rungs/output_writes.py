@@ -175,7 +175,7 @@ class WriteReader:
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
-            sets, clears = (mask * each for each in _of_bit(step))
+            sets, clears = (mask * bit_value for bit_value in _of_bit(step))
             rung = base if step.name in ("OTL", "OTU") else plain  # a false rung also acts
             yield replace(rung, sets=sets, clears=clears)
             return

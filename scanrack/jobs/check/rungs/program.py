@@ -81,9 +81,9 @@ def _unreached(view: LadderView) -> Iterator[Violation]:
     """Yield the steps of charts that no path leads to."""
     for routine in view.program.routines:
         origins = {step.number: step.origin for step in routine.chart.steps} if routine.chart else {}
-        for each in unreached(routine.chart) if routine.chart else ():
-            text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-            yield Violation(place_at(origins[each.number], view.path), text)
+        for unreached_step in unreached(routine.chart) if routine.chart else ():
+            text = f"{unreached_step.text}, in chart {routine.name}; only SFR can reach it"
+            yield Violation(place_at(origins[unreached_step.number], view.path), text)
 
 
 def _note_sites(view: LadderView, facts: Facts) -> None:
@@ -101,7 +101,10 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
     sent = SentWords(view, reader, writes)
     homes = [call for call in view.calls if call.call.name == "MC_HOME"]
     facts.configurations = list(sent.configurations())
-    facts.searches = [*sent.searches(), *(SentCommand(e.place, view.axes.get(e.axis)) for e in homes)]
+    facts.searches = [
+        *sent.searches(),
+        *(SentCommand(home.place, view.axes.get(home.axis)) for home in homes),
+    ]
     facts.remarks["command-held"] += held(writes)
     facts.remarks["out-of-range"] += _out_of_range(view, reader, sent, writes)
     facts.not_seen += computed(writes)

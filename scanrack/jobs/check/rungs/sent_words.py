@@ -52,7 +52,7 @@ class SentWords:
         """Yield the commands that are sent."""
         for copy in self._copies:
             yield from _commands_of(copy)
-        copied = {(each.place, each.slot) for each in self._copies}
+        copied = {(copy_.place, copy_.slot) for copy_ in self._copies}
         for write in self._writes:
             for kind in kinds_of(write.commands) if (write.place, write.slot) not in copied else ():
                 yield _command(kind, write, f"output word 0, {kind}")

@@ -160,18 +160,18 @@ class Steps:
     @cached_property
     def _machines(self) -> dict[str, frozenset[float]]:
         """The numbers that hold a step, each with all its steps."""
-        found: dict[str, set[float]] = {}
+        numbers: dict[str, set[float]] = {}
         for point in self._points:
             goes = self._machine(point.target)
             for leaf in leaves(AllOf((point.own, point.condition)) if goes else point.own):
                 if isinstance(leaf, Compare) and leaf.relation in ("=", "<=", ">="):
                     machine = self._machine(self._places.get(base_of(leaf.name)))
                     if machine:
-                        found.setdefault(machine, set()).add(leaf.number)
+                        numbers.setdefault(machine, set()).add(leaf.number)
         for _, machine, step in self._assigned():
-            if machine in found:
-                found[machine].add(step)
-        return {machine: frozenset(steps) for machine, steps in found.items()}
+            if machine in numbers:
+                numbers[machine].add(step)
+        return {machine: frozenset(steps) for machine, steps in numbers.items()}
 
     def _machine(self, place: Place | None) -> str:
         """Return the key of a number that gets only constants; "" for any other."""

@@ -111,7 +111,9 @@ class Structure:
     def _recursion(self) -> None:
         recursive = self._lowered.recursive
         for routine in (self._lowered.routines[name] for name in sorted(recursive)):
-            calling = (line for line in routine.lines if any(each in recursive for each in _called_by(line)))
+            calling = (
+                line for line in routine.lines if any(callee in recursive for callee in _called_by(line))
+            )
             for line in islice(calling, 1):
                 text = f"routine {routine.name} calls itself, directly or through others"
                 self._facts.remark("recursion", self._view.place(line), text)

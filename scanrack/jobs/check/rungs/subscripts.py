@@ -26,10 +26,10 @@ def note_subscripts(
     for mention, index, size in _subscripts(point) if counted else ():
         key = point.routine.name, mention.text.partition("]")[0].upper()
         count, offset = _counted(index)
-        found = counted.get(count)
-        if found is None or key in seen:
+        range_ = counted.get(count)
+        if range_ is None or key in seen:
             continue
-        subscript = Range(found.least + offset, found.most + offset)
+        subscript = Range(range_.least + offset, range_.most + offset)
         above = subscript.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
         below = subscript.least < 0 and not _is_guarded(point, count, "<", -offset)
         if above or below:

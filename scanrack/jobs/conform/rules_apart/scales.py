@@ -89,7 +89,7 @@ class FittedScale:
 
 def either(scales: Sequence[FittedScale]) -> str:
     """Return a sentence about several scales that explain the same reads, joined by "or"."""
-    first, *others = (each.sentence.removesuffix(".") for each in scales)
+    first, *others = (scale.sentence.removesuffix(".") for scale in scales)
     return ", or i".join([first, *(sentence[1:] for sentence in others)]) + "."
 
 
@@ -105,7 +105,7 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     lesser = {
         kind for kind, explained in explains.items() if any(explained < other for other in explains.values())
     }
-    return [[each for each in scales if each.what not in lesser] for scales in scenes]
+    return [[kept_scale for kept_scale in scales if kept_scale.what not in lesser] for scales in scenes]
 
 
 def scaled(what: str, factor: int) -> Alteration:
@@ -145,14 +145,14 @@ class _Fit:
 
     def found(self) -> FittedScale | None:
         """Return the factor with its bounds; None if no factor explains every read."""
-        for each in COARSE:
-            self._at(each)
+        for candidate in COARSE:
+            self._at(candidate)
         while not any(fit.explains_all for fit in self._known.values()):
             between = self._between()
             if not between:
                 return None
-            for each in between:
-                self._at(each)
+            for candidate in between:
+                self._at(candidate)
         inside = next(factor for factor, fit in self._known.items() if fit.explains_all)
         low, high = self._bound(inside, -1), self._bound(inside, 1)
         return None if low is None or high is None else FittedScale(self._what, low / UNIT, high / UNIT)

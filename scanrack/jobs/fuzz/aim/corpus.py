@@ -136,10 +136,10 @@ class Corpus:
         """Return the corpus for a round: all seen features, the least varied entries, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
         chosen = [entry for entry in self.entries if id(entry) in turn]
-        for each in chosen:
-            if each.number < 0:
+        for chosen_entry in chosen:
+            if chosen_entry.number < 0:
                 self.numbers += 1
-                each.number = self.numbers
+                chosen_entry.number = self.numbers
         waiting: list[tuple[Hashable, Scenario]] = [(None, scenario) for _, scenario in self.waiting]
         self.waiting.clear()
         entries = [replace(entry, before=entry.chosen) for entry in chosen]

@@ -110,7 +110,7 @@ def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[st
         yield holder
         if depth < DEEP:
             shared = () if type(value) is dict else vars(type(value)).values()
-            waiting += [(depth + 1, each) for each in (*holder.values(), *shared)]
+            waiting += [(depth + 1, inner) for inner in (*holder.values(), *shared)]
 
 
 def _holder(value: object, module: str, *, is_logic: bool) -> Mapping[str, Any] | None:

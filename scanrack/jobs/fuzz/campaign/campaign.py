@@ -99,8 +99,8 @@ def campaign(
     running = _Tasks(work, executor, jobs, has_time, allowance)
     rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, again, suggest)
     try:
-        for given in rounds:
-            for report in running.reports(given, state.tasks):
+        for round_tasks in rounds:
+            for report in running.reports(round_tasks, state.tasks):
                 news(state.add(report))
             if not has_time():
                 return

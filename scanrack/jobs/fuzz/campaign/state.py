@@ -111,7 +111,9 @@ class State(RunTotals):
         fixed = []
         rules = profile_in(bench.spec.slot, None).rules
         before = {
-            key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
+            key: stored
+            for key, stored in sorted(self.found.items())
+            if stored.broken.invariant in bench.names
         }
         for key in before:
             del self.found[key]

@@ -107,7 +107,9 @@ def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_n
     presses: list[Press] = []
     pushes: list[ContactPress] = []
     forces = [(begin_ns[scan], force) for scan, force in run.orders if isinstance(force, Force)]
-    for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
+    for slot, word in (
+        (slot_spec, word) for slot_spec in spec.slot for word in range(len(slot_spec.words.inputs))
+    ):
         name = f"Local:{slot.number}:I.Data[{word}]"
         levels = [(at_ns, force.value) for at_ns, force in forces if force.tag == name]
         if levels:

@@ -264,8 +264,8 @@ class TagServices:
     ) -> None:
         self._services: list[TagService] = []
         with ExitStack() as opened:
-            for each in addresses:
-                self._services.append(TagService(job, each, say, writes=writes))
+            for address in addresses:
+                self._services.append(TagService(job, address, say, writes=writes))
                 opened.callback(self._services[-1].end)
             opened.pop_all()
         for service in self._services:
@@ -291,7 +291,7 @@ class TagServices:
 
     def end(self) -> bool:
         """End the servers; return False if every process of some server died before it served anything."""
-        served = [each.end() for each in self._services]
+        served = [service.end() for service in self._services]
         return all(served)
 
 

@@ -108,7 +108,7 @@ def _trusted(folder: Path) -> frozenset[bytes] | None:
 
     trusted: set[bytes] = set()
     try:
-        paths = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)
+        paths = sorted(file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES)
     except OSError as error:
         raise ValueError(f"{folder}: {error.strerror}") from error
     for path in paths:

@@ -77,7 +77,11 @@ class Looker:
 
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
-    writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
+    writers = [
+        candidate
+        for candidate in writers_of(chain.load.program, text)
+        if not _is_constant(candidate.value, present)
+    ]
     if not writers or depth > DEEPEST:
         return None
     parts = {
@@ -87,7 +91,7 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
         "scan": 0,
         "now_ns": chain.recording.times[0],
     }
-    sequence = next((each for each in writers if each.function in chain.names.sequences), None)
+    sequence = next((candidate for candidate in writers if candidate.function in chain.names.sequences), None)
     if sequence is not None:
         wait = chain.of_sequence(sequence.function, row)
         shown_text = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"

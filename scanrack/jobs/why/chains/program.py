@@ -66,7 +66,7 @@ class ProgramChain(PythonChain):
         link = PythonChain._of_rest(self, bits, name, row)
         if link is not None or bits.image == "in":
             return link
-        own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
+        own = [own_name for own_name, address in self.names.addresses.items() if address == str(bits.address)]
         return never(self, own[0], row, self.value(bits, row)) if own else None
 
     def _steps(self, sequence: str) -> list[Step]:
@@ -167,8 +167,8 @@ class ProgramChain(PythonChain):
         """Of the inputs read, yield the one that changed last."""
         links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
         known_links = [link for link in links if link is not None]
-        last = max((each.scan for each in known_links), default=None)
-        yield from (each for each in known_links if each.scan == last)
+        last = max((link.scan for link in known_links), default=None)
+        yield from (link for link in known_links if link.scan == last)
 
     # --- values
 
@@ -230,7 +230,7 @@ class ProgramChain(PythonChain):
     def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
         """Return the link of a wait's end in a scan, caused by what it waited for or by the previous wait."""
         ends = [row]  # the rows in which this wait ended, then the previous one, and so on
-        while not (causes := [(each,) for each in self._of_condition(steps[number], ends[-1])]) and number:
+        while not (causes := [(cause,) for cause in self._of_condition(steps[number], ends[-1])]) and number:
             ends.append(self._row(steps[number]))
             number -= 1
         while True:

@@ -97,7 +97,7 @@ def names_read(node: ast.AST) -> Iterator[str]:
     for part in ast.walk(node):
         if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
             text = ast.unparse(part)
-            if all(each.isidentifier() for each in text.split(".")):
+            if all(identifier.isidentifier() for identifier in text.split(".")):
                 seen.setdefault(text)
     yield from seen
 
