@@ -100,7 +100,7 @@ class CardBench:
 
     def _on(self, group: str, image: Image) -> list[str]:
         places = self.words.groups.get(group, {})
-        return [name for name, at in places.items() if image.bit(at.word, at.bit)]
+        return [name for name, place in places.items() if image.bit(place.word, place.bit)]
 
     def _reply(self) -> dict[str, Any]:
         events = [event.text for event in self.module.events]
