@@ -163,8 +163,8 @@ class Browsing:
         """Return the next references, and a continuation point if there are more.
 
         Args:
-            most: references; 0 = all.
-            before: points of earlier requests, which may be released.
+            most: maximum number of references; 0 for no limit.
+            before: continuation points of earlier requests, which may be released.
         """
         found = [] if first is None else [first]
         found += islice(rest, most - len(found)) if most else rest
