@@ -134,7 +134,7 @@ class InputReplay:
         if self._events != len(events):  # a recording may grow
             self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
         self.expect(self.orders.given, {slot: link_changes(events, slot) for slot in self._modules})
-        self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
+        self._by_watchdog = any(event.fields.get("cause") == Cause.WATCHDOG.value for event in events)
 
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
         """Take the orders and, by slot, the changes of links that are still to come.
