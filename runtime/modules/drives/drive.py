@@ -277,7 +277,7 @@ class DriveUnit(SteppedModule):
 
     def _tick(self, at_ns: int) -> None:
         self.layer.tick(at_ns, self.words, self._levels(at_ns))
-        if self._hot and self.layer.enabled:  # this tick may have enabled the driver: the fault begins again
+        if self._hot and self.layer.enabled:  # the tick may have enabled the driver: the fault begins then
             self.layer.overheat(at_ns, True)
         self._plan(at_ns)
 
