@@ -136,9 +136,9 @@ class _L5xOutline:
 
     def _item(self, element: Any) -> Item:
         noun = KINDS[element.tag]
-        named = noun not in ("export", "controller")  # a file has only one of each
-        item = Item(noun, element.get("Name", "") if named else "", self._line(element))
-        skipped = {"Name"} if named else set()
+        is_named = noun not in ("export", "controller")  # a file has only one of each
+        item = Item(noun, element.get("Name", "") if is_named else "", self._line(element))
+        skipped = {"Name"} if is_named else set()
         for name, text in element.attrib.items():
             if name not in skipped:
                 _add(item, name, name, text)
@@ -195,13 +195,10 @@ class _L5xOutline:
 
     def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
         """Add a member of a data type: its type and its other attributes."""
-        attributes = dict(element.attrib)
-        label = f"member {attributes.pop('Name', '')}"
-        kind, dims = (
-            attributes.pop("DataType", ""),
-            attributes.pop("Dimension", attributes.pop("Dimensions", "0")),
-        )
-        settings = ", ".join(f"{name} {text}" for name, text in attributes.items())
+        fields = dict(element.attrib)
+        label = f"member {fields.pop('Name', '')}"
+        kind, dims = fields.pop("DataType", ""), fields.pop("Dimension", fields.pop("Dimensions", "0"))
+        settings = ", ".join(f"{name} {text}" for name, text in fields.items())
         item.fields.append(
             (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{settings and f' ({settings})'}")
         )

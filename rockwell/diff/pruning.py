@@ -60,18 +60,18 @@ class _Element(NamedTuple):
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     """Return two documents without the elements that both have; unchanged if either has comments."""
-    whole = PrunedDocument(old, []), PrunedDocument(new, [])
+    documents = PrunedDocument(old, []), PrunedDocument(new, [])
     old_cutting, new_cutting = _Cutting(old), _Cutting(new)
     for _ in range(_LEVELS):
         old_elements, new_elements = old_cutting.elements(), new_cutting.elements()
         if old_elements is None or new_elements is None:
-            return whole
+            return documents
         common = {element.content for element in old_elements} & {element.content for element in new_elements}
         old_cutting.cut_out(old_elements, common)
         new_cutting.cut_out(new_elements, common)
     joints = _joints(old, old_cutting.cut) & _joints(new, new_cutting.cut)
     before, after = _without(old, old_cutting.cut, joints), _without(new, new_cutting.cut, joints)
-    return whole if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
+    return documents if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
 
 
 class _Cutting:

@@ -60,9 +60,9 @@ class _SpecsOf(Mapping[str, Spec]):
         self._calls = {name.upper(): name for name in _CALLED.findall(text)}
 
     def __getitem__(self, name: str) -> Spec:
-        known = BY_NAME.get(name)
-        if known is not None:
-            return known
+        spec = BY_NAME.get(name)
+        if spec is not None:
+            return spec
         called = self._calls[name]
         return Spec(called, InstructionKind.OUTPUT, (Use.ANYTHING,), run=lambda *_given: None)
 
@@ -109,9 +109,9 @@ def _svg(rung: Rung, edited: set[int]) -> str:
 
 def _shapes(drawn: Picture, edited: set[int]) -> Iterator[str]:
     for mark in drawn.marks:
-        own = isinstance(mark, Symbol | Box) and mark.element in edited
+        is_edited = isinstance(mark, Symbol | Box) and mark.element in edited
         for shape in shapes_of(mark):
-            is_edit = own and shape.kind != "wire"
+            is_edit = is_edited and shape.kind != "wire"
             yield _PEN.draw(shape.form, f"{shape.kind} edit" if is_edit else shape.kind)
     yield from (_PEN.letters(Letters(x, y, "»"), "caption") for x, y in drawn.continued)
 

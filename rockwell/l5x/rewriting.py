@@ -38,9 +38,9 @@ def rewritten_l5x(
         by_routine.setdefault(edit.routine, []).append(edit)
     splices: list[Splice] = []
     changes: list[FileChange] = []
-    for name, own in by_routine.items():
+    for name, routine_edits in by_routine.items():
         routine = _EditedRoutine(text, file, name)
-        splices += routine.edited(own)
+        splices += routine.edited(routine_edits)
         changes += routine.changes
     for program in dict.fromkeys(tag.program for tag in tags):
         new = [tag for tag in tags if tag.program == program]
@@ -81,8 +81,8 @@ class _EditedRoutine:
             raise LadderError(f"{self._where}: routine {name} has no rungs")
         self._rungs = [] if self._content is None else self._content.children
         if any(rung.attributes.get("Type", NORMAL).upper() != NORMAL for rung in self._rungs):
-            says = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
-            raise LadderError(f"{self._where}: {says}")
+            reason = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
+            raise LadderError(f"{self._where}: {reason}")
         self.changes: list[FileChange] = []
 
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:

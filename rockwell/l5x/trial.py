@@ -132,7 +132,9 @@ def _without(parts: Parts, owner: str, routine: str) -> Parts:
     if part is not None and routine.upper() in part.routines:
         part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
     elif definition is not None:
-        other_routines = (member for member in definition.routines if member.name.upper() != routine.upper())
+        other_routines = (
+            candidate for candidate in definition.routines if candidate.name.upper() != routine.upper()
+        )
         parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *other_routines))
     return parts
 

@@ -123,9 +123,9 @@ def rewritten_slc(
         changes.append((line_index, line_index, added))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
-    written = "".join(lines).encode(encoding, errors="surrogateescape")
+    encoded = "".join(lines).encode(encoding, errors="surrogateescape")
     lead = BOM_UTF8 * data.startswith(BOM_UTF8)
-    return Rewritten(lead + written, tuple(changes_of(edits, tags)))
+    return Rewritten(lead + encoded, tuple(changes_of(edits, tags)))
 
 
 def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRecord:
@@ -148,8 +148,8 @@ def _replaced(
     if not rung:
         yield place.begin, place.end, ""
     elif not keeps:
-        whole = "".join(lines[place.first : place.last])
-        yield place.first, place.last, _with_rung(whole, rung[0])
+        rung_lines = "".join(lines[place.first : place.last])
+        yield place.first, place.last, _with_rung(rung_lines, rung[0])
 
 
 def _with_rung(lines: str, rung: str) -> str:
@@ -174,18 +174,18 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
     """
     lines = list(lines_of(text))
     ends = {line.number: after.number for line, after in pairwise(lines)}
-    known = {line.number: line for line in lines}
+    known_lines = {line.number: line for line in lines}
     last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
         """Return the first line from one on that is not empty."""
-        while (line := known.get(number)) is not None and not (line.words or line.comments):
+        while (line := known_lines.get(number)) is not None and not (line.words or line.comments):
             number = ends.get(number, last)
         return number
 
     def after_comments(number: int, *, described: bool) -> int:
         """Return the line after the comments from a line on: those that describe the rung above, or not."""
-        while (line := known.get(skip_blank(number))) is not None and not line.words:
+        while (line := known_lines.get(skip_blank(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break
             number = ends.get(line.number, last)

@@ -305,13 +305,13 @@ class Looker:
 
     def _power(self, keys: Sequence[LineKey], *, changes: bool) -> Callable[[int], str | None]:
         true, before = self._values.true, dict.fromkeys(keys, None)
-        known: dict[LineKey, bool | None] = {**before}
+        last_power: dict[LineKey, bool | None] = {**before}
 
         def met(_scan: int) -> str | None:
             text = None
             for key in keys:
-                was, now = known[key], true(key)
-                known[key] = now
+                was, now = last_power[key], true(key)
+                last_power[key] = now
                 if was is not None and now != was and (now or changes):
                     text = f"the rung becomes {'true' if now else 'false'}"
             return text
@@ -326,14 +326,14 @@ class Looker:
             read = self._compiled(name)
         except ExpressionError:  # an array or a structure
             read = lambda: tags[name]  # noqa: E731
-        known: list[Any] = []
+        last_values: list[Any] = []
 
         def met(_scan: int) -> str | None:
             value = read()
-            if not known:
-                known.append(value)
+            if not last_values:
+                last_values.append(value)
                 return None
-            before, known[0] = known[0], value
+            before, last_values[0] = last_values[0], value
             return None if _same(before, value) else f"{name} was {shown(before)} and is {shown(value)}"
 
         return met
@@ -341,11 +341,11 @@ class Looker:
     def _expression(self, text: str) -> Callable[[int], str | None]:
         if tag := tag_that_changes(text):
             return self._tag(tag)
-        read, known = self._compiled(text), [True]
+        read, last_result = self._compiled(text), [True]
 
         def met(_scan: int) -> str | None:
-            before, known[0] = known[0], bool(read())
-            return f"{text} holds" if known[0] and not before else None
+            before, last_result[0] = last_result[0], bool(read())
+            return f"{text} holds" if last_result[0] and not before else None
 
         return met
 
@@ -359,8 +359,8 @@ class Looker:
         def met(scan: int) -> str | None:
             texts = [
                 str(fields.get("text", ""))
-                for where, fields in self._events(scan)
-                if where == topic and fields.get("kind") == kind
+                for event_topic, fields in self._events(scan)
+                if event_topic == topic and fields.get("kind") == kind
             ]
             return "; ".join(texts) if texts else None
 
@@ -370,13 +370,13 @@ class Looker:
         words: dict[tuple[int, int], list[ErrorBit]] = {}
         for _row, bit in error_bits(self._around.words):
             words.setdefault((bit.slot, bit.place.word), []).append(bit)
-        known = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
+        last_words = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
 
         def met(_scan: int) -> str | None:
             names = []
             for (slot, number), bits in words.items():
                 word = self._status(slot, number)
-                news, known[slot, number] = word & ~known[slot, number], word
+                news, last_words[slot, number] = word & ~last_words[slot, number], word
                 names += [
                     f"slot {slot}: {named_bit.name}" for named_bit in bits if news >> named_bit.place.bit & 1
                 ]

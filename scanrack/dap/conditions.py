@@ -74,9 +74,9 @@ class EngineValues:
 
     def source(self, name: str) -> str:
         """See `Values`."""
-        where = self.tags.where(name)
-        if isinstance(where, Place) and not where.can_fault:
-            return source_of(self.engine.lowered.layout, where)
+        place = self.tags.where(name)
+        if isinstance(place, Place) and not place.can_fault:
+            return source_of(self.engine.lowered.layout, place)
         if isinstance(self.tags[name], str):
             return f"__tags[{name!r}]"
         raise ExpressionError(f"{name} is not a single value: compare one of its members or elements")
@@ -227,10 +227,11 @@ class _Writer(Transformer[Token, str]):
         raise ExpressionError("'for' needs several scans: ask scanrack query")
 
     def edge(self, name: Token, part: str) -> str:
-        own = f"edge{len(self.own)}"
-        self.own[f"__{own}"] = _Edge(name)
-        self.first.append(f"{own} = __{own}({part})")  # in every scan, even if it can't affect the result
-        return own
+        edge_name = f"edge{len(self.own)}"
+        self.own[f"__{edge_name}"] = _Edge(name)
+        # in every scan, even if it can't affect the result
+        self.first.append(f"{edge_name} = __{edge_name}({part})")
+        return edge_name
 
     def compare(self, left: str, sign: Token, right: str) -> str:
         for side in (left, right):

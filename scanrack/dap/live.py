@@ -281,8 +281,8 @@ class ScanDriver(QuietListener, Driver):
         return [] if self._looker is None else self._looker.stops(scan, self._say)
 
     def _say(self, one: Breakpoint, text: str) -> None:
-        where = {"source": {"path": one.path}, "line": one.line} if one.line else {}
-        self._adapter.output(f"{text}\n", more=where)
+        source = {"source": {"path": one.path}, "line": one.line} if one.line else {}
+        self._adapter.output(f"{text}\n", more=source)
 
     def follow_edit(self) -> None:
         """Continue with an edited program, if there is one."""
@@ -393,10 +393,12 @@ class Live(ScanDriver):
         spelled, places = self.subject.spelled, self.subject.places(0)
         others, names = foreign(shared, self._requested, spelled)
         for name in names.keys() - set(shared):
-            gone = names[name]
+            removed = names[name]
             for kind in adapter.breakpoints.values():
-                kind[:] = [point for point in kind if point is not gone]
-            adapter.event("breakpoint", reason="removed", breakpoint={"id": gone.number, "verified": False})
+                kind[:] = [point for point in kind if point is not removed]
+            adapter.event(
+                "breakpoint", reason="removed", breakpoint={"id": removed.number, "verified": False}
+            )
         for name in others:
             adapter.numbers += 1
             made = of_page(name, adapter.numbers, places)
@@ -493,8 +495,8 @@ class Live(ScanDriver):
 
     def _tell_edit(self, result: Mapping[str, object]) -> None:
         refused = result.get("refused")
-        says = EDITS[str(result["stage"])] if refused is None else refused
-        self._adapter.output(f"{says}\n", "console" if refused is None else "stderr")
+        text = EDITS[str(result["stage"])] if refused is None else refused
+        self._adapter.output(f"{text}\n", "console" if refused is None else "stderr")
 
     @override
     def branch(self, scan: int) -> None:

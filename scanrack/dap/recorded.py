@@ -45,11 +45,11 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         ValueError: the recording can't be used, or has no such scan.
     """
     with ExitStack() as stack:
-        begun: list[Play] = []
+        branches: list[Play] = []
 
         def prepare(*words: Any, **more: Any) -> None:
-            begun[:] = [_branch_of(adapter, monitor, path, stack)]
-            begun[0].prepare_branch(*words, **more)
+            branches[:] = [_branch_of(adapter, monitor, path, stack)]
+            branches[0].prepare_branch(*words, **more)
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.processes.close)
@@ -60,9 +60,9 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
         _serve(adapter, monitor, driver)
-        if begun and driver.branched and not adapter.over:
+        if branches and driver.branched and not adapter.over:
             assert monitor.job is not None
-            begun[0].go_on(monitor.job)
+            branches[0].go_on(monitor.job)
 
 
 def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:

@@ -286,19 +286,19 @@ class Play:
         options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if options.arguments.record is None else str(prepared.trace)
-        looking, live = options.read_only, options.arguments.live
-        about = SessionFacts(
+        looking, is_live = options.read_only, options.arguments.live
+        facts = SessionFacts(
             distribution_version("scanrack"),
             job.spec.name,
             options.arguments.rack,
             "rack",
             looking,
-            live,
+            is_live,
             record,
-            branches=not looking and not live,
+            branches=not looking and not is_live,
         )
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
-        setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
+        setup = Setup(ring.shape, facts, key, HOST, port, machines, str(prepared.trace), programs)
         if not options.page:
             self._supervisor, self._inbox = NoMonitor(), NoInbox()
             return

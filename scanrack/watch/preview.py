@@ -89,8 +89,8 @@ def _refusals(error: EditRefusal, program: Path) -> list[Json]:
 
 
 def _mistake(text: str, site: Site, program: Path) -> Json:
-    own = Path(site.file).name in ("", program.name)
-    return {"text": text, "file": program.name, "line": site.line if own else None}
+    is_own_file = Path(site.file).name in ("", program.name)
+    return {"text": text, "file": program.name, "line": site.line if is_own_file else None}
 
 
 def findings_of(job: LoadedRack) -> list[Json]:

@@ -68,8 +68,8 @@ class TypedText:
         shown = partial(preview_of, program, (self._programs.running_text, text))
         try:
             job = self._programs.usable(load(), restart)
-            running, known = self._programs.known()
-            findings = new_findings(findings_of(job), known)
+            running, known_findings = self._programs.known()
+            findings = new_findings(findings_of(job), known_findings)
             changes = effects_between(running, job) if effects else ()
         except (ValueError, OSError) as error:
             refused = mistakes_of(error, program)

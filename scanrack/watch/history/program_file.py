@@ -84,8 +84,8 @@ def save(file: Path, data: bytes) -> Path:
 
 def write(file: Path, data: bytes) -> None:
     """Replace a program's file; raise OSError if it can't be written and is unchanged."""
-    with new_file(file.resolve(), PROGRAM, "wb") as out:
-        out.write(data)
+    with new_file(file.resolve(), PROGRAM, "wb") as output:
+        output.write(data)
 
 
 def _kept(file: Path) -> Path:

@@ -78,8 +78,12 @@ class PythonNotes:
             self._find()
         self._looks += 1
         values = {name: self._value(code) for name, code in self._codes.items()}
-        known = self._known
-        new = {name: value for name, value in values.items() if name not in known or value != known[name]}
+        known_values = self._known
+        new = {
+            name: value
+            for name, value in values.items()
+            if name not in known_values or value != known_values[name]
+        }
         self._known = values
         if new:
             self._tell({"values": {"scan": scan, "values": new}})

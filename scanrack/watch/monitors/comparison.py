@@ -162,10 +162,10 @@ class Comparison:
     def _common(self) -> tuple[int, int]:
         """Return the first and last scan that both recordings may have; 0 and -1 if there are none."""
         extents = [monitor.subject.timeline.extent for monitor in (self._own, self.other)]
-        known = [extent for extent in extents if extent is not None]
-        if len(known) < len(extents):
+        known_extents = [extent for extent in extents if extent is not None]
+        if len(known_extents) < len(extents):
             return 0, -1
-        return max(extent[0] for extent in known), min(extent[1] for extent in known)
+        return max(extent[0] for extent in known_extents), min(extent[1] for extent in known_extents)
 
     def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Return the scans of a stretch that both have, with a row of flags for each: which words differ."""
@@ -173,14 +173,14 @@ class Comparison:
         own_rows, other_rows = (
             monitor.subject.timeline.between(first, last) for monitor in (self._own, self.other)
         )
-        scans, own_places, other_places = np.intersect1d(
+        scans, own_indices, other_indices = np.intersect1d(
             own_rows["scan"], other_rows["scan"], return_indices=True
         )
         pair = [
-            rows["words"][places][:, self._columns(monitor)]
-            for rows, places, monitor in (
-                (own_rows, own_places, self._own),
-                (other_rows, other_places, self.other),
+            rows["words"][indices][:, self._columns(monitor)]
+            for rows, indices, monitor in (
+                (own_rows, own_indices, self._own),
+                (other_rows, other_indices, self.other),
             )
         ]
         return scans.astype(np.int64), pair[0] != pair[1]
@@ -190,12 +190,12 @@ class Comparison:
         own_places, other_places = (side.subject.spec.layout.places for side in (self._own, self.other))
         slots = [
             slot
-            for slot, own in own_places.items()
-            if slot in other_places and _sizes(own) == _sizes(other_places[slot])
+            for slot, own_place in own_places.items()
+            if slot in other_places and _sizes(own_place) == _sizes(other_places[slot])
         ]
         every = np.arange(monitor.subject.spec.layout.words)
-        own = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
-        return np.concatenate([*own, np.zeros(0, int)])
+        word_columns = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
+        return np.concatenate([*word_columns, np.zeros(0, int)])
 
 
 COLUMNS = 88

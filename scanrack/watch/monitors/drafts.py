@@ -74,8 +74,8 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
     }
     if checked.rung is None:
         return reported
-    live = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
-    return {**reported, "svg": live.svg, "gaps": live.gaps}
+    drawn = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
+    return {**reported, "svg": drawn.svg, "gaps": drawn.gaps}
 
 
 def _row_of(mistake: Mistake) -> Json:

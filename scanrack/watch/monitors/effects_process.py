@@ -50,8 +50,8 @@ def answer(given: ReplayPackage) -> dict[str, Any]:
     groups: dict[str, dict[str, Any]] = {}
     for difference in sorted(differences(given, old, new), key=lambda each: (not each.output, each.scan)):
         name = tag_in(difference.path)
-        begun = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
-        group = groups.setdefault(name, begun)
+        new_group = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
+        group = groups.setdefault(name, new_group)
         member = difference.path[len(name) :].lstrip(".")
         group["members"] += [member] if member and len(group["members"]) < MOST_MEMBERS else []
     listed = list(groups.values())

@@ -113,10 +113,10 @@ class Marks:
         groups: dict[int, list[Any]] = {}
         for mark in marks:
             place = (mark.scan - first) * SHOWN_MOST // (last - first + 1)
-            held = groups.setdefault(place, [mark.scan, mark.kind, 0])
-            held[2] += 1
-            if KINDS.index(mark.kind) < KINDS.index(held[1]):
-                held[:2] = mark.scan, mark.kind
+            group = groups.setdefault(place, [mark.scan, mark.kind, 0])
+            group[2] += 1
+            if KINDS.index(mark.kind) < KINDS.index(group[1]):
+                group[:2] = mark.scan, mark.kind
         return list(groups.values())
 
     # --- where they come from
@@ -126,9 +126,9 @@ class Marks:
         if self._known[0] != version:
             reported: dict[tuple[int, str], list[int]] = {}
             marks = list(self._of_events(reported))
-            own = [mark for mark in self._of_rows if not _has_rule_mark(mark, reported)]
-            self.unexplained = [mark for mark in own if mark.kind == "error"]
-            marks += own
+            row_marks = [mark for mark in self._of_rows if not _has_rule_mark(mark, reported)]
+            self.unexplained = [mark for mark in row_marks if mark.kind == "error"]
+            marks += row_marks
             marks.sort(key=attrgetter("scan"))
             self._known = version, marks, [mark.scan for mark in marks]
         return self._known[1:]

@@ -157,9 +157,13 @@ def changed(frame: Json, last: Json) -> Json:
     changes: Json = {}
     for key, value in frame.items():
         if key in DEEP:
-            known = last.setdefault(key, {})
-            new = {name: entry for name, entry in value.items() if name not in known or known[name] != entry}
-            known.update(new)
+            last_value = last.setdefault(key, {})
+            new = {
+                name: entry
+                for name, entry in value.items()
+                if name not in last_value or last_value[name] != entry
+            }
+            last_value.update(new)
             if new:
                 changes[key] = new
         elif key not in last or last[key] != value:

@@ -176,15 +176,15 @@ class SessionMonitor(Monitor):
             show_panel(self)
 
     def _take_rows(self) -> Rows:
-        taken = self._ring.take(self._rows_at)
-        self._rows_at = taken.end
-        self._missed += max(0, taken.lost) if self.latest is not None else 0
-        self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
-        self.subject.recent.add(taken.rows)
-        if len(taken.rows):
-            self.latest = taken.rows[-1]
+        batch = self._ring.take(self._rows_at)
+        self._rows_at = batch.end
+        self._missed += max(0, batch.lost) if self.latest is not None else 0
+        self._late += late_scans(batch.rows, ScanFlag.OVERRUN)
+        self.subject.recent.add(batch.rows)
+        if len(batch.rows):
+            self.latest = batch.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
-        return taken.rows
+        return batch.rows
 
     def _name_errors(self, rows: Rows) -> None:
         """Report an error bit to the pages that show the latest scan; pages that request it stop there."""
@@ -193,7 +193,7 @@ class SessionMonitor(Monitor):
             return
         row, bit = rows[first_error[0]], first_error[1]
         scan = int(row["scan"])
-        rule = next((event for event in self.log.rules_at(scan) if _is_of(event, bit)), None)
+        rule = next((known_rule for known_rule in self.log.rules_at(scan) if _is_of(known_rule, bit)), None)
         reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
         reported |= {"tag": bit.address, "text": "", "rule": ""}
         if rule is not None:
@@ -345,9 +345,9 @@ class SessionMonitor(Monitor):
     @override
     def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
         if message.get("do") not in GIVEN:
-            known = ", ".join((*GIVEN, *QUESTIONS))
+            commands = ", ".join((*GIVEN, *QUESTIONS))
             raise ValueError(
-                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {known}"
+                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {commands}"
             )
         order = action_of({key: value for key, value in message.items() if key != "id"}, GIVEN)
         if self.about.read_only:

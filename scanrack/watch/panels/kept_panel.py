@@ -126,11 +126,11 @@ class KeptPanel:
 
 def drafted(items: object, bindings: Bindings) -> Json:
     """Return the bindings of the items that a page edits, with the mistake in each, "" for none."""
-    wrong = refusals(items)
+    mistakes = refusals(items)
     assert isinstance(items, list)
     empty = {"read": "", "type": ""}
     bound = [
-        empty | {"broken": wrong[place]} if place in wrong else bindings.of(item)
+        empty | {"broken": mistakes[place]} if place in mistakes else bindings.of(item)
         for place, item in enumerate(items)
     ]
     return {"bound": bound}

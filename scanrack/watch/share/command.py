@@ -92,8 +92,8 @@ def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
         failed, failure = None, wish.failure
         if failure is not None:
             earlier = failure.passed
-            passed = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
-            failed = partial(failure.described, requested, passed)
+            passed_monitor = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
+            failed = partial(failure.described, requested, passed_monitor)
         data = collect(monitor, requested, wish.tags, wish.others, failed)
     return data, page_of(data, trace.read_bytes() if wish.recording else None)
 
