@@ -260,15 +260,15 @@ class Rewriter:
 
     def _index(self, span: Span) -> None:
         """Add a record outside of chunks to the summary; raise a TraceError if it is damaged."""
-        file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
+        file, record_place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
             self._take(read_record(file, span, Schema.read))
         elif span.opcode == Opcode.CHANNEL:
             self._take(read_record(file, span, Channel.read))
         elif span.opcode == Opcode.METADATA:
-            self._summary.metadata(*place, read_record(file, span, Metadata.read))
+            self._summary.metadata(*record_place, read_record(file, span, Metadata.read))
         elif span.opcode == Opcode.ATTACHMENT:
-            self._summary.attachment(*place, read_attachment(file, span))
+            self._summary.attachment(*record_place, read_attachment(file, span))
 
     def _section(self, section: Section) -> None:
         parts = self._trace.parts(section)

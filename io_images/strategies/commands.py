@@ -107,11 +107,11 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
     """Return a strategy of all legal commands of a firmware version."""
     minimum = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
-    newer: list[st.SearchStrategy[Command]] = []
+    newer_commands: list[st.SearchStrategy[Command]] = []
     if firmware.registration:
-        newer += [registration_moves(starting_speed), minimum]
+        newer_commands += [registration_moves(starting_speed), minimum]
     if firmware.follower:
-        newer.append(followers())
+        newer_commands.append(followers())
     return st.one_of(
         st.just(Idle()),
         moves(starting_speed),
@@ -124,5 +124,5 @@ def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchSt
         presets(),
         st.builds(RunBlend, directions),
         moves(starting_speed, encoder=True),
-        *newer,
+        *newer_commands,
     )

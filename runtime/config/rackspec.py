@@ -234,8 +234,8 @@ class SlotSpec(Table):
         own_modules = _of_file(info)
         self._record = own_modules[self.module] if self.module in own_modules else MODULES[self.module]
         self.make(seed=0)
-        needed = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
-        if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
+        needs_firmware = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
+        if needs_firmware and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
             text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
             raise SettingError("firmware", f"firmware {self.firmware}: {text}")
         if self.is_live:
@@ -522,8 +522,8 @@ class RackSpec(Table):
             return  # a bit may be named in a file that is not executed
         for index, force in enumerate(self.force):
             path: KeyPath = ("force", index)
-            place = _at((*path, "address"), force.address, parse_address, force.address, words)
-            _at((*path, "value"), force.value, check_value, force.address, place, force.value)
+            word_place = _at((*path, "address"), force.address, parse_address, force.address, words)
+            _at((*path, "value"), force.value, check_value, force.address, word_place, force.value)
 
     def _check_incidents(self) -> None:
         numbers = [slot.number for slot in self.slot]

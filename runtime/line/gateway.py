@@ -125,11 +125,11 @@ class Gateway(Generic[Asker]):
             self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
         if self._quiet_ns is not None and now_ns >= self._quiet_ns:
             self._quiet_ns = None
-            heard, request = bytes(self._heard), self._sent
+            reply, request = bytes(self._heard), self._sent
             self._heard.clear()
-            if self._is_reply(heard, request):
+            if self._is_reply(reply, request):
                 self._sent = None
-                return [(request.asker, heard[1:-2])]
+                return [(request.asker, reply[1:-2])]
         return self._given_up(now_ns)
 
     def _is_reply(self, heard: bytes, sent: GatewayRequest[Asker]) -> bool:

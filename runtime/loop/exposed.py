@@ -84,7 +84,12 @@ class ExposedModule(Module):
             self._check(fault)
         self._tears = [fault for fault in ordered if fault.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
-            (act for fault in ordered if fault.what is not FaultKind.TORN_UPDATE for act in _acts(fault)),
+            (
+                fault_acts
+                for fault in ordered
+                if fault.what is not FaultKind.TORN_UPDATE
+                for fault_acts in _acts(fault)
+            ),
             key=lambda act: act[0],
         )
         self._faults: set[FaultKind] = set()
@@ -187,8 +192,8 @@ class ExposedModule(Module):
                 self._torn[index] = self._before[index]
             self._late_ns = self._now_ns + (tear.for_ns or RPI_NS)
             fields: dict[str, JsonValue] = {"late_words": list(tear.late_words)}
-            late = ", ".join(map(str, tear.late_words))
-            text = f"Output words {late} come one update late."
+            late_words = ", ".join(map(str, tear.late_words))
+            text = f"Output words {late_words} come one update late."
             self.events.append(Event(self._now_ns, "stimulus", tear.what.value, text, fields))
         self._before.load(outputs)
 

@@ -114,9 +114,9 @@ class DataFile:
         put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
         for here, offset, length in runs:
             for number in range(length):
-                place = offset - first + number
+                index = offset - first + number
                 allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
-                put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
+                put[index], keep[index] = data[here + number] & allowed, ~allowed & 0xFF
         kept_bits = bytes(keep) if any(keep) else b""
         snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept_bits))
 

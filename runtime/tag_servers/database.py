@@ -230,10 +230,10 @@ class _Walk:
 
     def target(self) -> Target:
         while True:
-            count, single = self._subscripts()
+            count, is_single = self._subscripts()
             if not self._steps:
                 return Target(self._symbol, self._kind, self._offset, count, self._bit, self._name)
-            if not single:
+            if not is_single:
                 raise CipRefusedError(BAD_SEGMENT)
             step = self._steps.pop(0)
             if not isinstance(step, str):

@@ -132,9 +132,9 @@ def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapsh
     if not target.kind.bits or size > target.kind.size:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
     ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
-    keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
-    on = bytes(on & leave for on, leave in zip(ors, ands, strict=True))
-    snapshot.write(WriteBytes(target.symbol.index, target.offset, on, keep))
+    keep = bytes(leave & ~on_byte & 0xFF for on_byte, leave in zip(ors, ands, strict=True))
+    on_bytes = bytes(or_byte & leave for or_byte, leave in zip(ors, ands, strict=True))
+    snapshot.write(WriteBytes(target.symbol.index, target.offset, on_bytes, keep))
     return DONE, b""
 
 

@@ -193,6 +193,6 @@ def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> No
     if ends[0] == len(a):
         a.row, b.row = ends
         return
-    early = int(a.keys[ends[0]]) - tolerance_ns
+    early_key = int(a.keys[ends[0]]) - tolerance_ns
     for stream, end in ((a, ends[0]), (b, ends[1])):
-        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early))))
+        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early_key))))

@@ -94,8 +94,8 @@ def compare(
         tags=tags,
         formats=NumberFormats.of(one),
     )
-    exact = tolerance.exact and clock == SAME_CLOCK
-    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
+    is_exact = tolerance.exact and clock == SAME_CLOCK
+    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=is_exact))
     first = comparison.first
     if first is not None:
         slots = {detail.slot for detail in first.details}
@@ -196,19 +196,19 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     Args:
         exact: whether the scans of waits are compared, too.
     """
-    waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
+    waiting_steps: dict[str, tuple[deque[Step], deque[Step]]] = {}
     differ: dict[str, tuple[Step, Step]] = {}
     for steps in zip_longest(_steps(one), _steps(other)):
         for side, step in enumerate(steps):
             if step is None or step.sequence in differ:
                 continue
-            queues = waiting.setdefault(step.sequence, (deque(), deque()))
+            queues = waiting_steps.setdefault(step.sequence, (deque(), deque()))
             queues[side].append(step)
             if all(queues):
                 step_a, step_b = (queue.popleft() for queue in queues)
                 if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
                     differ[step.sequence] = step_a, step_b
-    for name, queues in waiting.items():
+    for name, queues in waiting_steps.items():
         first, second = differ.get(name) or map(_next_in, queues)
         if first is not None or second is not None:
             yield name, _wait(first), _wait(second)

@@ -72,8 +72,8 @@ class _Reading:
         values = {name: signal.read(block) for name, signal in signals.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
         rows_before, begins = self.stretches[0].rows, []
-        for stretches, holds in zip(self.stretches, self._question.conditions, strict=True):
-            begins.append(stretches.add(holds(scans)))
+        for stretches, condition in zip(self.stretches, self._question.conditions, strict=True):
+            begins.append(stretches.add(condition(scans)))
         self.rows.add(scans.scan, scans.time_ns)
         if self._shown and len(begins[0]):
             self._begins.append(begins[0] + rows_before)
@@ -94,8 +94,8 @@ class _Reading:
 def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
     if not len(occurrences):
         return slice(0)
-    place = int(pick(lengths(occurrences, rows)))
-    return slice(place, place + 1)
+    index = int(pick(lengths(occurrences, rows)))
+    return slice(index, index + 1)
 
 
 _PICKS: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {

@@ -88,7 +88,7 @@ class ChangeRows:
         self._tag_row = b""
         layout = block_layout(slots)
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
-        reporting = (_reporting(slot, place.inputs.start) for slot, place in self._slots)
+        reporting = (_reporting(slot, slot_place.inputs.start) for slot, slot_place in self._slots)
         self._reporting = [report for report in reporting if report is not None]
         self._flag_names = flag_names
         self._every = every
@@ -130,14 +130,14 @@ class ChangeRows:
         kept_places, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
         befores = as_scans(scans[np.maximum(kept_places - 1, 0)])
         start = 0
-        for place, scan_before, scan in zip(
+        for row_index, scan_before, scan in zip(
             kept_places.tolist(), befores, as_scans(scans[kept_places]), strict=True
         ):
-            self._fold_all(folded, moved, slice(start, place))
-            if place:
+            self._fold_all(folded, moved, slice(start, row_index))
+            if row_index:
                 self.skip(scan_before)
             yield from self.rows(scan)
-            start = place
+            start = row_index
         self._fold_all(folded, moved, slice(start, len(scans)))
         self.skip(next(as_scans(scans[-1:])))
 
@@ -218,11 +218,11 @@ class ChangeRows:
 
     def _found(self, scan: Scan) -> Iterator[Row]:
         if scan.flags != self._flags:
-            old: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
-            text = risen_and_fallen(old, self._flag_names(scan.flags))
+            old_names: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
+            text = risen_and_fallen(old_names, self._flag_names(scan.flags))
             yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
-        for slot, place in self._slots:
-            for direction, image in (("in", place.inputs), ("out", place.outputs)):
+        for slot, slot_places in self._slots:
+            for direction, image in (("in", slot_places.inputs), ("out", slot_places.outputs)):
                 if scan.memory[image] != self._memory[image]:
                     yield self._row(scan, slot, direction, image)
 

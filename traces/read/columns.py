@@ -73,7 +73,7 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
     table = {
         "names": list(fields),
         "formats": list(fields.values()),
-        "offsets": [place.whole.start for place in layout.places.values()],
+        "offsets": [slot_places.whole.start for slot_places in layout.places.values()],
         "itemsize": layout.size,
     }
     return words.view(np.dtype(table))[:, 0]  # type: ignore[call-overload]

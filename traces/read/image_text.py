@@ -162,7 +162,9 @@ def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
     'b 2 -> -3'
     """
     return ", ".join(
-        f"{name} {old} -> {new}" for name, old, new in zip(names, before, after, strict=True) if old != new
+        f"{name} {old_word} -> {new_word}"
+        for name, old_word, new_word in zip(names, before, after, strict=True)
+        if old_word != new_word
     )
 
 
@@ -207,8 +209,8 @@ def module_text(
         for word, bits in named_bits.items()
         if before[word] != after[word]
     ]
-    plain = _plain_words(slot.words, direction, named_bits.keys(), before, after)
-    return ", ".join(filter(None, [*changed, plain]))
+    word_texts = _plain_words(slot.words, direction, named_bits.keys(), before, after)
+    return ", ".join(filter(None, [*changed, word_texts]))
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
@@ -219,10 +221,10 @@ def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
 
 def _configuration(words: Words) -> str:
     """Describe an output image in configuration mode [chapter 3]."""
-    active = " ".join(bit_names(InputBit, words[1])) or "none"
+    active_names = " ".join(bit_names(InputBit, words[1])) or "none"
     parts = [
         " ".join(bit_names(ConfigMsw, words[0])),
-        f"active high {active}",
+        f"active high {active_names}",
         f"starting speed {_value(words[2:4])}",
     ]
     if any(words[4:]):

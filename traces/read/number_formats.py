@@ -54,10 +54,10 @@ class NumberFormats:
             format = _FORMATS.get(str(fields.get(name)))
             if format is not None:
                 scans, formats = self._changes.setdefault((slot, is_input), ([], []))
-                place = bisect_left(scans, since)
-                is_same = int(scans[place : place + 1] == [since])
-                scans[place : place + is_same] = [since]
-                formats[place : place + is_same] = [format]
+                index = bisect_left(scans, since)
+                is_same = int(scans[index : index + 1] == [since])
+                scans[index : index + is_same] = [since]
+                formats[index : index + is_same] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
         """Return all changes: slot, "I" or "O", first scan, and format."""
@@ -72,8 +72,8 @@ class NumberFormats:
         if quantity.format is not None:
             return quantity.format
         scans, formats = self._changes.get((slot, quantity.image in INPUT), ([], []))
-        place = bisect_right(scans, scan)
-        return formats[place - 1] if place else NumberFormat.THOUSANDS
+        index = bisect_right(scans, scan)
+        return formats[index - 1] if index else NumberFormat.THOUSANDS
 
     def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
         """Return a quantity in the signed words of its image in a scan."""

@@ -77,6 +77,8 @@ def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -
     """
     distance = np.cumsum(steps)
     rows = np.arange(len(steps))
-    late, early = np.minimum(rows + margin, len(rows) - 1), np.maximum(rows - margin, 0)
-    elapsed = (time_ns[late] - time_ns[early]) / 1e9
-    return np.divide(distance[late] - distance[early], elapsed, out=np.zeros(len(rows)), where=elapsed > 0)
+    late_rows, early_rows = np.minimum(rows + margin, len(rows) - 1), np.maximum(rows - margin, 0)
+    elapsed = (time_ns[late_rows] - time_ns[early_rows]) / 1e9
+    return np.divide(
+        distance[late_rows] - distance[early_rows], elapsed, out=np.zeros(len(rows)), where=elapsed > 0
+    )

@@ -93,13 +93,13 @@ def blocks(
     places = trace.head.layout.places
     any_found = False
     columns = column_chunks(trace, selection, margin=margin, tags=True)
-    for wide, start, stop in _with_margins(columns, margin) if margin else _without(columns):
+    for with_margins, start, stop in _with_margins(columns, margin) if margin else _without(columns):
         progress(stop - start)
-        low, high = selection.rows(wide)
+        low, high = selection.rows(with_margins)
         low, high = max(low, start), min(high, stop)
         if low < high:
             any_found = True
-            yield Block(wide, low, high, margin, places)
+            yield Block(with_margins, low, high, margin, places)
     if not any_found:
         raise EmptySelectionError(_nothing(selection, extent(trace)))
 

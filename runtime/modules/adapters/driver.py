@@ -242,10 +242,10 @@ class Driver(Exchanges[Drive]):
         yield from self.slow_down(task)
         while not self.cut and not (yield from self.rest()):
             pass
-        left = task.steps - abs(self.position - mark)
-        if left > 0:
-            drive = self.drive_over(task.drive, left)
-            task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, left)
+        steps_left = task.steps - abs(self.position - mark)
+        if steps_left > 0:
+            drive = self.drive_over(task.drive, steps_left)
+            task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, steps_left)
 
     def drive_over(self, drive: Drive, steps: int) -> Drive:
         """Return the speeds and ramps for an index over a number of steps."""

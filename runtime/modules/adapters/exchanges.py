@@ -161,9 +161,9 @@ class Exchanges(Generic[Drive]):
             return
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
-        way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
+        reach = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
         previous, self.position = self.position, position
-        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > way:
+        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > reach:
             raise PowerLostError
 
     def rebase(self, position: int) -> Talk:

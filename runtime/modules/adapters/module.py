@@ -272,16 +272,16 @@ class Adapter(Generic[Drive]):
 
         The tick at which a wait ends obeys no new words: a motion must end before the next one begins.
         """
-        waiting, obeyed = self._waiting, self.layer.state.command.words
+        waiting_words, obeyed = self._waiting, self.layer.state.command.words
         ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
         if not self._plc_running:
             return obeyed  # outputs count as zero
-        if words != (waiting[-1] if waiting else obeyed):
-            waiting.append(words)
-        if len(waiting) > MOST_WAITING:
+        if words != (waiting_words[-1] if waiting_words else obeyed):
+            waiting_words.append(words)
+        if len(waiting_words) > MOST_WAITING:
             self._miss_waiting()
-            waiting.append(words)
-        return waiting.popleft() if waiting and ready else obeyed
+            waiting_words.append(words)
+        return waiting_words.popleft() if waiting_words and ready else obeyed
 
     def _miss_waiting(self) -> None:
         """Drop waiting words; commands among them are refused."""

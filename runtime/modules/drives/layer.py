@@ -192,12 +192,12 @@ class DriveLayer:
         if self.in_configuration:
             return self._mirror
         axis = self.axis
-        split = self.input_format.split
+        split_number = self.input_format.split
         return (
             *self.model.status_words(int(self.status.bits) | further | self._present_bits()),
-            *split(axis.position),
-            *split(axis.encoder),
-            *split(self.state.captured),
+            *split_number(axis.position),
+            *split_number(axis.encoder),
+            *split_number(self.state.captured),
             self.current,
             self.jerk,
         )
@@ -545,8 +545,8 @@ class DriveLayer:
 
     def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
         configuration = self.state.configuration
-        lost = configuration is not None and HOME not in configuration.roles
-        if self._may_move(now_ns, ("CMD-21", lost), ("CMD-03", not self._ranges_hold(command))):
+        home_missing = configuration is not None and HOME not in configuration.roles
+        if self._may_move(now_ns, ("CMD-21", home_missing), ("CMD-03", not self._ranges_hold(command))):
             motion = HomeSearch(self, now_ns, heading, profile_of(command, self.start_sps))
             self._begin(command, motion)
             motion.start(now_ns)
@@ -558,8 +558,10 @@ class DriveLayer:
             running.change(now_ns, command)  # interpretation R-38
             self._program(command)
             return
-        good = self._ranges_hold(command) and (not registers or self._distances_hold(command))
-        if not self._may_move(now_ns, ("CMD-03", not good)) or self._toward_limit(now_ns, heading, jog=True):
+        is_allowed = self._ranges_hold(command) and (not registers or self._distances_hold(command))
+        if not self._may_move(now_ns, ("CMD-03", not is_allowed)) or self._toward_limit(
+            now_ns, heading, jog=True
+        ):
             return
         if registers and self._refused(
             now_ns,
@@ -630,8 +632,8 @@ class DriveLayer:
             self.fire(now_ns, "CMD-16")
             return
         session.waiting = False
-        good = bool(command.target) and command.ranges_hold(self.start_sps)
-        if not good or len(session.segments) == SEGMENTS_MAX:
+        is_allowed = bool(command.target) and command.ranges_hold(self.start_sps)
+        if not is_allowed or len(session.segments) == SEGMENTS_MAX:
             self.fire(now_ns, "CMD-11")
             self.session, self.segments = None, []
         else:
