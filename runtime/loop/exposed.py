@@ -84,12 +84,7 @@ class ExposedModule(Module):
             self._check(fault)
         self._tears = [fault for fault in ordered if fault.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
-            (
-                fault_acts
-                for fault in ordered
-                if fault.what is not FaultKind.TORN_UPDATE
-                for fault_acts in _acts(fault)
-            ),
+            (act for fault in ordered if fault.what is not FaultKind.TORN_UPDATE for act in _acts(fault)),
             key=lambda act: act[0],
         )
         self._faults: set[FaultKind] = set()
