@@ -229,13 +229,13 @@ def numbers_of(masks: Sequence[int]) -> str:
     >>> numbers_of((0xFFFF, 0x0001)), numbers_of((0x00FF, 0x00FF))
     ('0 to 16', '0 to 7, 16 to 23')
     """
-    runs: list[list[int]] = []
+    number_runs: list[list[int]] = []
     for terminal in terminals_in(masks):
-        if runs and terminal == runs[-1][1] + 1:
-            runs[-1][1] = terminal
+        if number_runs and terminal == number_runs[-1][1] + 1:
+            number_runs[-1][1] = terminal
         else:
-            runs.append([terminal, terminal])
-    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)
+            number_runs.append([terminal, terminal])
+    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in number_runs)
 
 
 def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:

@@ -217,10 +217,10 @@ class Rewriter:
 
     def _data_crc(self) -> int:
         """Return the CRC to write; note a different CRC in the trace, if no other damage is known."""
-        stated = data_crc(self._trace.file, self._trace.spans)
-        if stated == 0 and ends_whole(self._trace.file, self._trace.spans):
+        stored_crc = data_crc(self._trace.file, self._trace.spans)
+        if stored_crc == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states no CRC
-        if stated not in (None, self._crc) and not any(
+        if stored_crc not in (None, self._crc) and not any(
             isinstance(note, Damage) for note in self._trace.notes
         ):
             self._trace.note(DATA_DAMAGE)

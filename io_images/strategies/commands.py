@@ -69,11 +69,11 @@ def find_homes(starting_speed: int) -> st.SearchStrategy[FindHome]:
 
 def manual_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
     """Return a strategy of manual moves: with ramps, in constant speed mode, and one-shots."""
-    slow = st.integers(0, starting_speed)
+    slow_speeds = st.integers(0, starting_speed)
     return st.builds(
         lambda direction, speed, pair, shape: Manual(direction, speed, pair[0], pair[1], shape=shape),
         directions,
-        speeds(starting_speed) | slow,
+        speeds(starting_speed) | slow_speeds,
         rates(),
         shapes(),
     )

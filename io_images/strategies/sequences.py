@@ -266,8 +266,8 @@ def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
         header = BlendHeader((shape, shape), 1000)
         segments = [BlendSegment(length, speed, 1000) for speed in (first, other_speed)]
         blocks = [header.to_image(), *(segment.to_image() for segment in segments)]
-        run = waiting(RunBlend(direction).to_image())
-        return acting("blend move", *(Showing(image) for image in handshake(blocks)), run)
+        run_blend = waiting(RunBlend(direction).to_image())
+        return acting("blend move", *(Showing(image) for image in handshake(blocks)), run_blend)
 
     return st.builds(
         blend, st.sampled_from(DIRECTIONS), _one_of(speeds), _one_of(speeds), st.sampled_from(SHAPES)

@@ -147,8 +147,8 @@ class Course:
         ticks, phases = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         self._cruise(steps * _STEP * self.scale - self.travel - sum_nsps * ticks // 2, from_nsps)
         travel_left = steps * _STEP * self.scale - self.travel
-        even = 2 * sum_nsps if isinstance(shape, Shape) else sum_nsps * phases[-1][1]
-        self._refine(even // gcd(even, travel_left))
+        ramp_divisor = 2 * sum_nsps if isinstance(shape, Shape) else sum_nsps * phases[-1][1]
+        self._refine(ramp_divisor // gcd(ramp_divisor, travel_left))
         travel_left = steps * _STEP * self.scale - self.travel
         self._ramp(from_nsps, to_nsps, 2 * travel_left // sum_nsps, phases)
 

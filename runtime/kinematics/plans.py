@@ -244,10 +244,10 @@ def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
         return _peak_with_jerk(speed_nsps, Fraction(steps), profile)
     up_rate, down_rate = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
     travel_made = 2 * steps * up_rate * down_rate * NANO**2 * shape.denominator
-    squares = (down_rate * speed_nsps**2 + up_rate * (NANO * profile.base_sps) ** 2) * shape.numerator
+    speed_squares = (down_rate * speed_nsps**2 + up_rate * (NANO * profile.base_sps) ** 2) * shape.numerator
     return min(
         NANO * profile.speed_sps,
-        isqrt(int((travel_made + squares) // ((up_rate + down_rate) * shape.numerator))),
+        isqrt(int((travel_made + speed_squares) // ((up_rate + down_rate) * shape.numerator))),
     )
 
 

@@ -89,16 +89,16 @@ class Gateway(Generic[Asker]):
 
     def advance(self, now_ns: int) -> Answered[Asker]:
         """Advance line and requests to `now_ns`; return the replies, each with its sender."""
-        answered: Answered[Asker] = []
+        replies: Answered[Asker] = []
         while True:
             self._begin(now_ns)
             due_ns = self.next_wake_ns
             if due_ns is None or due_ns > now_ns:
                 break
-            answered += self._step(due_ns)
-        answered += self._step(now_ns)
+            replies += self._step(due_ns)
+        replies += self._step(now_ns)
         self._begin(now_ns)
-        return answered
+        return replies
 
     def _begin(self, now_ns: int) -> None:
         if self._sent is not None or not self._waiting:

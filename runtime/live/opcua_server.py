@@ -278,12 +278,12 @@ class OpcUaServer:
                 [request.variable.reads for request in nodes_now], client, version
             )
             if results is not None:
-                answered = (
+                tag_values = (
                     (request, data)
                     for request, data in zip(nodes_now, results, strict=True)
                     if data is not None
                 )
-                await self._space.take(answered)
+                await self._space.take(tag_values)
 
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int

@@ -111,10 +111,10 @@ class Subscriptions:
         for item in known_items:
             if item is not None:
                 item.timestamps = params.TimestampsToReturn
-        unknown = status("BadMonitoredItemIdInvalid")
+        unknown_status = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if known is not None else ua.MonitoredItemModifyResult(unknown)
-            for known in known_items
+            next(changed) if known_item is not None else ua.MonitoredItemModifyResult(unknown_status)
+            for known_item in known_items
         ]
 
     def _refusal(self, item: Any) -> str:

@@ -247,11 +247,13 @@ class Records:
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
-        begin, to = since % self._size, end % self._size
+        begin, stop = since % self._size, end % self._size
         if end == since:
             return b""
         return (
-            bytes(self._room[begin:to]) if begin < to else bytes(self._room[begin:]) + bytes(self._room[:to])
+            bytes(self._room[begin:stop])
+            if begin < stop
+            else bytes(self._room[begin:]) + bytes(self._room[:stop])
         )
 
     def release(self) -> None:

@@ -136,9 +136,9 @@ class ExposedModule(Module):
     def update(self, now_ns: int, outputs: Image) -> Image:
         self._tear(outputs)
         while self._acts and self._acts[0][0] <= now_ns:
-            at_ns, incident, begins = self._acts.pop(0)
+            at_ns, incident, is_begin = self._acts.pop(0)
             self._advance(at_ns, outputs)
-            self._act(at_ns, incident, begins=begins)
+            self._act(at_ns, incident, begins=is_begin)
         return self._advance(now_ns, outputs)
 
     @property

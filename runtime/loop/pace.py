@@ -312,11 +312,11 @@ class Watchdog:
         Raises:
             WatchdogTimeout: it took longer than the limit.
         """
-        since = _clocks()
+        clocks_before = _clocks()
         with _noticing_breakpoints() as breakpoints:
             logic()
         if not (breakpoints or _traced_by_debugger()):
-            self._expire_if_over(since)
+            self._expire_if_over(clocks_before)
 
     def _look(self, scan: int) -> None:
         if scan < 0 or scan != self._seen:

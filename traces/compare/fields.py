@@ -183,7 +183,9 @@ def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Ite
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
-    names_by_bit = {bit: of for of, bit in slot.words.bits("I" if direction == "in" else "O", word)}
+    names_by_bit = {
+        bit: bit_name for bit_name, bit in slot.words.bits("I" if direction == "in" else "O", word)
+    }
     return tuple(names_by_bit.get(bit, f"{name}.{bit}") for bit in range(16))
 
 

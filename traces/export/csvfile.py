@@ -45,8 +45,8 @@ def write_csv(
 def _lines(columns: Sequence[Column]) -> str:
     cells = [
         cell
-        for is_bits, run in groupby(columns, lambda column: column.values.dtype == bool)
-        for cell in _cells(is_bits, list(run))
+        for is_bits, run_columns in groupby(columns, lambda column: column.values.dtype == bool)
+        for cell in _cells(is_bits, list(run_columns))
     ]
     return "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
 

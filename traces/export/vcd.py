@@ -164,7 +164,7 @@ def _dumped(values: Array, signal: Signal) -> list[Any]:
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
     """Yield time, variable and new value of each change, in order of time."""
     changes = [variable.changes(block) for variable in variables]
-    changed = [
+    variable_changes = [
         (variable.dumped, value)
         for variable, (_, values) in zip(variables, changes, strict=True)
         for value in values
@@ -173,7 +173,7 @@ def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int,
     order = np.argsort(rows, kind="stable")
     times = block.time_ns[rows[order]].tolist()
     for change_index, time_ns in zip(order.tolist(), times, strict=True):
-        yield time_ns, *changed[change_index]
+        yield time_ns, *variable_changes[change_index]
 
 
 FORMAT = ExportFormat(

@@ -151,14 +151,14 @@ class Records:
         if size <= self.size or not self._of_the_end:
             return False
         end_before = self.spans[-1].end if self.spans else 0
-        again = self._last_chunk()  # new records may belong to it
-        size, self.spans, notes = self._found(size, self.spans[:again])
+        first_span = self._last_chunk()  # new records may belong to it
+        size, self.spans, notes = self._found(size, self.spans[:first_span])
         self.notes = [note for note in self.notes if note not in self._of_the_end]
         self.notes += [note for note in notes if note not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
-        first = self.spans[again].offset if again < len(self.spans) else size
+        first = self.spans[first_span].offset if first_span < len(self.spans) else size
         self.sections = [section for section in self.sections if section.span.offset < first]
-        self.sections += find_sections(self.file, self.spans[again:])
+        self.sections += find_sections(self.file, self.spans[first_span:])
         return bool(self.spans) and self.spans[-1].end > end_before
 
     def _last_chunk(self) -> int:
@@ -171,8 +171,8 @@ class Records:
         if self._grows:
             self.file.seek(0, os.SEEK_END)  # drops buffered data, which a chunk may have replaced
         spans, notes = find_records(self.file, size, known, drafts=not self._grows)
-        cut = bool(notes) and notes[-1] == UNDER_WAY
-        return (spans[-1].end if cut and spans else size), spans, notes
+        is_under_way = bool(notes) and notes[-1] == UNDER_WAY
+        return (spans[-1].end if is_under_way and spans else size), spans, notes
 
     def parts(self, section: Section) -> list[Part] | None:
         """Split a section into parts; note a damaged section and return None.

@@ -201,12 +201,12 @@ class ScanShape:
         if not self._is_scan(data, offset + self.stride):
             return 1
         rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
-        checked_rows, reach = 2, 16
+        checked_rows, rows_at_once = 2, 16
         while checked_rows < len(rows):
-            row_fits = self._fits(rows[checked_rows : checked_rows + reach])
+            row_fits = self._fits(rows[checked_rows : checked_rows + rows_at_once])
             if not row_fits.all():
                 return checked_rows + int(np.argmin(row_fits))
-            checked_rows, reach = checked_rows + len(row_fits), 4 * reach
+            checked_rows, rows_at_once = checked_rows + len(row_fits), 4 * rows_at_once
         return len(rows)
 
     def _is_scan(self, data: bytes, offset: int) -> bool:

@@ -29,12 +29,12 @@ class TagText:
 
     def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return which rows differ from the previous one in a shown value; the first counts as changed."""
-        changed = np.zeros(len(rows), bool)
-        changed[:1] = True
+        is_changed = np.zeros(len(rows), bool)
+        is_changed[:1] = True
         for field in self._fields:
-            differs = _differs(rows[field.name][1:], rows[field.name][:-1])
-            changed[1:] |= differs if differs.ndim == 1 else differs.any(axis=1)
-        return changed
+            is_different = _differs(rows[field.name][1:], rows[field.name][:-1])
+            is_changed[1:] |= is_different if is_different.ndim == 1 else is_different.any(axis=1)
+        return is_changed
 
     def changes(self, before: bytes, after: bytes) -> str:
         """Return the changes as text; without a previous row, the values that are not 0."""
@@ -70,7 +70,7 @@ class TagText:
 
 def _differs(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
     """Return where two arrays differ; NaN equals NaN."""
-    differs: NDArray[np.bool_] = one != other
+    is_different: NDArray[np.bool_] = one != other
     if one.dtype.kind == "f":
-        differs &= ~(np.isnan(one) & np.isnan(other))
-    return differs
+        is_different &= ~(np.isnan(one) & np.isnan(other))
+    return is_different

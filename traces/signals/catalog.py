@@ -173,8 +173,10 @@ class Catalog(Mapping[str, Signal]):
 
     def _close_to(self, name: str) -> list[str]:
         """Return the signals with similar names, else those with a similar last part."""
-        folded = {signal_name.lower(): signal_name for signal_name in self._signals}
-        close_names = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
+        by_lower_name = {signal_name.lower(): signal_name for signal_name in self._signals}
+        close_names = [
+            by_lower_name[match] for match in get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
+        ]
         if close_names:
             return close_names
         tails = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
@@ -185,8 +187,8 @@ class Catalog(Mapping[str, Signal]):
     def _unknown(self, name: str) -> str:
         parts = [signal.title for signal in self.tags_named(name)]
         if parts:
-            some = [*parts[:3], *["..."] * (len(parts) > 3)]
-            return f"{name} has {len(parts)} values: write {' or '.join(some)}"
+            example_names = [*parts[:3], *["..."] * (len(parts) > 3)]
+            return f"{name} has {len(parts)} values: write {' or '.join(example_names)}"
         close_names = self._close_to(name)
         places = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (

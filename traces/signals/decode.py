@@ -61,9 +61,9 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
         positions: its position, NaN where it has none.
     """
     steps = np.zeros(len(words))
-    moved = np.diff(positions)
-    onward = np.where(input_bit(words, module, CW)[1:], moved, 0)
-    moved_back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
+    steps_moved = np.diff(positions)
+    onward = np.where(input_bit(words, module, CW)[1:], steps_moved, 0)
+    moved_back = np.where(input_bit(words, module, CCW)[1:], steps_moved, 0)
     steps[1:] = np.fmax(onward, 0) + np.fmin(moved_back, 0)
     return steps
 

@@ -137,12 +137,12 @@ def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Colu
             held_columns = columns
             continue
         joined = join((held_columns, columns))
-        ready = len(joined.scan) - margin
-        if ready <= margin_before:
+        rows_ready = len(joined.scan) - margin
+        if rows_ready <= margin_before:
             held_columns = joined
             continue
-        yield joined, margin_before, ready
-        keep = max(0, ready - margin)
-        held_columns, margin_before = joined.rows(keep, len(joined.scan)), ready - keep
+        yield joined, margin_before, rows_ready
+        keep = max(0, rows_ready - margin)
+        held_columns, margin_before = joined.rows(keep, len(joined.scan)), rows_ready - keep
     if held_columns is not None and len(held_columns.scan) > margin_before:
         yield held_columns, margin_before, len(held_columns.scan)

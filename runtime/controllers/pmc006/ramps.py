@@ -105,8 +105,8 @@ def _lay_long(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
     up_steps = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
     down_steps = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
     if up_steps + down_steps > steps:
-        squeeze = steps / (up_steps + down_steps)
-        up_steps, down_steps = up_steps * squeeze, down_steps * squeeze
+        scale = steps / (up_steps + down_steps)
+        up_steps, down_steps = up_steps * scale, down_steps * scale
     _lay_ramp(course, up_steps, NANO * speeds.start_sps, top_nsps)
     course.cruise_over(steps - up_steps - down_steps, top_nsps)
     _lay_ramp(course, down_steps, top_nsps, NANO * speeds.stop_sps)

@@ -252,8 +252,8 @@ class Pmc006Client(MotionClient[ControllerView]):
             if not self._on_switch() or state.errors & (Status1.EXT2 | Status1.STALL):
                 raise StoppedError(f"{end_text} without the switch{self.reasons(state.errors)}")
             if not search.was_free:
-                stuck = "with the switch active all the time, as if it were stuck"
-                raise StoppedError(f"{end_text} {stuck}{self.reasons(state.errors)}")
+                switch_text = "with the switch active all the time, as if it were stuck"
+                raise StoppedError(f"{end_text} {switch_text}{self.reasons(state.errors)}")
         return state.position
 
     def run(self) -> None:

@@ -88,8 +88,8 @@ def answer_to(link: Link, request: LineRequest) -> bool:
     drain(link, SILENCE_S)
     link.send(request.frame)
     answer = b""
-    while len(answer) < request.size and (came := link.receive(1, ANSWER_S)):
-        answer += came
+    while len(answer) < request.size and (data := link.receive(1, ANSWER_S)):
+        answer += data
         if isinstance(request.read(answer), Reply):
             return True
     return False

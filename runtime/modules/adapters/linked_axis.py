@@ -169,8 +169,8 @@ class LinkedAxis(Generic[Drive]):
         next_task: Task[Drive] | None = None
         last = len(program.segments) - 1
         for index, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
-            down = program.final_deceleration if index == last else rate
-            profile = Profile(start_sps, speed, rate, down, shape)
+            end_rate = program.final_deceleration if index == last else rate
+            profile = Profile(start_sps, speed, rate, end_rate, shape)
             task = self.task_for(TaskKind.INDEX, direction, profile, length)
             task.following, next_task = next_task, task
         assert next_task is not None

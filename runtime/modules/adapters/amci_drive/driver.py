@@ -399,8 +399,8 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         if program is None:
             super().model(task)
         else:
-            legs, down, shape = program.segments, program.final_deceleration, program.final_shape
-            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, down, shape)
+            legs, final_rate, shape = program.segments, program.final_deceleration, program.final_shape
+            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, final_rate, shape)
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:
@@ -423,9 +423,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
         """Whether a drive at rest has processed the start, which it may do after its answer."""
-        moved = self.position != self._began_at
+        has_moved = self.position != self._began_at
         has_ended = self.status & FAILED or task.stopping or task.marked
-        return bool(has_ended) or (task.kind is not TaskKind.INDEX and moved) or self._is_there(task)
+        return bool(has_ended) or (task.kind is not TaskKind.INDEX and has_moved) or self._is_there(task)
 
     def _is_there(self, task: Task[DriveProfile]) -> bool:
         return task.kind is TaskKind.INDEX and self.position == self._began_at + task.direction * task.steps

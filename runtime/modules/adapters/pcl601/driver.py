@@ -221,8 +221,8 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     def _begins_to_capture(self, inputs: int) -> bool:
         """Return whether the capture input becomes active: the value is read before the input is shown."""
-        changed = (inputs ^ self.inputs) & CAPTURE_INPUT
-        return bool(changed) and bool(inputs & CAPTURE_INPUT) is self.captures
+        changed_bit = (inputs ^ self.inputs) & CAPTURE_INPUT
+        return bool(changed_bit) and bool(inputs & CAPTURE_INPUT) is self.captures
 
     @property
     @override
