@@ -96,9 +96,9 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
 
 
 def _refusal(text: str, reason: str) -> SiteError:
-    refused = SiteError(f"{text!r}: {reason}")
-    refused.reason = reason
-    return refused
+    error = SiteError(f"{text!r}: {reason}")
+    error.reason = reason
+    return error
 
 
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
@@ -217,6 +217,6 @@ def allowed(value: object, choices: Iterable[object]) -> str:
     names = [str(choice) for choice in choices]
     import difflib  # imported late, because most names are right
 
-    close = difflib.get_close_matches(str(value), names, n=1)
+    close_names = difflib.get_close_matches(str(value), names, n=1)
     choice_text = f"hoose from {', '.join(names) or 'none'}"
-    return f"did you mean {close[0]}? C{choice_text}" if close else f"c{choice_text}"
+    return f"did you mean {close_names[0]}? C{choice_text}" if close_names else f"c{choice_text}"

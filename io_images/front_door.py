@@ -23,8 +23,8 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
     text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
     return {
         name.strip(): module
-        for module, several, single in _IMPORT.findall(text)
-        for name in (several or single).split(",")
+        for module, several, one_line in _IMPORT.findall(text)
+        for name in (several or one_line).split(",")
         if name.strip().isidentifier()
     }
 
@@ -38,10 +38,10 @@ def listed_in(spec: ModuleSpec, name: str) -> object:
     Raises:
         AttributeError: the package does not list it.
     """
-    home = homes_in(spec).get(name)
-    if home is None:
+    module_name = homes_in(spec).get(name)
+    if module_name is None:
         raise AttributeError(f"module {spec.name!r} has no attribute {name!r}")
-    return imported_from(home, name, spec.name)
+    return imported_from(module_name, name, spec.name)
 
 
 def imported_from(module: str, name: str, package: str) -> object:

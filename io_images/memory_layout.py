@@ -93,8 +93,8 @@ def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
                 raise ValueError(
                     f"slot {number}: {words.message} has {len(names)} {image} words: must be 1 to {WORDS_MAX}"
                 )
-        middle = offset + 2 * len(words.outputs)
-        end = middle + 2 * len(words.inputs)
-        places[number] = ImagePlaces(slice(offset, middle), slice(middle, end))
+        outputs_end = offset + 2 * len(words.outputs)
+        end = outputs_end + 2 * len(words.inputs)
+        places[number] = ImagePlaces(slice(offset, outputs_end), slice(outputs_end, end))
         offset = end
     return MemoryLayout(places, -(-offset // ALIGNED_TO) * ALIGNED_TO)

@@ -168,9 +168,9 @@ class NamesByPattern:
         self._fold = str.lower if fold else str
         self._names = [self._fold(name) for name in names]
         self._by_part: dict[str, list[int]] = {}
-        for place, name in enumerate(self._names):
+        for index, name in enumerate(self._names):
             for end in (*(part.start() for part in _PART_END.finditer(name)), len(name)):
-                self._by_part.setdefault(name[:end], []).append(place)
+                self._by_part.setdefault(name[:end], []).append(index)
 
     def places(self, pattern: str) -> list[int]:
         """Return the indexes of the names that match, in order."""
@@ -179,4 +179,4 @@ class NamesByPattern:
             return self._by_part.get(pattern, [])
         text = "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in pattern)
         matches = re.compile(rf"{text}(?:[.\[]|$)").match
-        return [place for place, name in enumerate(self._names) if matches(name)]
+        return [index for index, name in enumerate(self._names) if matches(name)]

@@ -217,10 +217,10 @@ class Rewriter:
 
     def _data_crc(self) -> int:
         """Return the CRC to write; note a different CRC in the trace, if no other damage is known."""
-        stated = data_crc(self._trace.file, self._trace.spans)
-        if stated == 0 and ends_whole(self._trace.file, self._trace.spans):
+        stored_crc = data_crc(self._trace.file, self._trace.spans)
+        if stored_crc == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states no CRC
-        if stated not in (None, self._crc) and not any(
+        if stored_crc not in (None, self._crc) and not any(
             isinstance(note, Damage) for note in self._trace.notes
         ):
             self._trace.note(DATA_DAMAGE)
@@ -260,15 +260,15 @@ class Rewriter:
 
     def _index(self, span: Span) -> None:
         """Add a record outside of chunks to the summary; raise a TraceError if it is damaged."""
-        file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
+        file, record_place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
             self._take(read_record(file, span, Schema.read))
         elif span.opcode == Opcode.CHANNEL:
             self._take(read_record(file, span, Channel.read))
         elif span.opcode == Opcode.METADATA:
-            self._summary.metadata(*place, read_record(file, span, Metadata.read))
+            self._summary.metadata(*record_place, read_record(file, span, Metadata.read))
         elif span.opcode == Opcode.ATTACHMENT:
-            self._summary.attachment(*place, read_attachment(file, span))
+            self._summary.attachment(*record_place, read_attachment(file, span))
 
     def _section(self, section: Section) -> None:
         parts = self._trace.parts(section)

@@ -90,8 +90,8 @@ class BlendHeader:
     def to_image(self) -> Image:
         """Return the output image that transmits this block."""
         last = self.final_deceleration | self.final_type.value << _TYPE_SHIFT
-        late, early = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
-        return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late, early, last))
+        late_types, early_types = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
+        return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late_types, early_types, last))
 
     @classmethod
     def from_image(cls, image: Image) -> BlendHeader:

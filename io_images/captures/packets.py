@@ -157,13 +157,13 @@ class Capture:
             length_bytes = self._read(4, begin)
             if not length_bytes:
                 return
-            extra = b""
+            head = b""
             if kind == SECTION:
-                extra = self._read(4, begin)
-                if not extra:
+                head = self._read(4, begin)
+                if not head:
                     return
-                order, interfaces = _order(extra, begin), []
-            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(extra), order, begin)
+                order, interfaces = _order(head, begin), []
+            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(head), order, begin)
             if body is None:
                 return
             if kind == INTERFACE:
@@ -188,9 +188,11 @@ class Capture:
         data = self._read(length - 8 - read, begin)
         if not data:
             return None
-        again = Struct(f"{order}I").unpack(data[-4:])[0]
-        if again != length:
-            raise CaptureError(f"byte {begin}: a block of {length:,} bytes that ends as one of {again:,}")
+        end_length = Struct(f"{order}I").unpack(data[-4:])[0]
+        if end_length != length:
+            raise CaptureError(
+                f"byte {begin}: a block of {length:,} bytes that ends as one of {end_length:,}"
+            )
         return data[:-4]
 
 

@@ -108,9 +108,9 @@ Found = tuple[bytes, bytes, int, int]
 def _ipv4(data: bytes, at: int, size: int) -> Found | None:
     if len(data) - at < _IPV4.size:
         return None
-    head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
+    head, total_bytes, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
     begin = at + 4 * (head & 0xF)
-    end = at + total if total else size  # 0 means that the network card segments it later
+    end = at + total_bytes if total_bytes else size  # 0 means that the network card segments it later
     is_whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
     return (source, target, begin, end) if protocol == TCP and is_whole and begin >= at + 20 else None
 
@@ -118,10 +118,10 @@ def _ipv4(data: bytes, at: int, size: int) -> Found | None:
 def _ipv6(data: bytes, at: int, whole: int) -> Found | None:
     if len(data) - at < _IPV6.size:
         return None
-    _, size, following, source, target = _IPV6.unpack_from(data, at)
+    _, size, next_header, source, target = _IPV6.unpack_from(data, at)
     begin, end = at + 40, at + 40 + size if size else whole
     for _ in range(EXTENSIONS_MAX):
-        if following not in EXTENSIONS or begin + 2 > min(end, len(data)):
+        if next_header not in EXTENSIONS or begin + 2 > min(end, len(data)):
             break
-        following, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
-    return (source, target, begin, end) if following == TCP else None
+        next_header, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
+    return (source, target, begin, end) if next_header == TCP else None

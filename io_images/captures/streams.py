@@ -103,30 +103,30 @@ class Streams:
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # the data begin before the next byte
-            old = min(_RING - ahead, len(data))
-            self.repeated += old
-            first, data = direction.next, data[old:]
+            old_bytes = min(_RING - ahead, len(data))
+            self.repeated += old_bytes
+            first, data = direction.next, data[old_bytes:]
         if len(data) > len(direction.waiting.get(first, (0, b""))[1]):
             direction.waiting[first] = at_ns, data
 
     def _taken(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
         """Yield the waiting bytes that are now in order; bytes completed at the same time are one chunk."""
-        data, following = bytearray(), direction.next or 0
+        data, next_sequence = bytearray(), direction.next or 0
         while direction.waiting:
-            first = _nearest(direction.waiting, following)
-            ahead = _ahead(first, following)
+            first = _nearest(direction.waiting, next_sequence)
+            ahead = _ahead(first, next_sequence)
             if 0 < ahead < _HALF:
                 break
             at_ns, waiting_data = direction.waiting.pop(first)
             if data and at_ns > direction.passed_ns:  # later bytes are a chunk of their own
                 yield self._chunk(key, direction, data)
                 data = bytearray()
-            old = (_RING - ahead) % _RING
-            self.repeated += min(old, len(waiting_data))
-            if old < len(waiting_data):
+            old_bytes = (_RING - ahead) % _RING
+            self.repeated += min(old_bytes, len(waiting_data))
+            if old_bytes < len(waiting_data):
                 direction.passed_ns = max(direction.passed_ns, at_ns)
-                data += waiting_data[old:]
-                following = direction.next = (following + len(waiting_data) - old) % _RING
+                data += waiting_data[old_bytes:]
+                next_sequence = direction.next = (next_sequence + len(waiting_data) - old_bytes) % _RING
         if data:
             yield self._chunk(key, direction, data)
 
@@ -155,5 +155,8 @@ def _nearest(waiting: Iterable[int], following: int) -> int:
 
 
 def _too_much(direction: _Direction) -> bool:
-    waiting = direction.waiting
-    return len(waiting) > WAITING_MAX or sum(len(data) for _, data in waiting.values()) > WAITING_BYTES_MAX
+    waiting_chunks = direction.waiting
+    return (
+        len(waiting_chunks) > WAITING_MAX
+        or sum(len(data) for _, data in waiting_chunks.values()) > WAITING_BYTES_MAX
+    )

@@ -62,9 +62,11 @@ def described_keys(cls: type) -> dict[str, str]:
         meanings.update({name: re.sub(r"\s+", " ", meaning) for name, meaning in _ATTRIBUTE.findall(part)})
     for key in getattr(cls, "model_fields", ()):
         name, _, unit = key.rpartition("_")
-        other = f"{name}_{_OTHER_UNIT.get(unit)}"
-        if key not in meanings and other in meanings:  # the same time in the other unit
-            meanings[key] = meanings[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
+        other_key = f"{name}_{_OTHER_UNIT.get(unit)}"
+        if key not in meanings and other_key in meanings:  # the same time in the other unit
+            meanings[key] = (
+                meanings[other_key].replace(f"`{key}`", f"`{other_key}`").replace(", ms", f", {unit}")
+            )
     return meanings
 
 

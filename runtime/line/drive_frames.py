@@ -38,8 +38,8 @@ def _read(data: bytes, request: ModbusPDU) -> Reply | Verdict:
             answer = ANSWERS.decode(frame[HEADER.size :])
             answer.transaction_id, answer.dev_id = transaction, unit
             return Reply(frame, words=tuple(check(request, answer).registers))
-        except ModbusExceptionError as refused:
-            return Reply(frame, refused.code)
+        except ModbusExceptionError as error:
+            return Reply(frame, error.code)
         except LinkError:
             return Verdict.FOREIGN
     return Verdict.UNFINISHED

@@ -92,7 +92,7 @@ class LiveLine(Line):
         self._lost: SimpleQueue[str] = SimpleQueue()
         self._reason = ""
         self._failure: Exception | None = None
-        self._threads = [Thread(target=work, daemon=True) for work in (self._receive, self._send)]
+        self._threads = [Thread(target=loop, daemon=True) for loop in (self._receive, self._send)]
         for thread in self._threads:
             thread.start()
 

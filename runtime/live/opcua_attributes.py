@@ -96,8 +96,8 @@ class Attributes:
         try:
             self.check_named(item)
             self.check_encoding(item)
-        except BadStatusError as refused:
-            return self._stamped(self._bad(refused.code), item, timestamps, now)
+        except BadStatusError as error:
+            return self._stamped(self._bad(error.code), item, timestamps, now)
         value = self._space.read_attribute_value(item.NodeId, item.AttributeId)
         return self.shaped(value, item, timestamps, now)
 

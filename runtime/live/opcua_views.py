@@ -172,13 +172,13 @@ class Browsing:
         """
         references = [] if first is None else [first]
         references += islice(rest, most - len(references)) if most else rest
-        following = next(rest, None) if most else None
-        if following is None:
+        next_reference = next(rest, None) if most else None
+        if next_reference is None:
             return ua.BrowseResult(References=references)
         while len(self._paused) >= CONTINUATIONS_MOST:
             if not before:
                 return ua.BrowseResult(status("BadNoContinuationPoints"))
             self._paused.pop(before.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
-        self._paused[point] = _Continuation(self._views.edition, rest, following, most)
+        self._paused[point] = _Continuation(self._views.edition, rest, next_reference, most)
         return ua.BrowseResult(ContinuationPoint=point, References=references)

@@ -51,8 +51,12 @@ class Options(BaseModel):
         if len(details["loc"]) > 1:
             return f"option {name}: {cause or details['msg']}"
         if details["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(name, cls.model_fields, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(cls.model_fields)}"
+            close_names = difflib.get_close_matches(name, cls.model_fields, n=1)
+            hint = (
+                f"did you mean {close_names[0]}?"
+                if close_names
+                else f"choose from {', '.join(cls.model_fields)}"
+            )
             return f"option {name}: the {cls.owner} has no such option; {hint}"
         return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
 

@@ -138,8 +138,8 @@ class ScanPhases:
     # phases of special scans
 
     def _pace(self) -> None:
-        late = self._pacer.wait()
-        self.flags = self._prepared_flags | ScanFlag.OVERRUN if late else self._prepared_flags
+        is_late = self._pacer.wait()
+        self.flags = self._prepared_flags | ScanFlag.OVERRUN if is_late else self._prepared_flags
 
     def _timed_logic(self) -> None:
         """Call the program where no timer can end it."""

@@ -183,12 +183,12 @@ class ScansAhead:
                     count = block.length - done
                     self._scan_one_by_one(block.scans(done))
                 done += count
-            ended = self._by_rows
-            if ended:
+            has_ended = self._by_rows
+            if has_ended:
                 self.present = self._phases.input_latch
                 self._by_rows = False
                 self._exchange.catch_up(view.now_ns - self._period_ns)
-            return ended
+            return has_ended
         except BaseException:
             self.catch_up()
             raise

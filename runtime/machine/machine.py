@@ -63,8 +63,8 @@ class Machine:
         self._stimuli = Stimuli(spec)
         self._encoder = ShaftEncoder(spec.encoder)
         self._hand = HandTurning()
-        for turn in spec.turns:
-            self._hand.turn(turn.counts, turn.at_ns, turn.end_ns)
+        for hand_turn in spec.turns:
+            self._hand.turn(hand_turn.counts, hand_turn.at_ns, hand_turn.end_ns)
         self._refused = spec.fed_inputs
         for entry in spec.timeline:
             self._refused |= entry.input.value

@@ -61,10 +61,10 @@ def energized(switches: Iterable[Switch], shaft: int) -> int:
     >>> energized(limits, -95), energized(limits, 0), energized(limits, 95)
     (0, 16, 0)
     """
-    on = off = 0
+    on_bits = off_bits = 0
     for switch in switches:
         if switch.closed(shaft):
-            on |= switch.input.value
+            on_bits |= switch.input.value
         elif switch.normally_closed:
-            off |= switch.input.value
-    return on & ~off
+            off_bits |= switch.input.value
+    return on_bits & ~off_bits

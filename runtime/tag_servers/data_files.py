@@ -112,11 +112,11 @@ class DataFile:
         first = min(position for _, position, _ in runs)
         last = max(position + length for _, position, length in runs)
         put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
-        for here, offset, length in runs:
+        for data_offset, offset, length in runs:
             for number in range(length):
-                place = offset - first + number
-                allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
-                put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
+                index = offset - first + number
+                allowed = mask >> 8 * ((start + data_offset + number) % 2) & 0xFF
+                put[index], keep[index] = data[data_offset + number] & allowed, ~allowed & 0xFF
         kept_bits = bytes(keep) if any(keep) else b""
         snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept_bits))
 

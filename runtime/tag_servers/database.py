@@ -230,10 +230,10 @@ class _Walk:
 
     def target(self) -> Target:
         while True:
-            count, single = self._subscripts()
+            count, is_single = self._subscripts()
             if not self._steps:
                 return Target(self._symbol, self._kind, self._offset, count, self._bit, self._name)
-            if not single:
+            if not is_single:
                 raise CipRefusedError(BAD_SEGMENT)
             step = self._steps.pop(0)
             if not isinstance(step, str):
@@ -247,15 +247,15 @@ class _Walk:
             indices.append(self._steps.pop(0))  # type: ignore[arg-type]
         if self._kind == BOOL and self._dims:
             self._kind, self._dims = DWORD, (-(-prod(self._dims) // 32),)
-        total = prod(self._dims)
+        element_count = prod(self._dims)
         if not indices:
-            return total, not self._dims
+            return element_count, not self._dims
         if not self._dims or len(indices) not in (1, len(self._dims)):
             raise CipRefusedError(UNKNOWN_OBJECT)
-        flat = _flat_index(indices, self._dims if len(indices) > 1 else (total,))
+        flat = _flat_index(indices, self._dims if len(indices) > 1 else (element_count,))
         self._offset += flat * self._kind.size
         self._dims = ()
-        return total - flat, True
+        return element_count - flat, True
 
     def _enter(self, name: str) -> None:
         """Go to a member, or to a bit of an integer."""

@@ -110,9 +110,9 @@ def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
         raise NoDataError(f"the array has {' x '.join(map(str, dims))} elements")
     if not dims:
         return [range(1)]
-    *outer, last = ranges
+    *outer_ranges, last = ranges
     element_runs = []
-    for indices in product(*outer):
+    for indices in product(*outer_ranges):
         row = 0
         for index, size in zip(indices, dims, strict=False):
             row = row * size + index

@@ -168,13 +168,13 @@ class Lister:
         if not all(number in _ATTRIBUTES for number in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
         first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
-        left, lines = most - HEAD_BYTES, []
+        bytes_left, lines = most - HEAD_BYTES, []
         for row in islice(rows, first, None):
             lines.append(_line(row, numbers))
-            left -= len(lines[-1])
-            if left < 0:
+            bytes_left -= len(lines[-1])
+            if bytes_left < 0:
                 break
-        if left >= 0:
+        if bytes_left >= 0:
             return DONE, b"".join(lines)
         if len(lines) == 1:
             raise CipRefusedError(TOO_LARGE)

@@ -270,15 +270,15 @@ def _is_text(kind: StructuredKind) -> bool:
 def _text_in(kind: StructuredKind, data: bytes) -> str:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
     count = int.from_bytes(data[length.offset : length.offset + length.kind.size], "little", signed=True)
-    room = prod(text.dims)
-    return data[text.offset : text.offset + min(max(count, 0), room)].decode("latin-1")
+    capacity = prod(text.dims)
+    return data[text.offset : text.offset + min(max(count, 0), capacity)].decode("latin-1")
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    raw, room = _raw(value), prod(text.dims)
-    if len(raw) > room:
-        raise ValueError(f"a text of {len(raw)} characters: {room} fit")
+    raw, capacity = _raw(value), prod(text.dims)
+    if len(raw) > capacity:
+        raise ValueError(f"a text of {len(raw)} characters: {capacity} fit")
     text_value = bytearray(kind.size)
     text_value[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(
         length.kind.size, "little"

@@ -77,8 +77,8 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
     was_on, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)
-        risen = np.flatnonzero(levels & ~np.concatenate(([was_on], levels[:-1])))
-        times += block.time_ns[risen].tolist()
+        risen_rows = np.flatnonzero(levels & ~np.concatenate(([was_on], levels[:-1])))
+        times += block.time_ns[risen_rows].tolist()
         was_on = bool(levels[-1])
     if not times:
         raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")

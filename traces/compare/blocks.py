@@ -157,13 +157,13 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
         return Windows(NONE, NONE, NONE, NONE)
     times = own.keys[own.row : end]
     is_met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
-    judged = is_met & (times + tolerance_ns < other.last_key + other.period_ns)
+    is_judged = is_met & (times + tolerance_ns < other.last_key + other.period_ns)
     if other.first_scan:  # scans preceded it
-        judged &= times - tolerance_ns >= other.first_key
-    times = times[judged]
+        is_judged &= times - tolerance_ns >= other.first_key
+    times = times[is_judged]
     held_rows, first = (np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns))
     last = other.in_force(times + tolerance_ns)
-    return Windows(own.row + np.flatnonzero(judged), held_rows, first, last + 1, int(is_met.sum()))
+    return Windows(own.row + np.flatnonzero(is_judged), held_rows, first, last + 1, int(is_met.sum()))
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
@@ -193,6 +193,6 @@ def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> No
     if ends[0] == len(a):
         a.row, b.row = ends
         return
-    early = int(a.keys[ends[0]]) - tolerance_ns
+    early_key = int(a.keys[ends[0]]) - tolerance_ns
     for stream, end in ((a, ends[0]), (b, ends[1])):
-        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early))))
+        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early_key))))

@@ -94,8 +94,8 @@ def compare(
         tags=tags,
         formats=NumberFormats.of(one),
     )
-    exact = tolerance.exact and clock == SAME_CLOCK
-    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
+    is_exact = tolerance.exact and clock == SAME_CLOCK
+    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=is_exact))
     first = comparison.first
     if first is not None:
         slots = {detail.slot for detail in first.details}
@@ -134,11 +134,11 @@ def compare_parts(
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
     both_numbers = numbers[0] & numbers[1]
-    common = [slot for slot in one[0] if slot.number in both_numbers]
+    common_slots = [slot for slot in one[0] if slot.number in both_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [
         field
-        for field in all_fields(common, formats)
+        for field in all_fields(common_slots, formats)
         if (only is None or (field.slot, field.direction) in only) and (by_number or field is not TIME)
     ]
     row = None
@@ -153,7 +153,7 @@ def compare_parts(
         stream_a = Stream(one[0], both_numbers, keyed_by_time(one[1], SAME_CLOCK), row)
         stream_b = Stream(other[0], both_numbers, keyed_by_time(other[1], clock), row)
         blocks, counts = blocks_by_time(stream_a, stream_b, tolerance.time_ns, block_scans), tolerance.counts
-    findings, compared = Findings(common), (0, 0)
+    findings, compared = Findings(common_slots), (0, 0)
     for block in blocks:
         findings.add(block.one, block.other, differing(fields, block, counts))
         compared = compared[0] + block.there.scans, compared[1] + block.back.scans
@@ -196,20 +196,20 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     Args:
         exact: whether the scans of waits are compared, too.
     """
-    waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
-    differ: dict[str, tuple[Step, Step]] = {}
+    waiting_steps: dict[str, tuple[deque[Step], deque[Step]]] = {}
+    first_differing: dict[str, tuple[Step, Step]] = {}
     for steps in zip_longest(_steps(one), _steps(other)):
         for side, step in enumerate(steps):
-            if step is None or step.sequence in differ:
+            if step is None or step.sequence in first_differing:
                 continue
-            queues = waiting.setdefault(step.sequence, (deque(), deque()))
+            queues = waiting_steps.setdefault(step.sequence, (deque(), deque()))
             queues[side].append(step)
             if all(queues):
                 step_a, step_b = (queue.popleft() for queue in queues)
                 if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
-                    differ[step.sequence] = step_a, step_b
-    for name, queues in waiting.items():
-        first, second = differ.get(name) or map(_next_in, queues)
+                    first_differing[step.sequence] = step_a, step_b
+    for name, queues in waiting_steps.items():
+        first, second = first_differing.get(name) or map(_next_in, queues)
         if first is not None or second is not None:
             yield name, _wait(first), _wait(second)
 

@@ -198,8 +198,8 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
     """Return the changes in a row, and in the last scans before it that have any."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
-    changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
-    rows = begin + 1 + np.flatnonzero(changed)
+    is_changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
+    rows = begin + 1 + np.flatnonzero(is_changed)
     listed_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
     return tuple(line for shown_row in [*listed_rows, row] for line in _rows(side, slots, shown_row))
 

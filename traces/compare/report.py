@@ -44,8 +44,8 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
     """Return the number of equal rows at the beginning."""
-    are_equal = (word_a == other for word_a, other in zip(a, b, strict=False))
-    return next((place for place, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
+    are_equal = (word_a == word_b for word_a, word_b in zip(a, b, strict=False))
+    return next((index for index, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:

@@ -58,13 +58,13 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
     >>> [keys.tolist() for _, keys in keyed_by_number([part])]
     [[7, 8, 4294967296, 4294967297]]
     """
-    last, run = np.zeros(0, np.int64), 0
+    last, run_before = np.zeros(0, np.int64), 0
     for columns in parts:
         steps = np.diff(np.concatenate((last, columns.scan)))
-        begins = np.concatenate((np.zeros(1 - len(last), bool), steps < 0))
-        runs = run + np.cumsum(begins)
+        is_begin = np.concatenate((np.zeros(1 - len(last), bool), steps < 0))
+        runs = run_before + np.cumsum(is_begin)
         if len(columns.scan):
-            last, run = columns.scan[-1:], int(runs[-1])
+            last, run_before = columns.scan[-1:], int(runs[-1])
             yield columns, columns.scan + _RUN * runs
 
 

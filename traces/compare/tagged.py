@@ -66,8 +66,8 @@ class CommonTags:
                     values = self._shared(values, code_names(field, self._texts[side]))
                 values = wide(values) if _are_mixed(*pair) else values
                 if field.tag.length:
-                    for place, address in enumerate(pair[0].tag.addresses):
-                        tags[address] = values[:, place]
+                    for index, address in enumerate(pair[0].tag.addresses):
+                        tags[address] = values[:, index]
                 else:
                     tags[name] = values
             yield columns._replace(tags=tags)
@@ -164,9 +164,9 @@ def _key(name: str, rows: Array) -> Array:
     values: Array = rows[name]
     if values.dtype.kind != "f":
         return values
-    wide = values.astype(np.float64) + 0.0
-    wide[np.isnan(wide)] = np.nan
-    keys: Array = wide.view(np.int64)
+    floats = values.astype(np.float64) + 0.0
+    floats[np.isnan(floats)] = np.nan
+    keys: Array = floats.view(np.int64)
     return keys
 
 

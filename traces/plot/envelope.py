@@ -48,11 +48,11 @@ class Envelope:
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
         """Add the values of a block; a value that is not finite counts as missing."""
         values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
-        waiting = _stack(self._rest, (time_ns, values, values))
-        grouped_rows = len(waiting[0]) // self._per_group * self._per_group
-        self._rest = tuple(column[grouped_rows:] for column in waiting)
+        ungrouped = _stack(self._rest, (time_ns, values, values))
+        grouped_rows = len(ungrouped[0]) // self._per_group * self._per_group
+        self._rest = tuple(column[grouped_rows:] for column in ungrouped)
         self._groups = _stack(
-            self._groups, _grouped(tuple(column[:grouped_rows] for column in waiting), self._per_group)
+            self._groups, _grouped(tuple(column[:grouped_rows] for column in ungrouped), self._per_group)
         )
         while len(self._groups[0]) > GROUPS_MAX:
             self._double()

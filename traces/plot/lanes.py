@@ -112,9 +112,9 @@ def ramp_lane(words: ModuleWords, inputs: Changes) -> Lane:
 
 
 def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane:
-    new = np.ones(len(values), bool)
-    new[1:] = values[1:] != values[:-1]
-    return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))
+    is_new = np.ones(len(values), bool)
+    is_new[1:] = values[1:] != values[:-1]
+    return Lane(name, group, changes.row[is_new], changes.time_ns[is_new], values[is_new].astype(np.int8))
 
 
 def at_pixels(

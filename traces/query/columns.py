@@ -56,8 +56,8 @@ class Scans:
         if not len(condition):
             return condition
         since_ns = since(condition, self.time_ns)
-        if condition[0] and (begun := self.memory.get(key)) is not None:
-            since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun
+        if condition[0] and (begun_ns := self.memory.get(key)) is not None:
+            since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun_ns
         self.memory[key] = int(since_ns[-1]) if condition[-1] else None
         result: Condition = condition & (self.time_ns - since_ns >= least_ns)
         return result
@@ -112,6 +112,6 @@ def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]
     >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
     [0, 0, 0, 6]
     """
-    begins = condition.copy()
-    begins[1:] &= ~condition[:-1]
-    return time_ns[np.maximum.accumulate(np.where(begins, np.arange(len(condition)), 0))]
+    is_begin = condition.copy()
+    is_begin[1:] &= ~condition[:-1]
+    return time_ns[np.maximum.accumulate(np.where(is_begin, np.arange(len(condition)), 0))]

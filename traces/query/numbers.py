@@ -58,8 +58,8 @@ def numbers(values: Array) -> Numbers:
     ([18446744073709551615, 1], [1.5, None])
     """
     if values.dtype.kind == "f":
-        wide = values.astype(np.float64)
-        return Numbers(wide, np.isnan(wide))
+        floats = values.astype(np.float64)
+        return Numbers(floats, np.isnan(floats))
     return Numbers(_narrow(values), np.zeros(len(values), bool))
 
 
@@ -139,8 +139,8 @@ def changed(numbers: Numbers) -> Condition:
 def _narrow(values: Array) -> Array:
     """Return integers as int64 if they all fit, else as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
-        fits = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
-        return values.astype(np.int64) if fits else values.astype(object)
+        fits_int64 = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
+        return values.astype(np.int64) if fits_int64 else values.astype(object)
     return values.astype(np.int64)
 
 

@@ -88,9 +88,9 @@ def scan_at(trace: Trace, number: int) -> Scan:
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):
-            place = int(np.searchsorted(rows["scan"], number))
-            if place < len(rows) and rows["scan"][place] == number:
-                return next(trace.as_scans(rows[place : place + 1]))
+            row = int(np.searchsorted(rows["scan"], number))
+            if row < len(rows) and rows["scan"][row] == number:
+                return next(trace.as_scans(rows[row : row + 1]))
     ends = extent(trace)
     content = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
     raise ValueError(f"the trace has no scan {number}; {content}")

@@ -224,17 +224,17 @@ def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
     """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
     overlap = b""
     file.seek(start + _CHUNK_NAME)
-    place = start + _CHUNK_NAME
+    data_start = start + _CHUNK_NAME
     while data := overlap + file.read(_SEARCH_BYTES):
         for match in _COMPRESSION.finditer(data):
-            offset = place + match.start() - _CHUNK_NAME
+            offset = data_start + match.start() - _CHUNK_NAME
             if _is_chunk(file, size, offset):
                 return offset
         if len(data) == len(overlap):
             break
         overlap = data[-_COMPRESSION_BYTES_MAX:]
-        place += len(data) - len(overlap)
-        file.seek(place + len(overlap))
+        data_start += len(data) - len(overlap)
+        file.seek(data_start + len(overlap))
     return None
 
 

@@ -64,8 +64,10 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
-    changed = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
-    text = " ".join(filter(None, (changed, _further_inputs(before, after, has_bits=bool(changed)))))
+    changed_names = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
+    text = " ".join(
+        filter(None, (changed_names, _further_inputs(before, after, has_bits=bool(changed_names))))
+    )
     if text or list(before[:2]) == list(after[:2]):
         return text
     return f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h"
@@ -115,8 +117,8 @@ def moded_wording(
     is_new = is_output and len(set(names_after) - set(names_before)) > 0
     for quantity in module.quantities_in(direction):
         places = slice(quantity.word, quantity.word + quantity.words)
-        changed = list(after[places]) != list(before[places])
-        if not quantity.counts and (changed or (is_new and any(after[places]))):
+        is_changed = list(after[places]) != list(before[places])
+        if not quantity.counts and (is_changed or (is_new and any(after[places]))):
             parts.append(f"{quantity.name} {value(quantity, after):,}")
     return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
 
@@ -162,7 +164,9 @@ def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
     'b 2 -> -3'
     """
     return ", ".join(
-        f"{name} {old} -> {new}" for name, old, new in zip(names, before, after, strict=True) if old != new
+        f"{name} {old_word} -> {new_word}"
+        for name, old_word, new_word in zip(names, before, after, strict=True)
+        if old_word != new_word
     )
 
 
@@ -172,9 +176,9 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
     >>> risen_and_fallen(["A", "B"], ["B", "C"])
     '+C -A'
     """
-    risen = [f"+{name}" for name in after if name not in before]
+    risen_names = [f"+{name}" for name in after if name not in before]
     fallen = [f"-{name}" for name in before if name not in after]
-    return " ".join(risen + fallen)
+    return " ".join(risen_names + fallen)
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
@@ -202,13 +206,13 @@ def module_text(
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
     names, named_bits = slot.words.named(direction), _named_bits(slot.words, direction)
-    changed = [
+    word_changes = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
         for word, bits in named_bits.items()
         if before[word] != after[word]
     ]
-    plain = _plain_words(slot.words, direction, named_bits.keys(), before, after)
-    return ", ".join(filter(None, [*changed, plain]))
+    word_texts = _plain_words(slot.words, direction, named_bits.keys(), before, after)
+    return ", ".join(filter(None, [*word_changes, word_texts]))
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
@@ -219,10 +223,10 @@ def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
 
 def _configuration(words: Words) -> str:
     """Describe an output image in configuration mode [chapter 3]."""
-    active = " ".join(bit_names(InputBit, words[1])) or "none"
+    active_names = " ".join(bit_names(InputBit, words[1])) or "none"
     parts = [
         " ".join(bit_names(ConfigMsw, words[0])),
-        f"active high {active}",
+        f"active high {active_names}",
         f"starting speed {_value(words[2:4])}",
     ]
     if any(words[4:]):

@@ -73,8 +73,8 @@ class SignalNames:
     def _by_part(self, key: str) -> str | None:
         meant = self._parts.get(key, [])
         if len(meant) > 1:
-            some = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
-            raise AmbiguousNameError(f"{key} is ambiguous: it is {some}")
+            meanings = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
+            raise AmbiguousNameError(f"{key} is ambiguous: it is {meanings}")
         return meant[0] if meant else None
 
     def _of_image(self, text: str) -> str | None:

@@ -154,5 +154,5 @@ def format_step(step: Step) -> str:
     'IF INPUT 1 = 0'
     """
     operands = zip(step.instruction.operands, step.values, strict=True)
-    written = [operand.written(value) for operand, value in operands]
-    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(written)]).strip()
+    operand_texts = [operand.written(value) for operand, value in operands]
+    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(operand_texts)]).strip()

@@ -173,8 +173,8 @@ class Direct:
         if output := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
             mask = 1 << int(output[1]) - 1
             self._controller.set_outputs(mask * int(output[2]), mask)
-        elif (every := re.fullmatch("R([0-9]+)", parameters)) and int(every[1]) < 1 << OUTPUT_COUNT:
-            self._controller.set_outputs(int(every[1]))
+        elif (match := re.fullmatch("R([0-9]+)", parameters)) and int(match[1]) < 1 << OUTPUT_COUNT:
+            self._controller.set_outputs(int(match[1]))
         else:
             return self._refuse(Error.RANGE)
         return None

@@ -222,9 +222,9 @@ class StepGenerator:
         still_ns = NEVER if turns_ns is None else turns_ns
         if self.motion is None:
             return still_ns
-        free = self.machine.free_steps(self.motion.direction)
-        beyond = self._when_made(free + 1) if free else 0
-        return still_ns if beyond is None else min(beyond, still_ns)
+        free_steps = self.machine.free_steps(self.motion.direction)
+        slip_ns = self._when_made(free_steps + 1) if free_steps else 0
+        return still_ns if slip_ns is None else min(slip_ns, still_ns)
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""

@@ -344,11 +344,11 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
 
 
 def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
-    place = "channel" if kind.analog else "terminal"
+    place_noun = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
     for name, terminal in names.items():
         if terminal not in terminals_in(masks):
             raise ValueError(
-                f"{field}: {name!r}: a {kind.name} has no {place} {terminal}: {numbers_of(masks)}"
+                f"{field}: {name!r}: a {kind.name} has no {place_noun} {terminal}: {numbers_of(masks)}"
             )

@@ -120,14 +120,14 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
             raise ValueError(f"{name}={state}: must be {' or '.join(STATES[name])}")
         return partial(STATES[name][state], drive)
     if name in NUMBERS:
-        first, last, _, act = NUMBERS[name]
+        first, last, _, act_on = NUMBERS[name]
         try:
             number = int(state)
         except ValueError:
             number = last + 1
         if not first <= number <= last:
             raise ValueError(f"{name}={state}: must be {first:,} to {last:,}")
-        return partial(act, drive, number)
+        return partial(act_on, drive, number)
     names = (*model.input_names, *STATES, *NUMBERS)
     raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")
 

@@ -191,8 +191,8 @@ def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: Comm
         return command.msw != RESET or bool(command.lsw & FOLLOW)
     if not host.firmware.follower:
         return False
-    risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
-    if not risen or host.state.locked:
+    risen_bit = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen_bit or host.state.locked:
         return False
     if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
         host.accept(EncoderFollower(host, now_ns, command))
