@@ -112,7 +112,7 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
 
 
 def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
-    """Return code for the value of an input or return parameter, given its number among those."""
+    """Return code for the value of an input or return parameter, given its index among them."""
     if isinstance(operand, Group):
         return f"passed({rungs.values.site}, {number})"
     return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it

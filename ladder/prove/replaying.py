@@ -174,7 +174,7 @@ def is_again(values: Values) -> bool:
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return for how many ticks the key is out of run after a scan, at most an hour."""
+    """Return how many ticks the key is out of RUN after a scan, capped at one hour."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 

@@ -182,7 +182,7 @@ class Questioning:
         return len({question.key for question in self._left.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; legs of a rung that may be dead wait for the next round."""
+        """Ask the open questions; those about legs of a rung that may be dead come in the next round."""
         waiting: set[Rung] = set()
         self._after = len(self._left)
         for place, question in [*self._left.items()]:

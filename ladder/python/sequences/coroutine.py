@@ -89,7 +89,7 @@ class Sequence:
 
     @property
     def line(self) -> int | None:
-        """The line of its wait, None if it is not running."""
+        """The line where the sequence waits; None if it is not running."""
         frame = self.frame
         return None if frame is None else frame.f_lineno
 
