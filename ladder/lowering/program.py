@@ -150,11 +150,7 @@ class Program(LadderLogic):
             lowering.routine(routine)
         known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
         there = set(map(str.upper, self.names))
-        missing = [
-            own_routine
-            for own_routine in (self.main, self.fault)
-            if own_routine and own_routine.upper() not in there
-        ]
+        missing = [used for used in (self.main, self.fault) if used and used.upper() not in there]
         return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
 
     def roots(self, scope: str = "") -> ProgramRoutines:

@@ -123,12 +123,12 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
         raise NotPlacedError(f"{sequence.name} waits in no function of the program")
     name, last = sequence.name, waiting[-1]
     _named(name, last, lambda: context.check_wait(wait))
-    if all(_is_as_before(item, context) for item in waiting):
+    if all(_is_as_before(paused, context) for paused in waiting):
         for unmoved in waiting:
             _named(name, unmoved, partial(_check_locals, unmoved.values, context))
-        moves = [SequenceMove(sequence, (), tuple(item.code for item in waiting))]
+        moves = [SequenceMove(sequence, (), tuple(paused.code for paused in waiting))]
     else:
-        planned = [_named(name, item, partial(_move_of, item, context)) for item in waiting]
+        planned = [_named(name, paused, partial(_move_of, paused, context)) for paused in waiting]
         moves = [SequenceMove(sequence, tuple(planned))]
     for branch in branches_in(wait):
         moves += plan_moves(branch, context)
