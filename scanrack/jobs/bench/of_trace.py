@@ -159,7 +159,7 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
 
 
 def _departed(why: Why, row: int | None) -> list[str]:
-    """Return a note that the program deviated from the recording in the given row; [] if there is none."""
+    """Return a note about the program's deviation from the recording in a row; [] if it did not deviate."""
     if row is None:
         return []
     when = why.past.when(row)

@@ -183,7 +183,7 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
 
 
 def _explanations(scene: SceneVerdict) -> list[object]:
-    """Return what explains a scene that differs."""
+    """Return the explanation of a scene that differs."""
     return [*scene.readings, *scene.rules, *scene.scales]
 
 

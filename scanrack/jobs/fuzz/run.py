@@ -526,7 +526,7 @@ class _Run:
         return self._output_line.last or self._waits() or self._commands()
 
     def _waits(self) -> str:
-        """Return where the sequences of the program wait; empty if it has none."""
+        """Return the sequences of the program with the lines at which they wait; empty if none waits."""
         waiting = [sequence for sequence in self._watcher.sequences if not sequence.over]
         return " ".join(
             f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}" for sequence in waiting

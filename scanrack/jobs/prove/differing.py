@@ -58,7 +58,7 @@ class ChangedTag:
 
 @dataclass(frozen=True, slots=True)
 class EditedSubject:
-    """What can differ between two programs."""
+    """The possible differences between two programs."""
 
     compared: int  # values that both programs have and at least one writes
     changed: tuple[ChangedTag, ...]

@@ -250,7 +250,7 @@ class ResumedModule:
                 self._minimum_known = self._known
 
     def _loss(self, shown: Words, command: Words) -> str:
-        """Return why the state is unknown from this row; "" if it is known."""
+        """Return the reason why the state is unknown from this row; "" if it is known."""
         before = words_of(self._before[1])
         if not shown[0] & _OK:
             return NO_ANSWER

@@ -142,7 +142,7 @@ class RunProgram:
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
-        """Return what an edit to the program of a job would do, without changing anything.
+        """Return the effect of an edit to the program of a job, without making the edit.
 
         Raises:
             ValueError: the run can't continue with that program.

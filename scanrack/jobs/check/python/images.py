@@ -78,7 +78,7 @@ class Images:
             self._reader.remark("no-place", node, f"`{ast.unparse(node)}`: {text}")
 
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
-        """Return a message that an image lacks a word or bit; "" if it has it, or if that is unknown."""
+        """Return a message about a missing word or bit of an image; "" if it exists, or if unknown."""
         known = [self._words[slot]] if slot in self._words else self._words.values()
         words = max((len(words_of.named(image)) for words_of in known), default=WORDS)
         if not -words <= word < words:
@@ -98,7 +98,7 @@ class Images:
     # --- what names are
 
     def _note_arguments(self, call: ast.Call, local: Mapping[str, What]) -> None:
-        """Note what a call passes to a function in this text."""
+        """Note the arguments that a call passes to a function in this text."""
         name = last_name(call.func)
         for function in self._functions:
             if function.name == name:
@@ -108,7 +108,7 @@ class Images:
                         self._given.setdefault((name, parameter), set()).add(content)
 
     def locals_of(self, function: Function) -> dict[str, What]:
-        """Return what the local names of a function are, if each is only one thing."""
+        """Return the kinds of the local names of a function, as far as each name has a single kind."""
         contents: dict[str, What] = {
             name: next(iter(kinds))
             for (owner, name), kinds in self._given.items()
@@ -120,7 +120,7 @@ class Images:
         return contents
 
     def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
-        """Return what an expression is, "scan", "slot", "inputs", "outputs" or "", and its slot."""
+        """Return the kind of an expression, "scan", "slot", "inputs", "outputs" or "", and its slot."""
         match node:
             case ast.Name(id=name):
                 return local.get(name, NOTHING)

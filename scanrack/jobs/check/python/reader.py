@@ -171,7 +171,7 @@ class Reader:
             raise UnknownError from error
 
     def number(self, node: ast.expr) -> int | float | None:
-        """Return the number that an expression is; None if it is not a number, or unknown."""
+        """Return the value of an expression if it is a number; None if it is not, or if it is unknown."""
         try:
             number = self.value(node)
         except UnknownError:

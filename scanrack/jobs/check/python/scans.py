@@ -198,7 +198,7 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
-    """Return a message that an expression does not fit into a word; "" if it fits, or if unknown."""
+    """Return a message about an expression that does not fit into a word; "" if it fits, or if unknown."""
     if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div):
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:

@@ -76,7 +76,7 @@ class SequenceSummaries:
         self.reached: dict[str, set[str]] = {}
 
     def follow(self, sequence: str, owner: str) -> None:
-        """Note what a sequence does, under the name of its owner."""
+        """Note the actions of a sequence, under the name of its owner."""
         self._owner, self._pending = owner, {}
         self._call(sequence, _Place("", sequence), None)
 
@@ -206,7 +206,7 @@ class SequenceSummaries:
             self._taken.setdefault(lock, {}).setdefault(name, at)
 
     def _way(self, first: str, last: str) -> FileLine | None:
-        """Return where a chain of lock orders from one lock to another begins; None if there is none."""
+        """Return the start of a chain of lock orders from one lock to another; None if there is no chain."""
         seen, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
             name, line = todo.pop(0)
@@ -315,7 +315,7 @@ class SequenceSummaries:
             return {}
 
     def _axis(self, node: ast.expr, place: _Place) -> str:
-        """Return the name of the axis that an expression is; "" if it is not an axis."""
+        """Return the name of the axis in an expression; "" if the expression is not an axis."""
         if isinstance(node, ast.Name):
             return place.axes.get(node.id, "")
         name = field_of(node)

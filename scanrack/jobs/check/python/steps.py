@@ -183,7 +183,7 @@ def _last(name: str) -> str:
 
 
 def _step(node: ast.AST) -> Step | None:
-    """Return the step that an expression is; None if it is not a step."""
+    """Return the value of an expression as a step; None if it is not a step."""
     constant = constant_of(node) if isinstance(node, ast.expr) else None
     value = None if constant is None else constant.value
     return value if isinstance(value, str | int | float) and not isinstance(value, bool) else None

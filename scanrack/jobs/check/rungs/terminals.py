@@ -82,7 +82,7 @@ class Terminals:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return a message that a bit is not a terminal of its card; "" if it is, or if that is unknown."""
+        """Return a message about a bit that is not a terminal of its card; "" if it is one, or if unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""

@@ -30,7 +30,7 @@ ZERO: ImageWords = (0,) * WORDS
 
 
 class CapturedScenes(NamedTuple):
-    """What a trace contains about a 3601."""
+    """The data of a 3601 in a trace."""
 
     firmware: str
     scenes: list[PlayedScene]
