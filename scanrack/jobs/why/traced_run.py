@@ -231,6 +231,6 @@ class _Tracer:
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
-        sent = () if line.number else senders(self._replay.logic, self._program)
-        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, sent)
+        writers = () if line.number else senders(self._replay.logic, self._program)
+        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, writers)
         self.found.changes[self._replay.row].append(change)

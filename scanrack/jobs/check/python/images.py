@@ -85,11 +85,11 @@ class Images:
             return f"the image has words 0 to {words - 1}"
         if bit is not None and not 0 <= bit < BITS:
             return f"a word has bits 0 to {BITS - 1}"
-        there = (
+        alternative = (
             self._words[slot].terminals_instead(image, word % words, bit or 0) if slot in self._words else ""
         )
-        is_lacking = there.startswith("no ") if bit is None else bool(there)
-        return f"the card in slot {slot} has {there}" if is_lacking else ""
+        is_lacking = alternative.startswith("no ") if bit is None else bool(alternative)
+        return f"the card in slot {slot} has {alternative}" if is_lacking else ""
 
     def _number(self, node: ast.expr) -> int | None:
         number = self._reader.number(node)
@@ -115,8 +115,8 @@ class Images:
             if owner == function.name and len(kinds) == 1
         }
         for name, values in grouped(_assigned(function), lambda pair: pair[0]).items():
-            whats = {NOTHING if value is None else self.what(value, contents) for _, value in values}
-            contents[name] = next(iter(whats)) if len(whats) == 1 else NOTHING
+            kinds_found = {NOTHING if value is None else self.what(value, contents) for _, value in values}
+            contents[name] = next(iter(kinds_found)) if len(kinds_found) == 1 else NOTHING
         return contents
 
     def what(self, node: ast.expr, local: Mapping[str, What]) -> What:

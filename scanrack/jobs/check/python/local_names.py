@@ -34,8 +34,8 @@ class LocalNames:
 
     def swap(self, names: Names) -> Names:
         """Switch to the names of another place; return the names of the present one."""
-        self._names, here = names, self._names
-        return here
+        self._names, previous = names, self._names
+        return previous
 
     def join(self, other: Names, test: ast.expr) -> None:
         """Join the names after the two arms of a statement; `other` has those after the first arm."""

@@ -113,10 +113,10 @@ class Reader:
                 if name in NEUTRAL:
                     arguments[name] = (NEUTRAL[name],)
         try:
-            made = [] if unpacks(call) else [_class(kind)(**variant) for variant in variants(arguments)]
+            commands = [] if unpacks(call) else [_class(kind)(**variant) for variant in variants(arguments)]
         except TypeError:  # the call itself fails, or an argument is unknown
             return None
-        return made[0] if made else None
+        return commands[0] if commands else None
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
         """Return the arguments of a call that have a single value."""

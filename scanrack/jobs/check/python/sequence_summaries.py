@@ -152,10 +152,10 @@ class SequenceSummaries:
 
     def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
         """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
-        listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
-        axes = [self._axis(node, place) for node in listed]
+        elements = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
+        axes = [self._axis(node, place) for node in elements]
         if isinstance(loop.target, ast.Name) and axes and all(axes):
-            self._followed |= {id(node) for node in listed}
+            self._followed |= {id(node) for node in elements}
             for axis in axes:
                 yield replace(place, axes={**place.axes, loop.target.id: axis})
         else:
@@ -198,9 +198,9 @@ class SequenceSummaries:
             self._facts.remark("lock-order", at, text)
             return
         for lock in held:
-            back = self._way(name, lock)
-            if back is not None:
-                where = f"line {back.line} leads the other way"
+            reverse = self._way(name, lock)
+            if reverse is not None:
+                where = f"line {reverse.line} leads the other way"
                 text = f"{self._owner} takes {name} while it holds {lock}: {where}"
                 self._facts.remark("lock-order", at, text)
             self._taken.setdefault(lock, {}).setdefault(name, at)
@@ -285,8 +285,8 @@ class SequenceSummaries:
 
     def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
         """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
-        listed = given_to(["segments"], call).get("segments")
-        segments = self._numbers[place.file].sequence(listed) if listed is not None else None
+        segments_node = given_to(["segments"], call).get("segments")
+        segments = self._numbers[place.file].sequence(segments_node) if segments_node is not None else None
         if segments is None or not all(isinstance(segment, BlendSegment) for segment in segments):
             return None
         return tuple(

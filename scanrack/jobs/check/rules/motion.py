@@ -144,8 +144,8 @@ def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iter
 
 def _is_sent(subject: Subject, command: Command) -> bool:
     """Whether a module's configuration is sent as words."""
-    sent = subject.facts.configurations
-    return command.words and any(sent_command.slot == command.slot for sent_command in sent)
+    configurations = subject.facts.configurations
+    return command.words and any(sent_command.slot == command.slot for sent_command in configurations)
 
 
 def is_open(subject: Subject, command: Command) -> bool:

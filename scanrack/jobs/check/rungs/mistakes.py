@@ -235,12 +235,12 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
     """Whether an input switches a bit on that then holds itself on, whatever else is off."""
-    whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
-    bits = [leaf for leaf in leaves(whole) if isinstance(leaf, Bit) and leaf.on]
+    power, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
+    bits = [leaf for leaf in leaves(power) if isinstance(leaf, Bit) and leaf.on]
     starts = (places.get(bit.name) for bit in bits if bit != own)
     if own not in bits or not any(map(is_input, starts)):
         return False
-    return never(AllOf((own, negated(whole)))) and not always(whole)
+    return never(AllOf((own, negated(power)))) and not always(power)
 
 
 def _others(own: Access, writes: Sequence[Access]) -> bool:
