@@ -1,4 +1,4 @@
-"""The bench of `scanrack drive` for cards with their own words: images in and out, inputs by name."""
+"""The `scanrack drive` bench for cards that define their own words: images in and out, inputs by name."""
 
 from __future__ import annotations
 

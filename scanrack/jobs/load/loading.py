@@ -251,7 +251,7 @@ def recording_of(address: str) -> str:
         return address
     trace = Path(path).with_name(SCENARIO_TRACE)
     if not trace.is_file():
-        raise ValueError(f"{path}: no recording {SCENARIO_TRACE} beside it: the rack did not do it")
+        raise ValueError(f"{path}: no {SCENARIO_TRACE} in its folder: the scenario has not run on the rack")
     return f"{trace}{sharp}{fragment}"
 
 

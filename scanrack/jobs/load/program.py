@@ -212,7 +212,7 @@ def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_recor
         source = path.parent / file
         record = getattr(_execute(source, _read(source)), attribute, None)
         if not isinstance(record, module_records.ModuleRecord):
-            raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
+            raise ProgramError(f"{source}: no ModuleRecord named {attribute}")
         records[name] = replace(record, name=name)
     return records
 

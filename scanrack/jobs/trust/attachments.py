@@ -77,7 +77,7 @@ def files_of(job: LoadedRack) -> dict[str, Path]:
 
 
 def files_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the other files of a job: modules, stubs, unit programs, and racks and panel beside it."""
+    """Return a job's other files: modules, stubs, unit programs, panel, and other racks in the folder."""
     panel = Path(panel_name(str(job.rack_file)))
     shown = {panel.name: panel} if _is_input(panel) else {}
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}

@@ -333,7 +333,7 @@ def _uses_names(texts: Iterable[ast.AST]) -> bool:
 
 
 def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:
-    """Return the plain values in the class body that its text never changes, by name."""
+    """Return the class attributes with plain values that no statement assigns to, by name."""
     kinds = [kind for kind in type(logic).__mro__ if issubclass(kind, Logic)]
     names = dict.fromkeys(name for kind in kinds for name in vars(kind)).keys() - stored_attributes(texts)
     values = {name: getattr_static(type(logic), name) for name in names}
