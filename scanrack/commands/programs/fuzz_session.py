@@ -155,13 +155,13 @@ class Session:
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
         before = replace(state)
-        again = self._memory.known(tuple(options.begin_with or ()))
+        earlier_scenarios = self._memory.known(tuple(options.begin_with or ()))
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again()
-        again += tuple(self._shrink_what_is_left())
+        earlier_scenarios += tuple(self._shrink_what_is_left())
         self._keep(state.note(self._undisturbed()))
-        status = self._search(again) if self._can_be_searched() else DONE
+        status = self._search(earlier_scenarios) if self._can_be_searched() else DONE
         broken = [
             counterexample
             for _, counterexample in sorted(state.found.items())

@@ -94,8 +94,8 @@ def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> 
     prefixes = list(dict.fromkeys(map(prefix_of, table.rules)))
     for name in sorted(names - set(prefixes) - set(table.rules)):
         among = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
-        allowed = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
-        raise ValueError(_unknown("rule", name, among or prefixes, allowed))
+        legal_ids = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
+        raise ValueError(_unknown("rule", name, among or prefixes, legal_ids))
     return [rule for rule in rules if not names or names & {rule.id, prefix_of(rule.id)}]
 
 

@@ -64,8 +64,8 @@ def _print_file(software: str, rows: list[TagRow], title: str) -> int:
 def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
     if not names:
         return DONE
-    listed = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
-    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {listed}", NO)
+    missing_names = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
+    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {missing_names}", NO)
 
 
 def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:

@@ -127,8 +127,8 @@ def _import_command(
         record(target, options.controller, real, names)
         if options.simulated_to is not None:
             record(options.simulated_to, options.controller, model, names)
-        done = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
-        _tell([], done, quiet=options.quiet)
+        summary_line = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
+        _tell([], summary_line, quiet=options.quiet)
     raise typer.Exit(DONE)
 
 

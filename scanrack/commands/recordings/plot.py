@@ -67,8 +67,8 @@ def _plot_command(
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()
         if kind not in _KINDS:
-            allowed = ", ".join(_KINDS)
-            raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
+            suffixes = ", ".join(_KINDS)
+            raise ValueError(f"{target}: the file's suffix says what to draw: {suffixes}")
         check_output(target, _KINDS[kind], itself(trace))
         with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
             shown: Any = {"slots": slot or (), "tags": tag or (), "title": title, "progress": progress}

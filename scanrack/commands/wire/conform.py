@@ -152,16 +152,16 @@ def _conform_command(
         around = _with_result(used, out)
         recorded = _recorded_scenes(options, plan)
         result = _judged(recorded, shown=not (options.quiet or options.as_json))
-        whole = as_object(recorded, result)
+        result_object = as_object(recorded, result)
         name = "" if out is None else out.name
         if out is not None:
             with new_file(out, RESULT, used=used) as file:
-                json.dump(whole, file, separators=(", ", ": "))
+                json.dump(result_object, file, separators=(", ", ": "))
                 file.write("\n")
         if options.html is not None:
             save_report(options.html, recorded, result, around, name)
         if options.as_json or not options.quiet:
-            _say_result(whole, result, recorded, name, as_json=options.as_json)
+            _say_result(result_object, result, recorded, name, as_json=options.as_json)
         raise typer.Exit(NO if result.differs else DONE)
 
 

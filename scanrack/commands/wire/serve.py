@@ -120,8 +120,8 @@ class ConsoleLines:
         # not `sys.stdin`: Python can't end while a thread is inside it
         typed = b""
         while data := os.read(0, 1 << 12):
-            *whole, typed = (typed + data).split(b"\n")
-            for line in whole:
+            *lines_read, typed = (typed + data).split(b"\n")
+            for line in lines_read:
                 lines.put(line.decode("utf-8", "replace") + "\n")
         lines.put("")
 

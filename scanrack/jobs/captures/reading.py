@@ -135,7 +135,7 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
 
 
 def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
-    """Return a sentence why a capture has no exchange at a port.
+    """Return the reason why a capture has no exchange at a port, as a sentence.
 
     Args:
         others: the ports with connections in the capture.

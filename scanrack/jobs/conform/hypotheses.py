@@ -104,19 +104,21 @@ def search(
     if start is None:
         return result
     live, waiting, adopted = [start.branch], list[SeenImage](), start.is_whole
-    limits = [*(sent.window.low_ns for sent, _ in turns[1:]), None]
-    for place, ((sent, seen), limit) in enumerate(zip(turns, limits, strict=True)):
+    limits = [*(turn_sent.window.low_ns for turn_sent, _ in turns[1:]), None]
+    for place, ((transmission, seen), limit) in enumerate(zip(turns, limits, strict=True)):
         instants = (
-            _instants(sent, timing, single=place <= start.turn) if given is None else given[place : place + 1]
+            _instants(transmission, timing, single=place <= start.turn)
+            if given is None
+            else given[place : place + 1]
         )
-        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), result, most)
-        result.after = sent
+        live = _spread(live, transmission, instants, _earliest(waiting, transmission, timing), result, most)
+        result.after = transmission
         result.moving += 1
         if not live:
             return result
         waiting += start.judged(place, seen)
         adopted = adopted or (place > start.turn and _adopt(live, waiting))
-        live, waiting = _sift(live, waiting, limit, sent, timing, result)
+        live, waiting = _sift(live, waiting, limit, transmission, timing, result)
         if not live:
             return result
         if all(hypothesis.rests for hypothesis in live):
@@ -167,7 +169,10 @@ def _start_of(
 
 def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
     """Return the number of the first turn that configures; the number of turns if none does."""
-    return next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
+    return next(
+        (n for n, (transmission, _) in enumerate(turns) if transmission.words and transmission.words[0] < 0),
+        len(turns),
+    )
 
 
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:

@@ -150,9 +150,9 @@ class WireBench(Generic[New, Env]):
         known = marks.union(self.target.signals)
         for name in request.observe or ():
             if name not in known:
-                allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
+                choices_text = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
-                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {allowed}'
+                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {choices_text}'
                 )
         return fresh
 

@@ -83,8 +83,8 @@ class FirstRun:
             "modules it wants, memory here": modules,
             "in place of what is not here": self.stubs,
         }
-        for title, listed in sections.items():
-            shown = [f"    {row}" for row in listed]
+        for title, section_rows in sections.items():
+            shown = [f"    {row}" for row in section_rows]
             yield from (f"{title}:", *shown) if shown else ()
 
 

@@ -218,22 +218,22 @@ def write_failure(
         folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", used
     )
     check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
-    again = []
+    commands = []
     if job.rack_file.suffix == ".toml":
         text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
         rack_file = write_text(folder / "rack.toml", text, used)
         job = load_job(str(rack_file))
-        again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+        commands.append(shlex.join(["scanrack", "run", str(rack_file)]))
         if found.scenario.tears:
-            again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
+            commands.append("(without the inputs that come in the middle of a scan: no rack file has them)")
         if found.scenario.orders:
-            again.append("(without what an operator's panel writes: no rack file has it)")
-    again += _record(job, bench, found.scenario, scans, folder)
+            commands.append("(without what an operator's panel writes: no rack file has it)")
+    commands += _record(job, bench, found.scenario, scans, folder)
     late = find_point_of_no_return(bench, found, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
         cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
     chart = _draw_chart(found, late, folder)
-    write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
+    write_text(folder / "report.txt", report(found, late, cause, chart, commands, check), used)
     return late is not None
 
 

@@ -140,10 +140,10 @@ class InputReplay:
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
         """Take the orders and, by slot, the changes of links that are still to come."""
         now_ns = self.view.now_ns if self.row >= 0 else -1
-        ahead = (
+        later_changes = (
             (slot, change) for slot, changes in links.items() for change in changes if change.now_ns > now_ns
         )
-        self._links = deque(sorted(ahead, key=lambda each: each[1].now_ns))
+        self._links = deque(sorted(later_changes, key=lambda each: each[1].now_ns))
         self._orders = deque(
             sorted((order for order in orders if order.scan > self.scan), key=lambda each: each.scan)
         )

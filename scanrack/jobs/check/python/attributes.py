@@ -101,7 +101,7 @@ def _element(node: ast.Subscript, reader: Reader) -> None:
 
 
 def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
-    """Return a message that a table lacks a key or index; "" if it may have it."""
+    """Return a message about a missing key or index of a table; "" if the table may have it."""
     if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
         return f"`{name}` has {len(table)} elements, and no [{key}]"
     if isinstance(table, dict) and table and key is not None:

@@ -59,10 +59,10 @@ class Scans:
         """Note a slot that the rack does not have, and a write to an input."""
         owner, index = node.value, node.slice
         if isinstance(owner, ast.Attribute) and owner.attr == "slot" and isinstance(index, ast.Constant):
-            there = [slot.number for slot in self._spec.slot]
-            if isinstance(index.value, int) and index.value not in there:
-                listed = ", ".join(map(str, there))
-                text = f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
+            slot_numbers = [slot.number for slot in self._spec.slot]
+            if isinstance(index.value, int) and index.value not in slot_numbers:
+                slots_text = ", ".join(map(str, slot_numbers))
+                text = f"`{ast.unparse(node)}`: the rack has modules in slots {slots_text} only"
                 self._reader.remark("no-place", node, text)
         if is_stored(node) and self._is_image(owner, ".inputs"):
             self._reader.remark(
@@ -112,9 +112,9 @@ class Scans:
         views: dict[str, object] = {}
         for node in nodes_in(self._reader.tree, ast.Assign):
             if len(node.targets) == 1 and isinstance(node.value, ast.Call):
-                called = self._reader.names.get(ast.unparse(node.value.func))
-                if getattr(called, "__name__", "") == "StatusView":
-                    views[ast.unparse(node.targets[0])] = called
+                callee = self._reader.names.get(ast.unparse(node.value.func))
+                if getattr(callee, "__name__", "") == "StatusView":
+                    views[ast.unparse(node.targets[0])] = callee
         return views
 
     # --- commands
@@ -198,7 +198,7 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
-    """Return a message that an expression does not fit into a word; "" if it fits, or if unknown."""
+    """Return a message about an expression that does not fit into a word; "" if it fits, or if unknown."""
     if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div):
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:

@@ -82,9 +82,9 @@ class Scopes:
         functions = list(functions_in(self._reader.tree))
         calls: dict[str, set[str]] = {}
         for function, owner in functions:
-            called = (node.func for node in nodes_in(function, ast.Call))
+            callees = (node.func for node in nodes_in(function, ast.Call))
             own = (
-                callee for callee in called if isinstance(callee, ast.Name) or (owner and field_of(callee))
+                callee for callee in callees if isinstance(callee, ast.Name) or (owner and field_of(callee))
             )
             calls[function.name] = {ast.unparse(node).removeprefix("self.") for node in own}
         for function, _ in functions:

@@ -207,9 +207,9 @@ class _SequenceReader:
     def _called_twice(self) -> None:
         """Note blocks that are called twice in a scan."""
         helpers = {method.name: method for _, method in self._methods.values()}
-        called = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
+        callees = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
         for reader, function in self._methods.values():
-            is_helper = isinstance(function, ast.FunctionDef) and function.name in called
+            is_helper = isinstance(function, ast.FunctionDef) and function.name in callees
             for call, name in () if is_helper else called_twice(function, self._blocks, helpers):
                 where = f"{name} is called twice in {function.name}"
                 text = f"{where}: the second call counts, and edges are lost"
@@ -231,9 +231,9 @@ class _SequenceReader:
             known.update(declared(vars(kind)))
         for reader, function in self._methods.values():
             if function.args.args and function.args.args[0].arg == "self":
-                called = {id(node.func) for node in nodes_in(function, ast.Call)}
+                callee_ids = {id(node.func) for node in nodes_in(function, ast.Call)}
                 for node in nodes_in(function, ast.Attribute):
-                    names = self._names_of(node, known, called=id(node) in called)
+                    names = self._names_of(node, known, called=id(node) in callee_ids)
                     if names is not None:
                         reader.remark_unless_in(names, node)
 

@@ -83,8 +83,8 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
     """Return the first bit that a move may overwrite."""
-    under = (bit for bit in bits if _contains(move.part, bit.part) and not _exclude(move, bit))
-    return next(under, None)
+    covered = (bit for bit in bits if _contains(move.part, bit.part) and not _exclude(move, bit))
+    return next(covered, None)
 
 
 def _contains(whole: str, part: str) -> bool:

@@ -115,8 +115,8 @@ class Conditions:
 
     def _limited(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
         if isinstance(low, Constant) and isinstance(high, Constant):
-            inside = self.compared(test, ">=", low), self.compared(test, "<=", high)
-            return AllOf(inside) if low.value <= high.value else AnyOf(inside)
+            limits = self.compared(test, ">=", low), self.compared(test, "<=", high)
+            return AllOf(limits) if low.value <= high.value else AnyOf(limits)
         return UNKNOWN
 
     def condition(self, operand: Resolved) -> Condition:

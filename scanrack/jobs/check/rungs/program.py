@@ -98,22 +98,22 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
     """Note the commands that the program sends to the 3601s."""
     reader = WriteReader(view)
     writes = list(reader.writes())
-    sent = SentWords(view, reader, writes)
+    sent_words = SentWords(view, reader, writes)
     homes = [call for call in view.calls if call.call.name == "MC_HOME"]
-    facts.configurations = list(sent.configurations())
+    facts.configurations = list(sent_words.configurations())
     facts.searches = [
-        *sent.searches(),
+        *sent_words.searches(),
         *(SentCommand(home.place, view.axes.get(home.axis)) for home in homes),
     ]
     facts.remarks["command-held"] += held(writes)
-    facts.remarks["out-of-range"] += _out_of_range(view, reader, sent, writes)
+    facts.remarks["out-of-range"] += _out_of_range(view, reader, sent_words, writes)
     facts.not_seen += computed(writes)
     facts.computed = {write.slot for write in writes if not write.known and write.word < 2}
     facts.computed |= reader.staged
-    facts.at_once = list(sent.at_once())
+    facts.at_once = list(sent_words.at_once())
     steps = Steps(view, calls)
     blocks = list(map(steps.with_start, commands_of(view.calls, view.axes, view.values, view.owners)))
-    facts.commands = [*blocks, *sent.commands()]
+    facts.commands = [*blocks, *sent_words.commands()]
     facts.actions = list(steps.actions(writes, blocks))
     facts.step_use, facts.first_steps = steps.use, steps.first
     facts.writes = list(steps.word_writes(writes))

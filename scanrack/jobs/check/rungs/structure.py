@@ -88,11 +88,11 @@ class Structure:
         if self._lowered.functions:
             return
         roots = set(self._lowered.roots)
-        called = roots.union(
+        reachable = roots.union(
             reached(roots, lambda name: calls_of(routines[name]) if name in routines else ())
         )
         for name, routine in routines.items():
-            if name not in called and self._is_left_out(name, routine):
+            if name not in reachable and self._is_left_out(name, routine):
                 text = f"nothing calls routine {routine.name}"
                 self._facts.remark("unreachable", self._view.place(routine.lines[0]), text)
 

@@ -82,13 +82,13 @@ class Terminals:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return a message that a bit is not a terminal of its card; "" if it is, or if that is unknown."""
+        """Return a message about a bit that is not a terminal of its card; "" if it is one, or if unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""
         if leaf.slot in self._cards:
-            there = self._instead(operand, leaf)
-            return f"{operand.text}: the card in slot {leaf.slot} has {there}" if there else ""
+            alternative = self._instead(operand, leaf)
+            return f"{operand.text}: the card in slot {leaf.slot} has {alternative}" if alternative else ""
         is_export = self._view.path.suffix in EXPORT_SUFFIXES
         return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
 
@@ -99,8 +99,8 @@ class Terminals:
         if leaf.slot is None or word is None or not isinstance(bit, Constant | None):
             return ""
         image, number = "O" if leaf.output else "I", 0 if bit is None else int(bit.value)
-        there = self._cards[leaf.slot].terminals_instead(image, word, number)
-        return there if bit is not None or there.startswith("no ") else ""
+        alternative = self._cards[leaf.slot].terminals_instead(image, word, number)
+        return alternative if bit is not None or alternative.startswith("no ") else ""
 
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""

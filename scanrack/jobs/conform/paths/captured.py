@@ -30,7 +30,7 @@ ZERO: ImageWords = (0,) * WORDS
 
 
 class CapturedScenes(NamedTuple):
-    """What a trace contains about a 3601."""
+    """The data of a 3601 in a trace."""
 
     firmware: str
     scenes: list[PlayedScene]
@@ -124,17 +124,17 @@ class _Scenes:
 
     def found(self) -> list[PlayedScene]:
         """Return the scenes, in order."""
-        sent, known = ZERO, False
+        sent_words, known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
             seen = SeenImage(Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row]))
             was_known = known
-            known, rests = self._follow(at_ns, sent)
+            known, rests = self._follow(at_ns, sent_words)
             if was_known and not known:
                 self._end()
             inputs = self._changed(seen)
-            written = [Transmission(self._window(row), words)] if words != sent else []
-            if words[0] < 0 <= sent[0] and not self._is_refused(row):
+            written = [Transmission(self._window(row), words)] if words != sent_words else []
+            if words[0] < 0 <= sent_words[0] and not self._is_refused(row):
                 self._end()
                 self._scene = self._configured(row, seen)
                 self._scene.moments += written
@@ -142,8 +142,8 @@ class _Scenes:
                 self._scene.moments += inputs
                 self._scene.moments += [*written, seen] if self._since_last else [seen, *written]
             if rests and not written:
-                self._rest(seen, sent)
-            sent = words
+                self._rest(seen, sent_words)
+            sent_words = words
         self._end()
         return self._scenes
 

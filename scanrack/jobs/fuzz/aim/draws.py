@@ -350,8 +350,8 @@ class Draws:
     def _scan(self, edges: Edges, first: int) -> int:
         random, scans = self._random, self.scans
         where = random.random()
-        if where < AT_EDGES and (near := edges.near(random, first)) is not None:
-            return near
+        if where < AT_EDGES and (edge_scan := edges.near(random, first)) is not None:
+            return edge_scan
         if first and where < SOON:
             if self.times and random.random() < BY_TIMES:
                 return first + self._own_time() // self.scan_ns

@@ -135,8 +135,8 @@ class _Tasks:
         """Run the tasks of a round; yield their reports in task order, beginning with a task number."""
         self._submit_all(tasks)
         while self.running:
-            done, _ = wait(self.running, return_when=FIRST_COMPLETED)
-            self._take(done)
+            finished, _ = wait(self.running, return_when=FIRST_COMPLETED)
+            self._take(finished)
             while number in self.early:
                 yield self.early.pop(number)
                 number += 1

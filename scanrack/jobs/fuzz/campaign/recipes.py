@@ -42,7 +42,7 @@ MOST_SCANS = 10**15
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """What a run depends on besides its scenario."""
+    """The origin of a run: everything besides its scenario that the run depends on."""
 
     scans: int
     rack: str  # hash of the rack file

@@ -39,10 +39,12 @@ class _Program:
 
     def branches(self) -> bytearray:
         """Return a byte for each branch: not 0 if it was taken on any bench."""
-        taken = self.tally.branches
+        branch_total = self.tally.branches
         for branch_bits in self.noted:
-            taken = bytearray(map(or_, taken, branch_bits)) if taken else bytearray(branch_bits)
-        return taken
+            branch_total = (
+                bytearray(map(or_, branch_total, branch_bits)) if branch_total else bytearray(branch_bits)
+            )
+        return branch_total
 
 
 class BenchCoverage(BenchObserver):

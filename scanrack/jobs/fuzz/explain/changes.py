@@ -67,8 +67,8 @@ class _BitView(QuietListener):
             shown = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
             names[f"slot {number}"] = frozenset(shown)
             snapshot = SlotSnapshot(slot)
-            sent = {"configuration"} if snapshot.configuring else set(snapshot.commands)
-            names[f"the commands of slot {number}"] = frozenset(sent)
+            command_names = {"configuration"} if snapshot.configuring else set(snapshot.commands)
+            names[f"the commands of slot {number}"] = frozenset(command_names)
         return names
 
     def phrases(self) -> Iterator[str]:

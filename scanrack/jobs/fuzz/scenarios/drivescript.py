@@ -113,17 +113,17 @@ class DriveScript(QuietListener):
 
 
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
-    made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
+    table: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
     if slot.has(Trait.FIRMWARE):
-        made = {"firmware": slot.firmware, **made}
+        table = {"firmware": slot.firmware, **table}
     switches = _fed_by_bench(slot.machine)
     if switches:
-        made["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
+        table["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
     if slot.wiring:
-        made["wiring"] = slot.wiring
+        table["wiring"] = slot.wiring
     if slot.options:
-        made["options"] = dict(slot.options)
-    return made
+        table["options"] = dict(slot.options)
+    return table
 
 
 def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:

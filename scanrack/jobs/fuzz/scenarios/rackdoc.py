@@ -107,13 +107,13 @@ def _shift(machine: Table, steps: int) -> None:
 
 
 def _seconds(time_ns: int) -> Decimal | int:
-    whole, fraction = divmod(time_ns, 1_000_000_000)
-    return Decimal(time_ns).scaleb(-9).normalize() if fraction else whole
+    whole_seconds, fraction = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if fraction else whole_seconds
 
 
 def _ms(time_ns: int) -> Decimal | int:
-    whole, fraction = divmod(time_ns, 1_000_000)
-    return Decimal(time_ns).scaleb(-6) if fraction else whole
+    whole_ms, fraction = divmod(time_ns, 1_000_000)
+    return Decimal(time_ns).scaleb(-6) if fraction else whole_ms
 
 
 def _entry(entry: TimelineEntry) -> Table:

@@ -304,15 +304,15 @@ def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[Mas
     >>> in_succession([MasterTurn(5, 3, 10)], [Turn(1, 40, 7, 20)])
     (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
     """
-    made: list[MasterTurn] = []
+    placed: list[MasterTurn] = []
     all_turns = [
         *own,
         *(MasterTurn(master_turn.at_ns, master_turn.counts, master_turn.for_ns) for master_turn in turns),
     ]
     for turn in sorted(all_turns, key=lambda turn: turn.at_ns):
-        free_ns = made[-1].end_ns if made else 0
-        made.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
-    return tuple(made)
+        free_ns = placed[-1].end_ns if placed else 0
+        placed.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
+    return tuple(placed)
 
 
 def push_entry(push: ContactPress) -> dict[str, Any]:
@@ -352,15 +352,15 @@ def signal_entries(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
     """Return signals as rows of a card's timeline; after each, the input returns to its other value."""
-    made: list[dict[str, str | int | float]] = []
+    entries: list[dict[str, str | int | float]] = []
     for signal in signals:
         end_ms = (signal.at_ns + signal.for_ns) / 1e6
         own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == signal.input]
         before = [(at_ns, value) for at_ns, value in own if at_ns <= signal.at_ns + signal.for_ns]
-        back = max(before, key=lambda row: row[0])[1] if before else 0
-        made.append({"at_ms": signal.at_ns / 1e6, "input": signal.input, "value": signal.value})
-        made.append({"at_ms": end_ms, "input": signal.input, "value": back})
-    return made
+        base_value = max(before, key=lambda row: row[0])[1] if before else 0
+        entries.append({"at_ms": signal.at_ns / 1e6, "input": signal.input, "value": signal.value})
+        entries.append({"at_ms": end_ms, "input": signal.input, "value": base_value})
+    return entries
 
 
 def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
