@@ -266,8 +266,8 @@ class _Comparer:
                 yield from self._steps(entry, {**names.get("", {}), **names.get(program, {})})
 
     def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
-        old = [with_new_names(step, names) for step in routine.old.steps]
-        for pair in without_followers(paired(old, routine.new.steps)):
+        old_steps = [with_new_names(step, names) for step in routine.old.steps]
+        for pair in without_followers(paired(old_steps, routine.new.steps)):
             yield from self._step(routine.owner, pair)
 
     def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
@@ -331,7 +331,7 @@ def _without_shared(
 
 
 def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
-    """Replace each common part that the other list lacks by its items."""
+    """Replace each common part that the other list lacks with its items."""
     parts: list[Item | CommonPart] = []
     for part in items:
         if isinstance(part, Item):
@@ -383,8 +383,8 @@ def _orders_of_members(old: Item, new: Item) -> list[str]:
     if old.what != "data type":
         return []
     orders = _members(old), _members(new)
-    common = set(orders[0]).intersection(orders[1])
-    before, after = (", ".join(label for label in order if label in common) for order in orders)
+    common_labels = set(orders[0]).intersection(orders[1])
+    before, after = (", ".join(label for label in order if label in common_labels) for order in orders)
     return [before, after] if before != after else []
 
 
@@ -417,8 +417,8 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
-    inner = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
-    return "\n".join((*item.lines(steps=steps), *inner))
+    inner_lines = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
+    return "\n".join((*item.lines(steps=steps), *inner_lines))
 
 
 def _all_steps(item: Item) -> tuple[Step, ...]:

@@ -253,18 +253,18 @@ class _L5xOutline:
 
     def chart(self, content: Any, number: int) -> Iterator[Step]:
         """Yield the elements of a chart or of a diagram's sheets, with connections by name."""
-        head = content.get("OnlineEditType", "")
+        edit_type = content.get("OnlineEditType", "")
         place = number
         for sheet in [content, *content.iterchildren("Sheet")]:
             names = _names(sheet)
-            inner = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
-            for node in inner:
+            nodes = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
+            for node in nodes:
                 text = _element_text(node, names)
                 if text:
                     places = [
                         f"{name}={position}" for name, position in node.attrib.items() if name in PLACES
                     ]
-                    shown = f"{head}: {text}" if head else text
+                    shown = f"{edit_type}: {text}" if edit_type else text
                     key, name = " ".join(shown.split()), names.get(node.get("ID", ""), "")
                     layout = " ".join(places)
                     yield Step(ELEMENT, place, shown, key, "", self._line(node), name, layout)

@@ -174,5 +174,5 @@ def _weights(key: str) -> Counter[str]:
 def _similarity(one: Counter[str], other: Counter[str]) -> float:
     total = one.total() + other.total()
     few, many = (one, other) if len(one) < len(other) else (other, one)
-    common = sum(min(count, many[word]) for word, count in few.items())
-    return 2 * common / total if total else 0.0
+    common_count = sum(min(count, many[word]) for word, count in few.items())
+    return 2 * common_count / total if total else 0.0

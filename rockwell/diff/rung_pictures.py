@@ -85,8 +85,8 @@ def pictures(old: Step, new: Step) -> tuple[str, str] | None:
     ]
     pairs = aligned(*texts)
     paired = {i for i, _ in pairs}, {k for _, k in pairs}
-    edited = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
-    return _svg(rungs[0], edited[0]), _svg(rungs[1], edited[1])
+    edited_words = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
+    return _svg(rungs[0], edited_words[0]), _svg(rungs[1], edited_words[1])
 
 
 def picture(step: Step) -> str:

@@ -1,4 +1,4 @@
-"""Assembly of a document's parts to a `Controller`, repeated after each refusal."""
+"""Assembles a document's parts into a `Controller`, again after each refusal."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ class Builder:
         return f"{body.replace('.', ', action ')}, line {number}: " if body else "", line
 
     def _remove(self, owner: str, routine: str, found: Routine) -> None:
-        """Replace a program's routine by a function that does nothing; empty an add-on's routine."""
+        """Replace a program's routine with a function that does nothing; empty an add-on's routine."""
         part = self._parts.programs.get(owner.upper())
         if part is not None:
             del part.routines[routine.upper()]
@@ -133,11 +133,11 @@ class Builder:
         target = self._routine(owner, routine)
         if target is None:
             return False
-        refused = [
+        outcomes = [
             self.refuse(owner, routine, number, problem.text, problem.remedy)
             for number in range(len(target.rungs) or 1)
         ]
-        return any(refused)
+        return any(outcomes)
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
         reason = str(error).replace("\n", " ")

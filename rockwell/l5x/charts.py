@@ -243,8 +243,8 @@ class ChartBuilder:
         word = element.attributes.get("Qualifier", "NonStored")
         qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
         if qualifier is None:
-            allowed = ", ".join(choice.value for choice in Qualifier)
-            raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {allowed}")
+            qualifiers = ", ".join(choice.value for choice in Qualifier)
+            raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {qualifiers}")
         boolean = element.attributes.get("IsBoolean", "").lower() == "true"
         body = None if boolean or qualifier is Qualifier.R else self._body(element)
         return Action(

@@ -52,8 +52,8 @@ def _found(what: str, among: list[Span], name: str) -> Span:
 
 
 def _is_target(root: Span, program: Span, routine: Span | None) -> bool:
-    chosen = program if routine is None else routine
-    return root.attributes.get("TargetType") == chosen.tag and chosen.attributes.get("Use") == "Target"
+    target = program if routine is None else routine
+    return root.attributes.get("TargetType") == target.tag and target.attributes.get("Use") == "Target"
 
 
 class _Extraction:
@@ -79,13 +79,13 @@ class _Extraction:
 
     def _head(self) -> Iterator[Splice]:
         """Yield the splices for the attributes of the root element."""
-        root, chosen = self._text.root, self._routine or self._program
+        root, target = self._text.root, self._routine or self._program
         present = root.attributes.get("ExportOptions", "").split()
         options = sorted(_NEEDED | set(present), key=lambda each: (*_OPTIONS, *present).index(each))
         attributes: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
         if self._routine is not None:
             attributes["TargetSubType"] = self._routine.attributes.get("Type")
-        attributes |= {"TargetName": chosen.name, "TargetType": chosen.tag, "ContainsContext": "true"}
+        attributes |= {"TargetName": target.name, "TargetType": target.tag, "ContainsContext": "true"}
         attributes["ExportOptions"] = " ".join(options)
         yield from self._changed(root, attributes)
 

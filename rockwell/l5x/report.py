@@ -178,9 +178,9 @@ class Report:
         """Warnings for a run, about lost values and online edits."""
         texts = []
         if self.lost:
-            shown = ", ".join(self.lost[:LOST_SHOWN])
+            losses = ", ".join(self.lost[:LOST_SHOWN])
             suffix = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
-            lost = f"values of the export are lost: {shown}{suffix}"
+            lost = f"values of the export are lost: {losses}{suffix}"
             texts.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
         if self.forces:
             texts.append(f"{self.file}: the export has {len(self.forces)} forces; --forces holds them")

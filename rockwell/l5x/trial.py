@@ -155,9 +155,9 @@ class Outcome:
     """The outcome of a trial."""
 
     scans: bool = False  # whether all scans were completed
-    fault: str = ""  # the first major fault, "" without one
+    fault: str = ""  # the first major fault; "" if there was none
     program: str = ""  # its program
-    difference: str = ""  # the first difference, "" without one
+    difference: str = ""  # the first difference; "" if there was none
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:

@@ -160,10 +160,15 @@ class UnknownTypes:
     ) -> None:
         """Define a type, after the types of the InOuts to which its members are passed."""
         for owner, address, inout in parts.pop(key, ()):
-            inner = inout.type.upper()
-            if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
-                self._settle(inner, guesses, parts, settled, depth + 1)
-            if inner in settled or inner not in self.names:
+            inner_type = inout.type.upper()
+            if (
+                inner_type in self.names
+                and inner_type not in settled
+                and inner_type != key
+                and depth < _DEEPEST
+            ):
+                self._settle(inner_type, guesses, parts, settled, depth + 1)
+            if inner_type in settled or inner_type not in self.names:
                 guesses.argument(owner, address, self._types.find(inout.type), inout.dims)
         if key in settled:
             return
@@ -191,8 +196,8 @@ class UnknownTypes:
         while kind:
             if isinstance(next(iter(steps), None), SubscriptStep):
                 steps.pop(0)
-            inner = next(iter(steps), None)
-            member_name = inner.name if isinstance(inner, MemberStep) else ""
+            first_step = next(iter(steps), None)
+            member_name = first_step.name if isinstance(first_step, MemberStep) else ""
             beyond = kind.upper() in AXIS_TYPES and bool(member_name) and AXES.member(member_name) is None
             if kind.upper() in self.names or beyond:
                 return kind, tuple(steps)

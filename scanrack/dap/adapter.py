@@ -188,7 +188,7 @@ class Adapter:
         self.event("output", category=category, output=text, **more)
 
     def after_response(self, act: Callable[[], object]) -> None:
-        """Do something once the response of the present request has been sent."""
+        """Call `act` once the response to the current request has been sent."""
         self._later.append(act)
 
     # --- the client's position
@@ -283,11 +283,11 @@ class Adapter:
 
     def hits_in(self, scan: int) -> list[Hit]:
         """Return the breakpoints that a scan meets; log points do not stop."""
-        requested = [point for point in self.all_breakpoints() if not point.log]
-        if not requested:
+        stop_points = [point for point in self.all_breakpoints() if not point.log]
+        if not stop_points:
             return []
         self.leave()
-        return self.the_subject().hits(requested, scan)
+        return self.the_subject().hits(stop_points, scan)
 
     def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
         """Move to the place where a scan meets its first breakpoint, or its last one."""

@@ -54,7 +54,7 @@ _FIELD = re.compile(r"\{([^{}]+)\}")
 
 
 def tag_that_changes(text: str) -> str:
-    """Return the tag of an expression such as `Level changes`; "" of any other."""
+    """Return the tag of an expression such as `Level changes`; "" for any other."""
     head, _, tail = text.rpartition(" ")
     return head.strip() if tail.lower() == CHANGES else ""
 
@@ -81,7 +81,7 @@ class Breakpoint:
 
     @property
     def changing_tag(self) -> str:
-        """The tag that it waits for to change; "" of a breakpoint on something else."""
+        """The tag whose change it waits for; "" for any other breakpoint."""
         return self.name if self.kind == "data" else tag_that_changes(self.name)
 
     def counts(self) -> bool:
@@ -166,15 +166,15 @@ class LinePoints(NamedValues, Observer):
 
     def at_line(self, requested: Breakpoint) -> Callable[[int], str | None]:
         """See `ScanValues`."""
-        allowed, log = None, list[str | CodeType]()
+        condition, log = None, list[str | CodeType]()
         if self.in_frames:
-            allowed = _code(requested.condition) if requested.condition.strip() else None
+            condition = _code(requested.condition) if requested.condition.strip() else None
             parts = enumerate(_FIELD.split(requested.log))
             log = [_code(part) if number % 2 else part for number, part in parts]
         number, text = requested.number, f"line {requested.line} runs"
 
         def look(frame: FrameType | None) -> None:
-            if number not in self._met and (allowed is None or _value(allowed, frame, False)):
+            if number not in self._met and (condition is None or _value(condition, frame, False)):
                 texts = (part if isinstance(part, str) else str(_value(part, frame, "?")) for part in log)
                 self._met[number] = "".join(texts) or text
 
@@ -240,7 +240,7 @@ class Looker:
         self.lines = tuple(dict.fromkeys(key for request in requested for key in request.keys))
 
     def prime(self, scan: int) -> None:
-        """Use the present values as those of the previous scan; the power of rungs is not known yet."""
+        """Take the current values as those of the previous scan; the power of rungs is not known yet."""
         for check in self._checks:
             if not check.breakpoint.keys:
                 check.met(scan)
@@ -279,7 +279,7 @@ class Looker:
         met = self._values.at_line(requested) if requested.keys else None
         if met is not None and self._values.in_frames:
             return _Check(requested, met, None)
-        allowed = None if not requested.condition or on_power else self._compiled(requested.condition)
+        condition = None if not requested.condition or on_power else self._compiled(requested.condition)
         if met is not None:
             pass
         elif on_power:
@@ -288,7 +288,7 @@ class Looker:
             met = self._ran(requested.keys)
         else:
             met = _MAKERS.get(requested.kind, Looker._expression)(self, requested.name)
-        return _Check(requested, met, allowed, self._log(requested.log))
+        return _Check(requested, met, condition, self._log(requested.log))
 
     def _compiled(self, text: str) -> Read:
         return compiled(text, self._values, self._around)

@@ -59,7 +59,7 @@ class TextState(NamedTuple):
 
 
 class ProgramValues(Mapping[str, Any]):
-    """The present values of a program by name; empty for a list of steps."""
+    """The current values of a program by name; empty for a list of steps."""
 
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
         self._logic = logic
@@ -150,7 +150,7 @@ class Capture(Observer):
         )
 
     def state(self) -> TextState:
-        """Return the present values."""
+        """Return the current values."""
         return TextState(self._values.copies(self._names), waits_of(self._logic))
 
 

@@ -45,7 +45,7 @@ class ScanContext(NamedTuple):
 
 
 class Values(Protocol):
-    """The present values of a program."""
+    """The current values of a program."""
 
     tags: Any
     """Tags by name; supports only `in` and `[]`."""
@@ -54,7 +54,7 @@ class Values(Protocol):
         """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
 
     def unit(self, name: str) -> str:
-        """Return the unit that a tag has by its type, "" without one."""
+        """Return the unit of a tag's type; "" if it has none."""
 
     @property
     def cells(self) -> Mapping[str, CellType]:
@@ -297,5 +297,5 @@ def _in_unit(part: str, other: str) -> str:
         return part
     if part.unit == "ns" and unit in ("", *UNITS_NS):
         return f"({part} / {UNITS_NS[unit]})" if unit else part
-    allowed = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
-    raise ExpressionError(f"{part.written}: {allowed}")
+    rule = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
+    raise ExpressionError(f"{part.written}: {rule}")

@@ -116,10 +116,10 @@ class LiveSubject(Subject):
 
     def is_edited(self) -> bool:
         """Return whether the program was edited since the last call, before the next scan."""
-        edited = self.edits != self.run.program.edits
-        if edited:
+        is_edited = self.edits != self.run.program.edits
+        if is_edited:
             self.edits, self.first = self.run.program.edits, self.last + 1
-        return edited
+        return is_edited
 
     def spelled(self, routine: str) -> str:
         """Return the name of a routine on pages, "" if they have no name for it."""
@@ -494,9 +494,9 @@ class Live(ScanDriver):
         self._session.ask_editor(actions.Online(step, by="the debugger"), self._tell_edit)
 
     def _tell_edit(self, result: Mapping[str, object]) -> None:
-        refused = result.get("refused")
-        text = EDITS[str(result["stage"])] if refused is None else refused
-        self._adapter.output(f"{text}\n", "console" if refused is None else "stderr")
+        refusal = result.get("refused")
+        text = EDITS[str(result["stage"])] if refusal is None else refusal
+        self._adapter.output(f"{text}\n", "console" if refusal is None else "stderr")
 
     @override
     def branch(self, scan: int) -> None:

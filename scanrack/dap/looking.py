@@ -192,8 +192,8 @@ def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
     """Return the text of a hover over a tag: its value, address and last change."""
-    changed = last_change(adapter, tag)
-    since = "not changed yet" if changed is None else f"since scan {changed:,}"
+    change_scan = last_change(adapter, tag)
+    since = "not changed yet" if change_scan is None else f"since scan {change_scan:,}"
     return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
 
 

@@ -134,9 +134,9 @@ class RungPlaces(Places):
 
     @override
     def named(self, text: str) -> list[LineKey] | None:
-        head, dot, number = text.rpartition(".")
+        routine_name, dot, number = text.rpartition(".")
         is_numbered = bool(dot) and number.isdigit()
-        name = (head if is_numbered else text).upper()
+        name = (routine_name if is_numbered else text).upper()
         matches = [
             routine for routine in self._lowered.routines if name in (routine, routine.rpartition(".")[2])
         ]

@@ -230,13 +230,15 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         if not adapter.running or self._looked < 0:
             return
-        requested = [point for point in adapter.all_breakpoints() if not point.log]
+        stop_points = [point for point in adapter.all_breakpoints() if not point.log]
         last = self._subject.extent[1]
-        hit_scan, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
-        self._looked = looked
+        hit_scan, last_checked = (
+            self._subject.first_after(stop_points, self._looked) if stop_points else (None, last)
+        )
+        self._looked = last_checked
         if hit_scan is not None:
             adapter.stop_at_hit(hit_scan, adapter.hits_in(hit_scan))
-        elif looked >= last:
+        elif last_checked >= last:
             self._end_of_recording()
 
     def _end_of_recording(self) -> None:

@@ -42,7 +42,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
     names = arguments.get("filters") or []
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
-    requested = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
+    filters = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
 
     def one(each: Json) -> Breakpoint:
         name = text(each, "filterId")
@@ -50,7 +50,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
             raise DebugError(f"no filter {name!r}: there are {', '.join(FILTERS)}")
         return _made(adapter, "exception", name, each)
 
-    return _replace(adapter, "exception", requested, one)
+    return _replace(adapter, "exception", filters, one)
 
 
 def locations(adapter: Adapter, arguments: Json) -> Json:
@@ -82,8 +82,8 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
         tag = name
     if tag not in adapter.place().view.tags:
         return {"dataId": None, "description": f"{name} is no tag of the program"}
-    changed = last_change(adapter, tag)
-    last_changed = "has not changed yet" if changed is None else f"changed last in scan {changed:,}"
+    change_scan = last_change(adapter, tag)
+    last_changed = "has not changed yet" if change_scan is None else f"changed last in scan {change_scan:,}"
     return {
         "dataId": tag,
         "description": f"{tag} {last_changed}",

@@ -77,10 +77,10 @@ class TextScan(View):
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`: the line after the one that changed the tag, or the end of the scan."""
         values = [state.values.get(tag) for state in self._states]
-        changed = [index for index, (before, after) in enumerate(pairwise(values), 1) if before != after]
-        if not changed:
+        changes = [index for index, (before, after) in enumerate(pairwise(values), 1) if before != after]
+        if not changes:
             return None
-        return (changed[-1], changed[-1]) if changed[-1] < len(self._stops) else (END, None)
+        return (changes[-1], changes[-1]) if changes[-1] < len(self._stops) else (END, None)
 
     def frame(self, run: TextRun) -> str:
         """See `View`."""
@@ -271,6 +271,6 @@ def files_of(program: Path) -> list[Path]:
 
 
 def lines_of(logic: ScanLogic) -> list[int]:
-    """Return the lines of a list of steps; none of any other program."""
+    """Return the lines of a list of steps; no lines for any other program."""
     inside: object = unwrapped(logic)
     return [step.line for step in inside.steps] if isinstance(inside, Steps) else []

@@ -77,13 +77,13 @@ def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -
     """Return a Python value as a protocol object; lists and dicts can be opened."""
     fields: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
     if isinstance(value, list | dict):
-        inner = (
+        children = (
             value
             if isinstance(value, dict)
             else {f"[{index}]": element for index, element in enumerate(value)}
         )
         size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
-        node = partial(values_in, tree, inner)
+        node = partial(values_in, tree, children)
         return {**fields, "value": f"{fields['type']} of {len(value)}", "node": node, **size}
     text = str(value) if value is None or isinstance(value, bool | BareText) else tree.text(name, value)
     return {**fields, "value": text}
@@ -150,7 +150,7 @@ def _unquoted(text: str) -> str:
 
 
 def value_in(text: str, current: object) -> Any:
-    """Parse a text as a value of the same kind as a tag's present value.
+    """Parse a text as a value of the same kind as a tag's current value.
 
     >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
     (31, True, True, 'run')

@@ -117,9 +117,9 @@ def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     server_addresses = addresses(options.server, options.ua_security, options.ua_users)
     endless = options.scans is None and options.duration is None
     count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
-    looking = options.read_only or (options.live and not options.control)
+    is_read_only = options.read_only or (options.live and not options.control)
     return job, WatchOptions(
-        options, factor, looking, count, keep=keep, forces=held_forces, servers=server_addresses
+        options, factor, is_read_only, count, keep=keep, forces=held_forces, servers=server_addresses
     )
 
 

@@ -89,8 +89,8 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         def prepare(*words: Any, **more: Any) -> None:
             from .play import Play  # imported late, since its imports take longer than the first page
 
-            queried = WatchArguments(rack=str(place.path), port=port, record=place.path)
-            branches[:] = [Play(WatchOptions(queried, editable=False), listening, folder, stack, key)]
+            arguments = WatchArguments(rack=str(place.path), port=port, record=place.path)
+            branches[:] = [Play(WatchOptions(arguments, editable=False), listening, folder, stack, key)]
             branches[0].prepare_branch(*words, **more)
 
         recording = OpenedRecording(trace, place, folder, trust=trust)

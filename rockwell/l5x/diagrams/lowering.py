@@ -54,7 +54,7 @@ class DiagramLine:
 
     @property
     def place(self) -> str:
-        """The place of its element, as text for people."""
+        """The place of its element, as readable text."""
         return self.node.place
 
     @property

@@ -77,10 +77,10 @@ class Node:
 
     @property
     def place(self) -> str:
-        """Its place, as text for people."""
+        """Its place, as readable text."""
         name = self.operand or self.record.attributes.get("Name", "") * (self.tag in ("ICon", "OCon"))
-        shown = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
-        return f"sheet {self.key[0]}, {shown}"
+        label = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
+        return f"sheet {self.key[0]}, {label}"
 
     @property
     def position(self) -> tuple[int, int, int, int]:

@@ -126,9 +126,9 @@ class _Forms:
         inner = next(iter(data.values(zeros=keep)), None)
         if inner is None:
             return None
-        form = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
-        if inner.tag != form:
-            raise ValueTextError(f"its data are of the form {inner.tag}, not {form}")
+        expected_tag = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
+        if inner.tag != expected_tag:
+            raise ValueTextError(f"its data are of the form {inner.tag}, not {expected_tag}")
         return _decorated(inner, kind, dims, how)
 
     def _string(self) -> str | None:

@@ -150,7 +150,7 @@ class Layouts:
 
 
 def _packed(members: Iterable[Member]) -> Iterable[Part]:
-    """Return members, with single BOOLs combined to words."""
+    """Return members, with single BOOLs combined into words."""
     parts: list[Member | list[tuple[Member, int]]] = []
     word: list[tuple[Member, int]] = []
     for member in members:

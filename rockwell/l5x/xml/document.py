@@ -331,11 +331,11 @@ def _statement_lines(content: Any) -> list[tuple[str, int]]:
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
-    inner = (
+    elements = (
         [child for child in element.iterchildren() if isinstance(child.tag, str)] if depth < DEEPEST else []
     )
     text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
-    children = tuple(_element_record(child, depth + 1) for child in inner)
+    children = tuple(_element_record(child, depth + 1) for child in elements)
     return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 

@@ -136,10 +136,10 @@ class Catalog:
                 or not self.has(declaration.name)
             ):
                 continue
-            meant = {} if place.address is None else {"address": place.address}
+            address_field = {} if place.address is None else {"address": place.address}
             described = declaration.comment or str(declaration.target)
             row = {"name": declaration.name, "type": place.type.name, "description": described}
-            yield row | {"writable": not meant} | meant
+            yield row | {"writable": not address_field} | address_field
 
     def _groups(self) -> Iterator[Json]:
         """Yield the structures; `tags` has only their members."""
@@ -179,14 +179,14 @@ class Catalog:
             names = ", ".join(candidate.name for candidate in self._program.routines)
             raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
-            shown, answer = self._chart(routine, routine.chart)
+            page_routine, answer = self._chart(routine, routine.chart)
         elif routine.drawing is not None:
-            shown, answer = self._diagram(routine, routine.drawing)
+            page_routine, answer = self._diagram(routine, routine.drawing)
         elif routine.statements is not None:
-            shown, answer = self._text(routine)
+            page_routine, answer = self._text(routine)
         else:
-            shown, answer = self._rungs(routine, columns, operands=operands)
-        return shown, answer | {"addresses": self.addresses(shown.names)}
+            page_routine, answer = self._rungs(routine, columns, operands=operands)
+        return page_routine, answer | {"addresses": self.addresses(page_routine.names)}
 
     def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
         program = program_of(routine.name)
@@ -231,8 +231,8 @@ class Catalog:
                     "text": str(rung),
                 }
             )
-        shown = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
-        return shown, {"routine": routine.name, "rungs": drawn}
+        page_routine = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        return page_routine, {"routine": routine.name, "rungs": drawn}
 
     def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
         """Draw a rung of a routine; `ident` is the prefix of its elements' ids."""
@@ -251,8 +251,8 @@ class Catalog:
                 own_names = self._names_in(text, program_of(routine.name))
                 names.update(dict.fromkeys(own_names))
                 lines.append({"number": number, "text": text, "names": own_names})
-        shown = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
-        return shown, {"routine": routine.name, "text": lines}
+        page_routine = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
+        return page_routine, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
         names: dict[str, None] = {}

@@ -226,7 +226,7 @@ class EventLog:
         return forces or {}
 
     def reported_forces(self, scan: int) -> Json | None:
-        """Return the last reported forces up to a scan; None without any."""
+        """Return the last reported forces up to a scan; None if there are none."""
         return self._forces.at(scan)
 
     def lines_at(self, scan: int | None) -> Json:

@@ -123,7 +123,7 @@ class ValueHistory:
                 del changes[:MOST_KEPT]
 
     def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
-        """Return the scan of a value's last change up to a scan, and the value before; None without one."""
+        """Return the scan of a value's last change up to a scan, and the old value; None if there is none."""
         changes = [change for change in self._changes.get(name, []) if change[0] <= scan]
         return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
 

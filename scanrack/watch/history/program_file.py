@@ -96,8 +96,8 @@ def _kept(file: Path) -> Path:
             copy = open(backup, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
         except FileExistsError:
             continue
-        with copy, file.open("rb") as old:
-            shutil.copyfileobj(old, copy)
+        with copy, file.open("rb") as source:
+            shutil.copyfileobj(source, copy)
             copy.flush()
             os.fsync(copy.fileno())
         shutil.copymode(file, backup)

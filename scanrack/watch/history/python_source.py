@@ -132,9 +132,9 @@ def _dotted(node: ast.expr) -> str:
 
 def _names_in(line: str) -> Iterator[str]:
     """Yield the names and attributes that a line of Python reads; none if it is not a whole statement."""
-    head = line.strip()
+    statement = line.strip()
     try:
-        tree = ast.parse(f"{head} pass" if head.endswith(":") else head)
+        tree = ast.parse(f"{statement} pass" if statement.endswith(":") else statement)
     except SyntaxError:
         return
     for node in ast.walk(tree):

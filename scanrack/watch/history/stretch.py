@@ -109,9 +109,9 @@ class Stretch:
         """Return the image word or bit to which a name refers; None for any other name."""
         with suppress(ValueError):
             return parse_address(name, self.words)
-        meant = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
+        address = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
         with suppress(ValueError):  # a connection fault is not a word
-            return None if meant is None else parse_address(meant, self.words)
+            return None if address is None else parse_address(address, self.words)
         return None
 
     @cached_property

@@ -160,13 +160,13 @@ def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[st
     for word, names in signals.bits.items():
         column = _column(rows, word, signals)
         previous = column[:1] if begins[0] else _column(before[-1:], word, signals)
-        changed = column ^ np.concatenate([previous, column[:-1]])
-        changed[begins] = EVERY_BIT
-        places = np.flatnonzero(changed)
+        changed_bits = column ^ np.concatenate([previous, column[:-1]])
+        changed_bits[begins] = EVERY_BIT
+        places = np.flatnonzero(changed_bits)
         if not len(places):
             continue
         for bit, name in names.items():
-            edge_places = places[(changed[places] >> bit & 1).astype(bool)]
+            edge_places = places[(changed_bits[places] >> bit & 1).astype(bool)]
             if len(edge_places) > MOST_EDGES:
                 edges[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
             elif len(edge_places):

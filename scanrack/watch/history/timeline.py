@@ -48,8 +48,8 @@ class Timeline:
             return self._recorded()
         first = int(numbers[0])
         if first and self.path is not None:
-            recorded = self._recorded()
-            first = first if recorded is None else min(first, recorded[0])
+            recorded_extent = self._recorded()
+            first = first if recorded_extent is None else min(first, recorded_extent[0])
         return first, int(numbers[-1])
 
     def row(self, scan: int) -> Row | None:

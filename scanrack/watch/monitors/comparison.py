@@ -104,15 +104,18 @@ class Comparison:
         if self.other.subject.timeline.row(scan) is None:
             return {"there": False, "words": {}, "power": {}, "tags": {}}
         self._follow(page, scan)
-        shown = self.other.whole(self._page)
+        recorded_picture = self.other.whole(self._page)
         return {
             "there": True,
-            "known": shown.get("known", True) and picture.get("known", True),
-            **{part: _differing(picture.get(part, {}), shown.get(part, {})) for part in ("power", "tags")},
+            "known": recorded_picture.get("known", True) and picture.get("known", True),
+            **{
+                part: _differing(picture.get(part, {}), recorded_picture.get(part, {}))
+                for part in ("power", "tags")
+            },
             "words": {
                 slot: differing
                 for slot, words in picture["words"].items()
-                if (differing := _words(words, shown["words"].get(slot)))
+                if (differing := _words(words, recorded_picture["words"].get(slot)))
             },
         }
 
@@ -122,11 +125,11 @@ class Comparison:
         own_page.past = scan
         if own_page.program is not program or self._routine != page.shown.name:
             own_page.program, self._routine = program, page.shown.name
-            shown = NOTHING_SHOWN
+            routine = NOTHING_SHOWN
             if program.catalog is not None and self._routine:
                 with suppress(ValueError):  # the other program has no such routine
-                    shown, _ = program.catalog.show(self._routine, COLUMNS)
-            own_page.show(shown)
+                    routine, _ = program.catalog.show(self._routine, COLUMNS)
+            own_page.show(routine)
         own_page.watch(page.watched)
 
     def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
@@ -142,8 +145,8 @@ class Comparison:
             if len(scans) and scans[0] == low:  # before the first scan nothing differs
                 scans, differs = np.insert(scans, 0, low - 1), np.insert(differs, 0, False, axis=0)
             is_new = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
-            changed = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
-            matches = [int(scans[index]) for index in changed if first <= scans[index] <= last]
+            change_rows = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
+            matches = [int(scans[index]) for index in change_rows if first <= scans[index] <= last]
             if matches:
                 return (matches[0] if way > 0 else matches[-1]), searched
             searched = last if way > 0 else first
@@ -193,8 +196,8 @@ class Comparison:
             for slot, own_place in own_places.items()
             if slot in other_places and _sizes(own_place) == _sizes(other_places[slot])
         ]
-        every = np.arange(monitor.subject.spec.layout.words)
-        word_columns = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
+        all_columns = np.arange(monitor.subject.spec.layout.words)
+        word_columns = [all_columns[monitor.subject.spec.layout.places[slot].words] for slot in slots]
         return np.concatenate([*word_columns, np.zeros(0, int)])
 
 

@@ -124,9 +124,9 @@ class Marks:
     def _sorted(self) -> tuple[list[Mark], list[int]]:
         version = len(self._of_rows), *self._recorded.version
         if self._known[0] != version:
-            reported: dict[tuple[int, str], list[int]] = {}
-            marks = list(self._of_events(reported))
-            row_marks = [mark for mark in self._of_rows if not _has_rule_mark(mark, reported)]
+            rule_scans: dict[tuple[int, str], list[int]] = {}
+            marks = list(self._of_events(rule_scans))
+            row_marks = [mark for mark in self._of_rows if not _has_rule_mark(mark, rule_scans)]
             self.unexplained = [mark for mark in row_marks if mark.kind == "error"]
             marks += row_marks
             marks.sort(key=attrgetter("scan"))
@@ -160,8 +160,8 @@ class Marks:
         skipped = len(joined) - len(rows)
         modes = joined["flags"] & MODE_MASK
         firsts = (joined["flags"] & ScanFlag.FIRST_SCAN) != 0
-        changed = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
-        for place in changed.tolist():
+        change_rows = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
+        for place in change_rows.tolist():
             row, old, new = joined[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
             scan, now_ns = int(row["scan"]), int(row["now_ns"])
             if old is not new:

@@ -24,8 +24,8 @@ def panel(monitor: Monitor, page: Page, question: Question) -> Json:
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
     if "items" in question:
         return drafted(question["items"], bindings)
-    recorded = monitor.about.kind == "trace"
-    lacks = "this is a recording" if recorded else READ_ONLY if monitor.about.read_only else ""
+    is_recording = monitor.about.kind == "trace"
+    lacks = "this is a recording" if is_recording else READ_ONLY if monitor.about.read_only else ""
     return monitor.panel.described(bindings, lacks)
 
 

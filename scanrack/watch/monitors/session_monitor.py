@@ -121,7 +121,7 @@ class SessionMonitor(Monitor):
     def state(self, *, past: bool) -> Json:
         session = self.session
         paused = bool(session["paused"])
-        shown: Json = {
+        fields: Json = {
             "state": "past" if past else "paused" if paused else "live",
             "paused": paused,
             "speed": {"requested": session["speed"], "reached": 0 if paused else self._reached},
@@ -131,13 +131,13 @@ class SessionMonitor(Monitor):
             "met": session["met"],
             "ran": session["ran"] if paused and not past else [],
         }
-        return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+        return fields | ({"mode": "fault"} if session["fault"] and not past else {})
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        new = self.log.since(self.log.first_of_page if page.events is None else page.events)
+        new_events = self.log.since(self.log.first_of_page if page.events is None else page.events)
         page.events = self.log.end
-        return new
+        return new_events
 
     @override
     def join(self, page: Page) -> None:
@@ -194,21 +194,21 @@ class SessionMonitor(Monitor):
         row, bit = rows[first_error[0]], first_error[1]
         scan = int(row["scan"])
         rule = next((known_rule for known_rule in self.log.rules_at(scan) if _is_of(known_rule, bit)), None)
-        reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
-        reported |= {"tag": bit.address, "text": "", "rule": ""}
+        report = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
+        report |= {"tag": bit.address, "text": "", "rule": ""}
         if rule is not None:
-            reported |= {"text": rule["text"], "rule": rule["rule"]}
-        self._error = bit, reported
+            report |= {"text": rule["text"], "rule": rule["rule"]}
+        self._error = bit, report
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
-            page.send({"error": {**reported, "stopped": page.stops}})
+            page.send({"error": {**report, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
         """Report the latest error bit to a new page if it is still on."""
         if self._error is not None and self.latest is not None:
-            bit, reported = self._error
+            bit, report = self._error
             if self._errors.is_on(self.latest, bit):
-                page.send({"error": {**reported, "stopped": False}})
+                page.send({"error": {**report, "stopped": False}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -308,12 +308,12 @@ class SessionMonitor(Monitor):
         if trace is None:
             return  # nothing has been written yet
         self._indexed = True
-        recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
-        self.log.formats = recorded.formats
+        recorded_events = self.log.earlier = self._earlier = RecordedEvents(trace)
+        self.log.formats = recorded_events.formats
         self._let_go_left()
         if self._index_to < 0:
             return
-        self._indexer = Indexer(programs, subject.words, subject.spec, recorded, subject.keep)
+        self._indexer = Indexer(programs, subject.words, subject.spec, recorded_events, subject.keep)
 
     def _read_earlier(self) -> bool:
         """Read more of the events that a dead monitor had; return whether more remain."""

@@ -40,7 +40,7 @@ class Source(NamedTuple):
 
     first: int
     logic: ScanLogic | None  # None if the trace lacks it or it must not be run
-    file: Path | None  # file of the program; None without one
+    file: Path | None  # file of the program; None if it has none
     lacks: str = ""  # why it can't be shown; "" if it can
 
 

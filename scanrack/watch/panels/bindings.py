@@ -72,8 +72,8 @@ class Bindings:
         hints, key = self._program.hints, (tag, len(self._names))
         if key not in hints and self._hints_left:
             self._hints_left -= 1
-            requested = tag.upper()
-            near_keys = get_close_matches(requested, _likely(requested, self._names), NEAREST, 0.5)
+            name_key = tag.upper()
+            near_keys = get_close_matches(name_key, _likely(name_key, self._names), NEAREST, 0.5)
             if len(hints) >= HINTS_KEPT:
                 hints.clear()
             hints[key] = (
@@ -108,9 +108,9 @@ def _likely(name: str, names: Iterable[str]) -> list[str]:
 
 def _pressed(slot: int, bit: Json) -> Json:
     """Return the binding of an input; an input of a card is read as a bit of its image."""
-    read = f"{slot}.input.{bit['name']}"
+    read_name = f"{slot}.input.{bit['name']}"
     if "word" in bit:
-        read = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
+        read_name = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
     by_machine = "word" not in bit and bit["kind"] != "button"
     rest_level = None if by_machine else bit["rest"]
-    return {"read": read, "type": "BOOL", "press": [slot, bit["name"], rest_level]}
+    return {"read": read_name, "type": "BOOL", "press": [slot, bit["name"], rest_level]}

@@ -109,8 +109,8 @@ class KeptPanel:
             ValueError: an item is refused, or the file has changed since the page read it; it is not
                 replaced.
         """
-        for refused in refusals(panel.get("items")).values():
-            raise ValueError(refused)
+        for refusal in refusals(panel.get("items")).values():
+            raise ValueError(refusal)
         content, name = self.content(), self._path.name
         if _digest(content) != panel.get("base"):
             raise ValueError(f"{name} was changed meanwhile: discard your changes, then edit again")

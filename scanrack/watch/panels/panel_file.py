@@ -130,8 +130,8 @@ def parse_panel(text: str) -> Panel:
         if key != "item":
             raise ValueError(f"no key {key}: a panel has [[item]] tables only")
     items = tables.get("item", [])
-    for refused in refusals(items).values():
-        raise ValueError(refused)
+    for refusal in refusals(items).values():
+        raise ValueError(refusal)
     head, comments = _comments(text)
     if len(comments) == len(items):  # otherwise the items are written in another form
         for item, lines in zip(items, comments, strict=True):

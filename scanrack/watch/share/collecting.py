@@ -151,8 +151,8 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
     for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
         lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
     first, last = int(scans[0]), int(scans[-1])
-    reported = {event["scan"] + after for event in events for after in (0, 1)} | {first}
-    reported |= {fault.scan for fault in states.faults_at(last)}
+    noted_scans = {event["scan"] + after for event in events for after in (0, 1)} | {first}
+    noted_scans |= {fault.scan for fault in states.faults_at(last)}
     readers = {
         "forced": states.forces_at,
         "lines": states.lines_at,
@@ -160,9 +160,9 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    for scan in sorted(number for number in reported if first <= number <= last):
-        for key, read in readers.items():
-            lists.note(key, scan, read(scan))
+    for scan in sorted(number for number in noted_scans if first <= number <= last):
+        for key, reader in readers.items():
+            lists.note(key, scan, reader(scan))
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
@@ -217,8 +217,10 @@ def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequen
     program = monitor.subject.programs.at(scan)
     if program.past is None:
         return {}
-    changed = lists.last_changes(f"tags\n{program.number}", scan)
-    latest = sorted((name for name in changed if changed[name] >= 0), key=lambda each: -changed[each])
+    change_scans = lists.last_changes(f"tags\n{program.number}", scan)
+    latest = sorted(
+        (name for name in change_scans if change_scans[name] >= 0), key=lambda each: -change_scans[each]
+    )
     page, answers, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
     for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
