@@ -95,7 +95,7 @@ class NotedRung:
         return power
 
     def _passed(self, power: str, count: int = 1) -> None:
-        """Note that there is power after `count` instructions if a variable is true."""
+        """Note that `count` instructions pass power if a variable is true."""
         self._powers += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:

@@ -119,7 +119,7 @@ class Chains:
                 self._depth = before
 
     def _link_once(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change, from `_known` if it is there.
+        """Return the link of a change; `_known` caches it.
 
         Raises:
             _NestedError: the calls are `NESTED` deep.

@@ -164,7 +164,7 @@ class TracedMemory(WatchedMemory):
 
 
 class TracedInterpreter(WatchedInterpreter):
-    """An interpreter that records what it executes while `execution` is set."""
+    """An interpreter that records executed instructions while `execution` is set."""
 
     memory: TracedMemory
     execution: Execution | None = None

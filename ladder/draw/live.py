@@ -41,7 +41,7 @@ EDGE = 1
 """Columns outside each rail."""
 
 SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
-"""Instructions whose box has one line; its title shows their members."""
+"""Instructions with a box of one line; its title shows their members."""
 
 
 @dataclass(frozen=True, slots=True)

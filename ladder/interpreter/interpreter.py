@@ -140,7 +140,7 @@ class Interpreter(PlaceValues):
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
         legs = [self._series(leg, power) for leg in branch.legs]
-        return any(legs)  # all of them run
+        return any(legs)  # all legs run
 
     def _step(self, step: LoweredStep, power: bool) -> bool:
         return self.execute(step, power)

@@ -231,7 +231,7 @@ class EditedProgram:
         self._changed[name] = replace(running, lines=tuple(lines), labels=labels)
 
     def _labels(self, name: str, lines: Iterable[LoweredLine]) -> dict[str, int]:
-        """Return the rung numbers of a routine's labels; add a mistake for a label that is there twice."""
+        """Return the rung numbers of a routine's labels; add a mistake for a duplicate label."""
         labels: dict[str, int] = {}
         for line in lines:
             first = next(iter(line.steps), None)

@@ -244,7 +244,7 @@ class _Comparison:
     # --- variables that are not shared
 
     def _keep_apart(self, both: Sequence[Key]) -> None:
-        """Don't share variables whose type, role or initial value differs between the programs."""
+        """Keep variables apart if their type, role or initial value differs between the programs."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
             if name not in old.key_of:

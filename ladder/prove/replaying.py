@@ -233,7 +233,7 @@ def _learn(
     problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
 ) -> None:
     """Find what instructions without a model computed in a scan, as far as its end still shows it."""
-    for _ in range(3):  # one value may decide which place shows another
+    for _ in range(3):  # one value can select the place that shows another
         values = _seen_havocs(problem, run, before)
         if all(before.get(name) == value for name, value in values.items()):
             break

@@ -99,7 +99,7 @@ def planned(old: Engine, new: LoweredProgram) -> Edit:
 
 
 def _kept(before: Layout, after: Layout) -> list[Leaf]:
-    """Return the leaves of an edited program whose values it takes over."""
+    """Return the leaves of an edited program that keep their values."""
     return [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
 
 

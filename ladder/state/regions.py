@@ -147,7 +147,7 @@ def fill(target: End, length: int, value: Value) -> None:
 
 
 def filled(region: ArrayRegion, value: Value) -> bytes:
-    """Return an element whose members all have a value."""
+    """Return an element with the same value in all members."""
     known = region.fillings.get(text := repr(value))  # equal numbers may differ: 0.0 and -0.0
     if known is not None:
         return known

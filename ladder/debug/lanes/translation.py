@@ -302,7 +302,7 @@ class NotTranslatedError(Exception):
 
 
 def _assigned(node: ast.AST) -> str:
-    """Return the name that a node assigns to; "" if there is none."""
+    """Return the name that a node assigns to; "" if it assigns to none."""
     return node.id if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ""
 
 

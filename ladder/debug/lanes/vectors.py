@@ -186,7 +186,7 @@ WITH_MASK = (
     "real",
     "pick",
 )
-"""Functions of the class whose first argument is the mask."""
+"""Functions of the class that take the mask first."""
 
 OWN = ("lose", "loop", *WITH_MASK)
 

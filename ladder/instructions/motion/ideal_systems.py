@@ -225,7 +225,7 @@ def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> fl
 
 
 def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float]:
-    """Return the position to go to, or raise a MotionError. Coordinates that are not given stay."""
+    """Return the position to go to, or raise a MotionError. Omitted coordinates keep their values."""
     goal = [
         there + number if relative else number
         for there, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)

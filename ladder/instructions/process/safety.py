@@ -52,7 +52,7 @@ TURNED_OFF, TURNED_ON, NOT_ON, NOT_OFF = 0x5000, 0x5003, 0x5006, 0x5009
 
 
 def _number(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> int:
-    """Return the index of a word in its list; a number that is given instead is returned as it is."""
+    """Return the index of a word in its list, or the value of a numeric operand."""
     if isinstance(operand, str):
         return next((number for number, word in enumerate(words) if plain(word) == operand), 0)
     return machine.integer(operand)

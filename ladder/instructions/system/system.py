@@ -254,7 +254,7 @@ def _resolve(
         known = _known(kind, written=written)
         raise OperandError(f"no attribute {name} of {kind} here", f"choose from {known}")
     if kind == "CONTROLLER":
-        instance = ""  # there is one
+        instance = ""  # the controller is the only instance
     if instance == THIS:
         instance = program_of(resolver.named(""))
     _keep(resolver, kind, instance, name)

@@ -88,7 +88,7 @@ class TermSteps(TermValues):
         self._number = 0  # number of the current rung
         self._answers: list[Answer] = []
         self._depth = 0  # nesting of calls
-        self._passes = 0  # passes of all loops whose end is not known
+        self._passes = 0  # passes of all loops with an unknown end
         self._system: list[Leaf] | None = None  # leaves that instructions may read without naming them
         self._world: Hashable = None
 

@@ -219,7 +219,7 @@ class _Search:
                 solver.state(frame.term(candidate.term))
             frame = Frame(self.system, solver, frame)
         made = [frame.term(invariant.term) for invariant in candidates]
-        self.work += solver.made  # counted before the questions, whose number depends on models
+        self.work += solver.made  # counted first: the models decide how many questions follow
         holds = Evaluator([invariant.term for invariant in candidates])
         left = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):

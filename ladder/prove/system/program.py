@@ -347,7 +347,7 @@ class ProgramSystem(System):
         if path in self._kept:
             return False
         if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
-            return True  # any of them may be a consumed tag, or receive the reply to a message
+            return True  # any tag may be consumed, or receive the reply to a message
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
     def is_written_beside(self, path: str) -> bool:

@@ -258,7 +258,7 @@ class Drive:
         )
 
     def _nothing_to_come(self) -> bool:
-        """Whether there is nothing to do until status word 0 changes or a command comes."""
+        """Whether the drive is idle until status word 0 changes or a command arrives."""
         if self.late or self.pending is not None or self.step != self._last:
             return False
         attended = self.running is not None and self.running.attended
