@@ -39,8 +39,8 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > dims[0]:
             raise ValueError
         step = count_of(dims[1:]) * (1 if kind is BOOL else 8 * size_of(kind))
-        for number, each in enumerate(value):
-            _load(tag, kind, dims[1:], at + number * step, each)
+        for number, item in enumerate(value):
+            _load(tag, kind, dims[1:], at + number * step, item)
     elif isinstance(kind, Elementary):
         view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
         tag.put(view, at // bits, _fitting(kind, value))
@@ -51,9 +51,9 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
         set_chars(tag, at // 8, room, codes)
     else:
         places = _places(kind)
-        for name, each in value.items():
+        for name, item in value.items():
             place = places[name]
-            _load(tag, place.type, place.dims, at + place.bit, each)
+            _load(tag, place.type, place.dims, at + place.bit, item)
 
 
 def _fitting(kind: Elementary, value: Any) -> Any:
@@ -69,14 +69,17 @@ def _fitting(kind: Elementary, value: Any) -> Any:
 def _places(kind: Structure) -> Mapping[str, _Place]:
     """Return the members of a structure by name, except members that name an array element."""
     own = members_at(kind)
-    found = {each.name: _Place(each.type, each.dims, 8 * byte + (bit or 0)) for each, byte, bit in own}
+    places = {
+        own_member.name: _Place(own_member.type, own_member.dims, 8 * byte + (bit or 0))
+        for own_member, byte, bit in own
+    }
     parts = byte_parts(kind)
     for member in kind.members:
         there = meant_by("", kind, member, 0) if member.at else None
         if there is not None and there.index == 0:
             bit = parts[there.path[1:].upper()].offset
             if there.bit is None:
-                found[member.name] = _Place(there.type, there.dims, bit)
+                places[member.name] = _Place(there.type, there.dims, bit)
             else:
-                found[member.name] = _Place(BOOL, (), bit + there.bit)
-    return found
+                places[member.name] = _Place(BOOL, (), bit + there.bit)
+    return places

@@ -1,7 +1,8 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) only reads attributes of nodes that exist: it accepts any age and timestamps, returns all
-timestamps, and knows neither ranges nor encodings. Here each row of the tables of result codes has its check:
+asyncua (2.1) does little more than read attributes of existing nodes: it accepts any age and timestamps,
+returns all timestamps, and supports neither index ranges nor data encodings. Here each row of the tables of
+result codes has its check:
 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
                         BadMaxAgeInvalid, BadTimestampsToReturnInvalid

@@ -101,7 +101,7 @@ class UaGuard:
     def watch(self, connection: Any) -> None:
         """Check each request of a connection before asyncua sees it; close it after an unreadable message.
 
-        asyncua alone would continue, even after a request for a channel that it has accepted only in part.
+        On its own, asyncua would continue, even after accepting only part of an open-channel request.
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)

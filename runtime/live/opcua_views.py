@@ -167,8 +167,8 @@ class Browsing:
         """Return the next references, and a continuation point if there are more.
 
         Args:
-            most: references; 0 = all.
-            before: points of earlier requests, which may be released.
+            most: maximum number of references; 0 for no limit.
+            before: continuation points of earlier requests, which may be released.
         """
         references = [] if first is None else [first]
         references += islice(rest, most - len(references)) if most else rest

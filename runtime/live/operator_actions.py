@@ -34,7 +34,7 @@ from .actions import ALL, NAMES, Action, Value, text_of
 
 
 class AppliedAction(NamedTuple):
-    """An order that was carried out before scan `scan`."""
+    """An operator action that was applied before scan `scan`."""
 
     scan: int
     order: Action

@@ -7,7 +7,7 @@
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
 
-Expressions read the values at the end of the scan: a scan is always finished.
+Expressions use the values at the end of the scan: a scan always runs to completion before a stop.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def pause(adapter: Adapter, _arguments: Json) -> None:
 
 
 def next_(adapter: Adapter, arguments: Json) -> None:
-    """Go to the next rung or instruction without going into routines."""
+    """Step to the next rung or instruction without stepping into routines."""
     by_instruction = _by_instruction(arguments)
     adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=by_instruction))
 
@@ -77,7 +77,7 @@ def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
 
 
 def step_back(adapter: Adapter, arguments: Json) -> None:
-    """Go to the previous rung or instruction without going into routines."""
+    """Step back to the previous rung or instruction without stepping into routines."""
     by_instruction = _by_instruction(arguments)
     cursor = adapter.place()
     spot = cursor.back(cursor.depth, each=by_instruction)

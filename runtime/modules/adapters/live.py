@@ -54,7 +54,7 @@ class LiveAdapter(Adapter[Drive]):
         return image
 
     def close(self) -> None:
-        """Stop the motor like a PLC that leaves run mode, if possible, and close the port."""
+        """Stop the motor if possible, as a PLC does on leaving run mode, and close the port."""
         try:
             self.plc_run(False)
             self._wait_for_standstill()

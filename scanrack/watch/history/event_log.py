@@ -45,7 +45,7 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 
 
 class States(Protocol):
-    """The states of a scan."""
+    """The states as of a given scan."""
 
     @property
     def formats(self) -> NumberFormats:

@@ -81,7 +81,7 @@ class ValueFile:
 class SnapshotStore:
     """The scan process's notes about one program, see `watched_program`.
 
-    The values are in a file, so that even a long session has values shortly before any scan.
+    The values are kept in a file, so that even in a long session there is a snapshot shortly before any scan.
     """
 
     def __init__(self, file: ValueFile | None = None) -> None:

@@ -230,7 +230,7 @@ def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
 
 
 def compare(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Begin to compare with another recording in the same folder, or stop comparing."""
+    """Start comparing with another recording in the same folder, or stop comparing."""
     name, record = question.get("with"), _record_of(monitor)
     if name is None:
         page.compare(None)

@@ -94,7 +94,7 @@ class FaultyNetwork(FaultyDevice):
 
 
 class SimulatedDrive(SimulatedController):
-    """A drive, the network to it, and its machine; the options define its wiring."""
+    """A drive, its network link and its machine; the options define the wiring."""
 
     device: DriveDevice
 
