@@ -122,9 +122,9 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> A
     word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
-    last = len(slots[slot].named(match["image"].upper())) - 1
-    if word > last:
-        raise _refusal(text, f"no word {word}, words are 0 to {last}")
+    last_word = len(slots[slot].named(match["image"].upper())) - 1
+    if word > last_word:
+        raise _refusal(text, f"no word {word}, words are 0 to {last_word}")
     if bit is not None and bit >= BITS:
         raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)

@@ -50,17 +50,17 @@ def imported_from(module: str, name: str, package: str) -> object:
     Raises:
         AttributeError: there is no such module, or no such name in it.
     """
-    missing = AttributeError(f"module {package!r} has no attribute {name!r}")
+    absent = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):
-        raise missing
+        raise absent
     try:
         home = import_module(module, package)
     except ModuleNotFoundError as error:
         if error.name != f"{package}{module}":
             raise
-        raise missing from None
+        raise absent from None
     if module == f".{name}":
         return home
     if name not in vars(home):
-        raise missing
+        raise absent
     return vars(home)[name]

@@ -67,8 +67,8 @@ class MemoryLayout:
     @property
     def padding(self) -> int:
         """Words of padding at its end."""
-        ends = (place.inputs.stop for place in self.places.values())
-        return (self.size - max(ends, default=0)) // 2
+        input_ends = (place.inputs.stop for place in self.places.values())
+        return (self.size - max(input_ends, default=0)) // 2
 
 
 NO_MEMORY = MemoryLayout({}, 0)

@@ -195,9 +195,9 @@ def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[st
     names_by_place: dict[BitPlace, str] = {}
     for name, place in names.items():
         if place.word not in range(sizes.get(place.image, 0)) or place.bit not in range(16):
-            last = sizes.get(place.image, max(sizes.values())) - 1
+            last_word = sizes.get(place.image, max(sizes.values())) - 1
             raise ValueError(
-                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last}, bit 0 to 15"
+                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last_word}, bit 0 to 15"
             )
         other_name = names_by_place.setdefault(place, name)
         if other_name != name:

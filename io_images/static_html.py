@@ -41,10 +41,10 @@ def rows(table: Iterable[Sequence[str]]) -> str:
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
     """Return numbers drawn as a line that fills the picture."""
-    low, span = min(values), max(max(values) - min(values), 1)
+    lowest, span = min(values), max(max(values) - min(values), 1)
     across = width / max(len(values) - 1, 1)
     points = " ".join(
-        f"{index * across:.1f},{height - 6 - (value - low) * (height - 12) / span:.1f}"
+        f"{index * across:.1f},{height - 6 - (value - lowest) * (height - 12) / span:.1f}"
         for index, value in enumerate(values)
     )
     return (

@@ -141,13 +141,13 @@ def element_of(name: str, place: int) -> str:
         name: recorded name of the array.
         place: flat index of the element.
     """
-    ranges = [(int(low), int(high)) for low, high in _RANGE.findall(name)]
+    ranges = [(int(begin), int(end)) for begin, end in _RANGE.findall(name)]
     if not ranges:
         return f"{name}[{place}]"
     indices = []
-    for low, high in reversed(ranges):
-        place, index = divmod(place, high - low + 1)
-        indices.append(str(low + index))
+    for first_index, last_index in reversed(ranges):
+        place, index = divmod(place, last_index - first_index + 1)
+        indices.append(str(first_index + index))
     return _RANGE.sub(lambda _: indices.pop(), name)
 
 

@@ -104,8 +104,8 @@ def repair(
             result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
             whole_end = trace.spans[-1].end
-            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
-            result.original = _free_name(path) if keep else None
+            is_kept = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
+            result.original = _free_name(path) if is_kept else None
             trace.close()  # Windows can't replace an open file
             _put_in_place(draft, path, result.original)
     return result
@@ -209,9 +209,9 @@ class Rewriter:
 
     def _data(self) -> Iterator[Span]:
         """Yield the records before the end of the data: the first DataEnd that no message follows."""
-        last = max(self._sections, default=0)
+        last_offset = max(self._sections, default=0)
         for span in self._trace.spans:
-            if span.opcode == Opcode.DATA_END and span.offset > last:
+            if span.opcode == Opcode.DATA_END and span.offset > last_offset:
                 return
             yield span
 
@@ -271,10 +271,10 @@ class Rewriter:
             self._summary.attachment(*record_place, read_attachment(file, span))
 
     def _section(self, section: Section) -> None:
-        parts = self._trace.parts(section)
-        if parts is None:
+        section_parts = self._trace.parts(section)
+        if section_parts is None:
             return
-        entries = self._entries(parts)
+        entries = self._entries(section_parts)
         if section.is_chunk:
             self._chunk(section, entries)
         elif section.span.offset > self._draft:

@@ -45,8 +45,8 @@ class PackedTrace:
             events += new_events
         if more is not None:
             scans_written = extent(trace).scan.tolist()
-            first = bisect_right(more.scan.tolist(), scans_written[-1]) if scans_written else 0
-            scans.add(more.rows(first, len(more.scan)))
+            first_row = bisect_right(more.scan.tolist(), scans_written[-1]) if scans_written else 0
+            scans.add(more.rows(first_row, len(more.scan)))
         if not len(scans):
             raise ValueError("the trace has no scans to replay")
         return cls(trace.head.slots, scans, tuple(events))

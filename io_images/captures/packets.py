@@ -234,7 +234,7 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
-    number, high, low, captured, sent_bytes = head.unpack_from(body)
+    number, high_time, low_time, captured, sent_bytes = head.unpack_from(body)
     if number >= len(interfaces):
         raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
     if captured > min(PACKET_MAX, len(body) - head.size):
@@ -244,4 +244,6 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
         )
     interface = interfaces[number]
     data = body[head.size : head.size + captured]
-    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent_bytes - captured))
+    return Packet(
+        interface.at_ns(high_time << 32 | low_time), interface.link_type, data, max(0, sent_bytes - captured)
+    )

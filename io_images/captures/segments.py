@@ -70,11 +70,11 @@ def segment_in(packet: Packet) -> Segment | None:
     data_at = begin + 4 * (offset >> 4)
     if not begin + 20 <= data_at <= end:
         return None
-    ends = (_text(source), source_port), (_text(target), target_port)
+    end_points = (_text(source), source_port), (_text(target), target_port)
     data = packet.data[data_at:end] if end <= captured_bytes else b""
     acknowledged = next_sequence if flags & ACK else None
     return Segment(
-        packet.at_ns, *ends, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
+        packet.at_ns, *end_points, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
     )
 
 

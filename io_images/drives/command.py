@@ -118,6 +118,6 @@ class DriveCommand:
     @property
     def current_holds(self) -> bool:
         """Whether a selected motor current is within its range."""
-        low, high = self.model.limits.current
-        is_allowed = low <= self.current <= high and self.current % self.model.limits.current_step == 0
+        lowest, highest = self.model.limits.current
+        is_allowed = lowest <= self.current <= highest and self.current % self.model.limits.current_step == 0
         return is_allowed or not self.selects_current

@@ -212,11 +212,11 @@ class DriveTranslation:
 
     def _jerk(self, words: Sequence[int]) -> int:
         """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
-        parts = PARTS.get(words[1] & _SHAPE, 0)
+        shape_parts = PARTS.get(words[1] & _SHAPE, 0)
         change = 1000 * words[4] + words[5] - self._set.starting_speed
-        if not parts or change <= 0:
+        if not shape_parts or change <= 0:
             return 0
-        jerk = JERK_SCALE * parts * min(words[6], words[7]) // change
+        jerk = JERK_SCALE * shape_parts * min(words[6], words[7]) // change
         return max(1, min(self.model.limits.jerk, jerk))
 
 

@@ -113,8 +113,8 @@ def io_packet(datagram: bytes) -> IoPacket | None:
     """
     if len(datagram) < _HEAD.size + 2:
         return None
-    items, kind, size, connection, number, data_type, length = _HEAD.unpack_from(datagram)
-    if (items, kind, size, data_type) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
+    item_count, kind, size, connection, number, data_type, length = _HEAD.unpack_from(datagram)
+    if (item_count, kind, size, data_type) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
         datagram
     ) - _HEAD.size:
         return None

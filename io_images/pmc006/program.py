@@ -48,8 +48,8 @@ class UserOp:
 
     def allows(self, value: int) -> bool:
         """Return whether a value is allowed as data."""
-        low, high = self.data or (0, 0)
-        return value in self.values if self.values else low <= value <= high
+        lowest, highest = self.data or (0, 0)
+        return value in self.values if self.values else lowest <= value <= highest
 
 
 _BIT = (0, 1)

@@ -149,9 +149,9 @@ def sequences(
 ) -> st.SearchStrategy[list[Act]]:
     """Return a strategy of whole sequences: the configuration, then at most `most` acts, 1 to 99."""
     require("most", most, 1, 99)
-    first = configuring(starting_speed)
+    configuration = configuring(starting_speed)
     return st.lists(acts(starting_speed, firmware), min_size=1, max_size=most).map(
-        lambda rest: [first, *rest]
+        lambda rest: [configuration, *rest]
     )
 
 

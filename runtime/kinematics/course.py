@@ -202,7 +202,7 @@ class Course:
         if ticks:
             change = to_nsps - from_nsps
             for phase in phases:
-                begin, end = (self.now + ticks * part // phases[-1][1] for part in phase[:2])
+                begin, end = (self.now + ticks * bound // phases[-1][1] for bound in phase[:2])
                 polynomial = _polynomial(phase, phases[-1][1], self.travel, from_nsps, change, ticks)
                 self._lay(begin, end, 1 if change > 0 else -1, polynomial)
             self.now += ticks

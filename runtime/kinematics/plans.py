@@ -260,18 +260,19 @@ def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:
     rates = profile.acceleration_spmss, profile.deceleration_spmss
 
     def fits(peak_nsps: int) -> bool:
-        ends = zip((from_nsps, base_nsps), rates, strict=True)
+        end_speeds = zip((from_nsps, base_nsps), rates, strict=True)
         return room >= sum(
-            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2 for end, rate in ends
+            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2
+            for end, rate in end_speeds
         )
 
-    low, high = max(from_nsps, base_nsps), NANO * profile.speed_sps
-    if low >= high or fits(high):
-        return high
-    while high - low > 1:
-        middle_sps = (low + high) // 2
-        low, high = (middle_sps, high) if fits(middle_sps) else (low, middle_sps)
-    return low
+    low_nsps, high_nsps = max(from_nsps, base_nsps), NANO * profile.speed_sps
+    if low_nsps >= high_nsps or fits(high_nsps):
+        return high_nsps
+    while high_nsps - low_nsps > 1:
+        middle_nsps = (low_nsps + high_nsps) // 2
+        low_nsps, high_nsps = (middle_nsps, high_nsps) if fits(middle_nsps) else (low_nsps, middle_nsps)
+    return low_nsps
 
 
 def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:

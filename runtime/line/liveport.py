@@ -107,8 +107,8 @@ class LiveLine(Line):
 
     @override
     def take(self) -> bytes:
-        parts: list[bytes] = list(_emptied(self._heard))
-        return b"".join(parts)
+        chunks: list[bytes] = list(_emptied(self._heard))
+        return b"".join(chunks)
 
     def take_losses(self) -> list[str]:
         """Return the reason of each loss of the port since the last call."""

@@ -119,9 +119,9 @@ class Attributes:
     def _part_of(self, value: Any, text: str) -> Any:
         variant = value.Value
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
-        part = part_of(variant.Value, parse_ranges(text), rank)
-        dims = shape_of(part)[:rank] if rank > 1 else None
-        part_variant = ua.Variant(part, variant.VariantType, dims, bool(rank))
+        selected = part_of(variant.Value, parse_ranges(text), rank)
+        dims = shape_of(selected)[:rank] if rank > 1 else None
+        part_variant = ua.Variant(selected, variant.VariantType, dims, bool(rank))
         return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, of: Any = None) -> Any:

@@ -200,19 +200,19 @@ class OpcUaServer:
             client,
         )
         status, operations, places = [codes.Good] * len(write_values), list[Operation](), list[int]()
-        for index, value in enumerate(write_values):
+        for index, node_value in enumerate(write_values):
             try:
-                changes = self._attributes.changes(value)
+                changes = self._attributes.changes(node_value)
             except BadStatusError as error:
                 status[index] = getattr(codes, error.code)
             else:
                 operations += changes
                 places += [index] * len(changes)
         if operations:
-            results = await self._carry_out(operations, _by_user(session.user, client), version)
+            written = await self._carry_out(operations, _by_user(session.user, client), version)
             for number, index in enumerate(places):
-                if results is None or results[number] is None:
-                    status[index] = codes.BadInvalidState if results is None else codes.BadOutOfRange
+                if written is None or written[number] is None:
+                    status[index] = codes.BadInvalidState if written is None else codes.BadOutOfRange
         return [ua.StatusCode(code) for code in status]
 
     # --- subscriptions
@@ -274,13 +274,13 @@ class OpcUaServer:
                 size += nodes[count].variable.size
                 count += 1
             nodes_now, nodes = nodes[:count], nodes[count:]
-            results = await self._carry_out(
+            tag_data = await self._carry_out(
                 [request.variable.reads for request in nodes_now], client, version
             )
-            if results is not None:
+            if tag_data is not None:
                 tag_values = (
                     (request, data)
-                    for request, data in zip(nodes_now, results, strict=True)
+                    for request, data in zip(nodes_now, tag_data, strict=True)
                     if data is not None
                 )
                 await self._space.take(tag_values)

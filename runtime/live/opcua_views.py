@@ -128,25 +128,25 @@ class Browsing:
         if not params.View.ViewId.is_null():
             raise service_error("BadViewIdUnknown")
         references_most, paused_before = params.RequestedMaxReferencesPerNode, list(self._paused)
-        results = []
+        browse_results = []
         for description in params.NodesToBrowse:
             if refusal := self._views.refusal(description):
-                results.append(ua.BrowseResult(status(refusal)))
+                browse_results.append(ua.BrowseResult(status(refusal)))
             else:
-                results.append(
+                browse_results.append(
                     self._results(self._views.references(description), references_most, paused_before)
                 )
-        return results
+        return browse_results
 
     async def translate(self, paths: list[Any]) -> list[Any]:
         """Answer TranslateBrowsePathsToNodeIds; asyncua resolves valid paths."""
-        results = []
+        path_results = []
         for path in paths:
             if refusal := self._views.path_refusal(path):
-                results.append(ua.BrowsePathResult(status(refusal)))
+                path_results.append(ua.BrowsePathResult(status(refusal)))
             else:
-                results += await self._translate([path])
-        return results
+                path_results += await self._translate([path])
+        return path_results
 
     async def browse_next(self, params: Any) -> list[Any]:
         """Answer BrowseNext; no results if points are released."""

@@ -151,13 +151,13 @@ class Ring:
     def take(self, since: int) -> RingRows:
         """Return the remaining rows, starting at a place."""
         end = self.written
-        first = max(since, end - self.shape.rows + self.at_once, 0)
-        places = np.arange(first, end) & self._mask
+        first_row = max(since, end - self.shape.rows + self.at_once, 0)
+        places = np.arange(first_row, end) & self._mask
         rows = np.frombuffer(self._rows, self.dtype)[places]
-        overwritten = self.written - self.shape.rows + self.at_once - first
+        overwritten = self.written - self.shape.rows + self.at_once - first_row
         if overwritten > 0:
-            rows, first = rows[overwritten:], min(first + overwritten, end)
-        return RingRows(rows[rows["scan"] == rows["again"]], end, first - since)
+            rows, first_row = rows[overwritten:], min(first_row + overwritten, end)
+        return RingRows(rows[rows["scan"] == rows["again"]], end, first_row - since)
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""

@@ -207,8 +207,8 @@ class Session:
 
     def _run(self, end: int | None) -> None:
         """Run scans until they are done, or the CPU is stopped."""
-        ends = [instant for instant in (self._until, end) if instant is not None]
-        self._cpu.run(min(ends) - self._cpu.scan if ends else None)
+        end_scans = [instant for instant in (self._until, end) if instant is not None]
+        self._cpu.run(min(end_scans) - self._cpu.scan if end_scans else None)
         if self._until is not None and self._cpu.scan >= self._until and not self.state.paused:
             self._pause()
 

@@ -130,12 +130,12 @@ class ScansAhead:
                 patience.not_calm(calm)
             return 0
         block = self._exchange.foresee(view.now_ns, self._period_ns, min(calm, most), patience.most_rows)
-        first = view.number
+        first_scan = view.number
         if self._finder is not None and isinstance(block.rows, bytes) and block.updated is None:
             self._scan_repeats(self._finder, block)
         else:
             self._scan_block(block)
-        scans_used = view.number - first
+        scans_used = view.number - first_scan
         patience.ended(scans_used, block.length)
         return scans_used
 

@@ -66,8 +66,8 @@ class Parallel(Contact):
 
 def contacts_of(switch: Switch) -> tuple[Contact, ...]:
     """Return the contacts that are closed where a switch energizes its input."""
-    first = -FAR if switch.first is None else switch.first
-    last = FAR if switch.last is None else switch.last
+    first_step = -FAR if switch.first is None else switch.first
+    last_step = FAR if switch.last is None else switch.last
     if switch.normally_closed:
-        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
-    return (Contact(first, last),)
+        return Contact(-FAR, first_step - 1), Contact(last_step + 1, FAR)
+    return (Contact(first_step, last_step),)

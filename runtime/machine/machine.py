@@ -158,8 +158,8 @@ class Machine:
 
         The timeline may hold that input, which then does not show the change.
         """
-        first, last, _ = self._switches.row(self._shaft.position)
-        target = last + 1 if direction > 0 else first - 1
+        first_step, last_step, _ = self._switches.row(self._shaft.position)
+        target = last_step + 1 if direction > 0 else first_step - 1
         return self._shaft.steps_to(direction, target) if -FAR <= target <= FAR else None
 
     @property

@@ -38,9 +38,9 @@ class SwitchTable:
     def row(self, shaft: int) -> tuple[int, int, int]:
         """Return (first, last, mask): the range around `shaft` without a change; open ends are ±FAR."""
         index = bisect_right(self._bounds, shaft)
-        first = self._bounds[index - 1] if index else -FAR
-        last = self._bounds[index] - 1 if index < len(self._bounds) else FAR
-        return first, last, self._masks[index]
+        first_step = self._bounds[index - 1] if index else -FAR
+        last_step = self._bounds[index] - 1 if index < len(self._bounds) else FAR
+        return first_step, last_step, self._masks[index]
 
 
 def _edges(switches: Iterable[Switch]) -> Iterable[int]:

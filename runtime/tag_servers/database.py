@@ -83,15 +83,19 @@ class Writable:
         """Whether the bytes under a name without subscripts may be written."""
         if self.matches(name):
             return True
-        parts = [] if isinstance(kind, PlainKind) else [part for part in kind.parts if not part.hidden]
-        return bool(parts) and all(self(f"{name}.{part.name}", part.kind) for part in parts)
+        members = (
+            [] if isinstance(kind, PlainKind) else [member for member in kind.parts if not member.hidden]
+        )
+        return bool(members) and all(self(f"{name}.{member.name}", member.kind) for member in members)
 
     def any_of(self, name: str, kind: Kind) -> bool:
         """Whether anything under a name may be written."""
         if self(name, kind):
             return True
-        parts = () if isinstance(kind, PlainKind) else kind.parts
-        return any(self.any_of(f"{name}.{part.name}", part.kind) for part in parts if not part.hidden)
+        members = () if isinstance(kind, PlainKind) else kind.parts
+        return any(
+            self.any_of(f"{name}.{member.name}", member.kind) for member in members if not member.hidden
+        )
 
 
 def _pattern(text: str) -> str:
@@ -183,9 +187,9 @@ class Database:
     def _found(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
         """Return the tag at the start of a path, and the steps from there; aliases are resolved."""
         scope, steps_left = "", list(steps)
-        first = steps_left[0] if steps_left else ""
-        if isinstance(first, str) and first.lower().startswith(PROGRAM.lower()):
-            scope = first[len(PROGRAM) :].upper()
+        first_step = steps_left[0] if steps_left else ""
+        if isinstance(first_step, str) and first_step.lower().startswith(PROGRAM.lower()):
+            scope = first_step[len(PROGRAM) :].upper()
             del steps_left[0]
         if not steps_left or isinstance(steps_left[0], int):
             raise CipRefusedError(BAD_SEGMENT)
@@ -260,12 +264,12 @@ class _Walk:
     def _enter(self, name: str) -> None:
         """Go to a member, or to a bit of an integer."""
         if isinstance(self._kind, StructuredKind):
-            part = self._kind.by_name.get(name.upper())
-            if part is None:
+            member = self._kind.by_name.get(name.upper())
+            if member is None:
                 raise CipRefusedError(BAD_SEGMENT)
-            self._kind, self._dims, self._bit = part.kind, part.dims, part.bit
-            self._offset += part.offset
-            self._name += f".{part.name}"
+            self._kind, self._dims, self._bit = member.kind, member.dims, member.bit
+            self._offset += member.offset
+            self._name += f".{member.name}"
         elif name.isascii() and name.isdigit() and self._bit is None and int(name[:4]) < self._kind.bits:
             self._kind, self._bit = BOOL, int(name[:4]) % 8
             self._offset += int(name[:4]) // 8

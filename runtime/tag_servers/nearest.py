@@ -48,5 +48,5 @@ def _names(database: Database) -> Iterator[str]:
 def _below(name: str, kind: Kind) -> Iterator[str]:
     yield name
     if not isinstance(kind, PlainKind):
-        for part in kind.by_name.values():
-            yield from _below(f"{name}.{part.name}", part.kind)
+        for member in kind.by_name.values():
+            yield from _below(f"{name}.{member.name}", member.kind)

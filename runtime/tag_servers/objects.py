@@ -167,9 +167,9 @@ class Lister:
         numbers, rows = attributes_in(data), self._database.rows(scope)
         if not all(number in _ATTRIBUTES for number in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
-        first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
+        first_row = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
         bytes_left, lines = most - HEAD_BYTES, []
-        for row in islice(rows, first, None):
+        for row in islice(rows, first_row, None):
             lines.append(_line(row, numbers))
             bytes_left -= len(lines[-1])
             if bytes_left < 0:
@@ -229,12 +229,12 @@ def answer_template(database: Database, service: int, path: Path, data: bytes, m
     offset, size = struct.unpack_from("<IH", data)
     if offset > len(template.padded):
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
-    part = template.padded[offset : offset + size]
-    if len(part) <= most - HEAD_BYTES:
-        return DONE, part
+    definition_part = template.padded[offset : offset + size]
+    if len(definition_part) <= most - HEAD_BYTES:
+        return DONE, definition_part
     if most - HEAD_BYTES < 1:
         raise CipRefusedError(TOO_LARGE)
-    return PARTIAL, part[: most - HEAD_BYTES]
+    return PARTIAL, definition_part[: most - HEAD_BYTES]
 
 
 def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:

@@ -138,8 +138,8 @@ class RegisterMap:
         kind = row.target.kind
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        keep, on_mask = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
-        masks = (mask.to_bytes(2, "little") for mask in (on_mask, keep))
+        and_mask, on_mask = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
+        masks = (mask.to_bytes(2, "little") for mask in (on_mask, and_mask))
         snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(offset), *masks))
         return request
 
@@ -157,9 +157,11 @@ class RegisterMap:
         """Write coils or registers; refused before the first write if one of them can't be written."""
         changes, index = [], 0
         for row, offset, item_count in self._writable(table, first, len(values)):
-            part, index = values[index : index + item_count], index + item_count
+            row_values, index = values[index : index + item_count], index + item_count
             changes.append(
-                row.write_of_bits(offset, part) if table in BITS else row.write_of_words(offset, part)
+                row.write_of_bits(offset, row_values)
+                if table in BITS
+                else row.write_of_words(offset, row_values)
             )
         for change in changes:
             snapshot.write(change)
@@ -175,12 +177,12 @@ class RegisterMap:
 
     def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
         """Return the rows at addresses, each with its first place and the number of places."""
-        cells, end, runs, last = self._cells[table], self._filled[table], [], first + count
-        while first < last:
+        cells, end, runs, end_address = self._cells[table], self._filled[table], [], first + count
+        while first < end_address:
             cell = cells.get(first) or (_GAP if first < end else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            item_count = min(cell.rest, last - first)
+            item_count = min(cell.rest, end_address - first)
             runs.append((cell.row, cell.place, item_count))
             first += item_count
         return runs

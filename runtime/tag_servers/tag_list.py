@@ -190,8 +190,8 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
     free_addresses, left_out = dict.fromkeys(TABLES, 0), []
     for row in rows:
         # `I:1` would be word 1 of file I
-        parts = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
-        placed = [_place(part, tables, free_addresses) for part in parts]
+        elements = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
+        placed = [_place(element, tables, free_addresses) for element in elements]
         if not all(placed):
             left_out.append(row.name)
     return _toml_of(tables, patterns), left_out

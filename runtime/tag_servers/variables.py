@@ -92,8 +92,8 @@ class Variable:
             step = self.kind.size
             return [_text_in(self.kind, data[offset : offset + step]) for offset in range(0, len(data), step)]
         if self.kind == BOOL:
-            first = self.bit or 0
-            bits = int.from_bytes(data, "little") >> first
+            first_bit = self.bit or 0
+            bits = int.from_bytes(data, "little") >> first_bit
             return [bool(bits >> index & 1) for index in range(self.count)]
         return list(struct.unpack(f"<{self.count}{_FORMS[self.kind.name]}", data))
 
@@ -233,8 +233,10 @@ class TagTree:
             yield self._item(name, at.element(name, number * kind.size), kind, ())
 
     def _members(self, at: _Place, kind: StructuredKind) -> Iterator[Leaf | TagGroup]:
-        for part in kind.by_name.values():
-            yield self._item(part.name, at.member(part.name, part.offset, part.bit), part.kind, part.dims)
+        for member in kind.by_name.values():
+            yield self._item(
+                member.name, at.member(member.name, member.offset, member.bit), member.kind, member.dims
+            )
 
 
 def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:

@@ -41,8 +41,8 @@ class Windows(NamedTuple):
 
     def at(self, places: Rows) -> Windows:
         """Return some of the rows."""
-        rows, held_rows, first, end, _ = self
-        return Windows(rows[places], held_rows[places], first[places], end[places])
+        rows, held_rows, first_rows, end, _ = self
+        return Windows(rows[places], held_rows[places], first_rows[places], end[places])
 
 
 class ComparedBlock(NamedTuple):
@@ -60,14 +60,14 @@ NONE = np.zeros(0, np.intp)
 def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, with scans paired by number; only pairs that differ are yielded."""
     while _read_rows(a, b, block_scans):
-        ends = _cut(a, b, block_scans)
-        rows_a, rows_b = _pairs(a.keys[a.row : ends[0]], b.keys[b.row : ends[1]])
+        end_rows = _cut(a, b, block_scans)
+        rows_a, rows_b = _pairs(a.keys[a.row : end_rows[0]], b.keys[b.row : end_rows[1]])
         rows_a, rows_b = rows_a + a.row, rows_b + b.row
         unequal = _unequal(_at(a.side.columns, rows_a), _at(b.side.columns, rows_b))
         held_rows = rows_b[unequal]
         unequal_rows = Windows(rows_a[unequal], held_rows, held_rows, held_rows + 1, len(rows_a))
         yield ComparedBlock(a.side, b.side, unequal_rows, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
-        for stream, end in ((a, ends[0]), (b, ends[1])):
+        for stream, end in ((a, end_rows[0]), (b, end_rows[1])):
             stream.go_to(end, end - 1 - LOOKED_AT)
 
 
@@ -81,15 +81,15 @@ def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
 def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     """Return the rows at which the next block ends, before the same key in both traces."""
     streams = a, b
-    ends = [
+    end_keys = [
         int(longer.keys[longer.row + block_scans])
         for longer in streams
         if len(longer) > longer.row + block_scans
     ]
-    if not ends:
+    if not end_keys:
         return len(a), len(b)
     first_key = min(int(unread.keys[unread.row]) for unread in streams if unread.row < len(unread))
-    end = max(min(ends), first_key + 1)  # ends past the key, even if a whole block has the same key
+    end = max(min(end_keys), first_key + 1)  # ends past the key, even if a whole block has the same key
     for stream in streams:
         stream.read_beyond(end)
     return a.row_of(end), b.row_of(end)
@@ -161,9 +161,13 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     if other.first_scan:  # scans preceded it
         is_judged &= times - tolerance_ns >= other.first_key
     times = times[is_judged]
-    held_rows, first = (np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns))
-    last = other.in_force(times + tolerance_ns)
-    return Windows(own.row + np.flatnonzero(is_judged), held_rows, first, last + 1, int(is_met.sum()))
+    held_rows, first_rows = (
+        np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns)
+    )
+    last_rows = other.in_force(times + tolerance_ns)
+    return Windows(
+        own.row + np.flatnonzero(is_judged), held_rows, first_rows, last_rows + 1, int(is_met.sum())
+    )
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:

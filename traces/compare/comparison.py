@@ -209,9 +209,9 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
                 if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
                     first_differing[step.sequence] = step_a, step_b
     for name, queues in waiting_steps.items():
-        first, second = first_differing.get(name) or map(_next_in, queues)
-        if first is not None or second is not None:
-            yield name, _wait(first), _wait(second)
+        first_step, second_step = first_differing.get(name) or map(_next_in, queues)
+        if first_step is not None or second_step is not None:
+            yield name, _wait(first_step), _wait(second_step)
 
 
 def _steps(trace: Trace) -> Iterator[Step]:

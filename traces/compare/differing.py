@@ -27,14 +27,14 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     Args:
         counts: allowed difference between a count and its window; None = every bit counts.
     """
-    side, other_side = block.one, block.other
+    own_side, other_side = block.one, block.other
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
-        parts = list(group)  # all fields of one image
-        images = side.images(parts[0]), other_side.images(parts[0])
+        image_fields = list(group)  # all fields of one image
+        images = own_side.images(image_fields[0]), other_side.images(image_fields[0])
         ahead = _otherwise(images[0], images[1], block.there)
         behind = _otherwise(images[1], images[0], block.back)
-        for field in parts if len(ahead.own) or len(behind.own) else ():
+        for field in image_fields if len(ahead.own) or len(behind.own) else ():
             there_difference, back_difference = (
                 _missing(field, ahead, counts),
                 _missing(field, behind, counts),

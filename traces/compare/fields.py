@@ -204,8 +204,8 @@ def _masked(mode: int, word: int, live: int, images: Array) -> Array:
 
 def _pair(mode: int, word: int, images: Array) -> Array:
     """Return two words as one undecoded number, because two pairs may decode to the same value."""
-    pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
-    return np.where(decode.in_command_mode(images, mode), pair, 0)
+    undecoded = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
+    return np.where(decode.in_command_mode(images, mode), undecoded, 0)
 
 
 def _value(mode: int, word: int, format: NumberFormat, images: Array) -> Array:

@@ -99,23 +99,22 @@ class DecodedValues:
 
 
 def _path(signal: Signal) -> tuple[str, ...]:
-    return tuple(_IMAGES.get(part, part.lower()) for part in signal.path)
+    return tuple(_IMAGES.get(step, step.lower()) for step in signal.path)
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
     """Return the messages; slots with the same fields share a message."""
-    parts: dict[str, list[Message]] = {}
+    messages_by_stem: dict[str, list[Message]] = {}
     own_lines = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         slot_messages = _slot_messages(stem, slot.number, signals)
-        if (
-            parts.setdefault(stem, slot_messages) != slot_messages
-        ):  # the same module with different names of bits
+        # the same module with different names of bits
+        if messages_by_stem.setdefault(stem, slot_messages) != slot_messages:
             stem = f"{stem}Slot{slot.number}"
-            parts[stem] = _slot_messages(stem, slot.number, signals)
+            messages_by_stem[stem] = _slot_messages(stem, slot.number, signals)
         own_lines.append(f"{stem} slot{slot.number}")
-    messages = [message for part in parts.values() for message in part]
+    messages = [message for part in messages_by_stem.values() for message in part]
     text = "\n".join([*own_lines, *(line for _, lines in messages for line in lines)])
     name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
     return [(name, own_lines), *messages]

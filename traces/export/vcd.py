@@ -61,15 +61,15 @@ def write_vcd(
     variables = [Variable(signal) for signal in chosen_signals]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
-    first = next(stream)
-    begin_ns = int(first.time_ns[0])
+    first_block = next(stream)
+    begin_ns = int(first_block.time_ns[0])
     with (
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
         for declared in variables:
             declared.register(dump)
-        for block in chain([first], stream):
+        for block in chain([first_block], stream):
             for time_ns, variable, value in _changes(block, variables):
                 dump.change(variable, time_ns, value)
             scans += len(block)
@@ -155,8 +155,8 @@ def _dumped(values: Array, signal: Signal) -> list[Any]:
         return [_word(name) for name in named(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
         numbers, is_missing = whole_numbers(values)
-        pairs = zip(numbers.tolist(), is_missing.tolist(), strict=True)
-        return ["x" if none else number for number, none in pairs]
+        number_pairs = zip(numbers.tolist(), is_missing.tolist(), strict=True)
+        return ["x" if none else number for number, none in number_pairs]
     plain_values: list[Any] = values.tolist()
     return [ExactReal(value) for value in plain_values] if values.dtype.kind == "f" else plain_values
 

@@ -67,7 +67,9 @@ def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
     """Return the fields of a schema, and the lines of its messages by name."""
     head, *messages = text.split(f"{SEPARATOR}\n")
     parted = (message.splitlines() or [""] for message in messages)
-    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
+    return head.splitlines(), {
+        first_line.removeprefix("MSG: scanrack/"): lines for first_line, *lines in parted
+    }
 
 
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:

@@ -294,7 +294,7 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:
         raise ValueError(f"{line!r} is of no type that a tag has")
-    constants = tuple(body.split(" ")[1].partition("=")[0] for body in bodies[kind][:-1])
+    constants = tuple(constant.split(" ")[1].partition("=")[0] for constant in bodies[kind][:-1])
     return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
 
 

@@ -193,9 +193,9 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.08)
-    low, high = axes.get_ylim()
-    if high - low < 1:  # it never changes, and an axis of whole numbers needs a range
-        axes.set_ylim(round(low) - 1, round(high) + 1)
+    bottom_value, top_value = axes.get_ylim()
+    if top_value - bottom_value < 1:  # it never changes, and an axis of whole numbers needs a range
+        axes.set_ylim(round(bottom_value) - 1, round(top_value) + 1)
 
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:

@@ -127,6 +127,6 @@ def at_pixels(
     """
     span = max(1, end_ns - start_ns)
     pixel = (lane.time_ns - start_ns) * pixels // span
-    keep = np.ones(len(pixel), bool)
-    keep[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
-    return lane.time_ns[keep], lane.value[keep]
+    is_kept = np.ones(len(pixel), bool)
+    is_kept[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
+    return lane.time_ns[is_kept], lane.value[is_kept]

@@ -49,12 +49,12 @@ class Choice:
         """Return the numbers of sequences and tags, for the heading of their panel."""
         sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
         tags = len(self.signals) - sequences
-        parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
+        texts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
         if self.left_out:
-            parts.append(f"{tags} of {tags + self.left_out:,} tags")
+            texts.append(f"{tags} of {tags + self.left_out:,} tags")
         elif tags:
-            parts.append(f"{tags} tag{'s' if tags > 1 else ''}")
-        return ", ".join(parts)
+            texts.append(f"{tags} tag{'s' if tags > 1 else ''}")
+        return ", ".join(texts)
 
 
 def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:

@@ -84,8 +84,8 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
     none = left.none | right.none
     if not (left.are_whole and right.are_whole):
         with np.errstate(all="ignore"):
-            result = operator(_floats(left), _floats(right))
-        return Numbers(result, none | np.isnan(result))
+            values = operator(_floats(left), _floats(right))
+        return Numbers(values, none | np.isnan(values))
     if _fits(operator, left.values, right.values):
         return Numbers(operator(left.values, right.values), none)
     return Numbers(_narrow(operator(left.values.astype(object), right.values.astype(object))), none)
@@ -103,8 +103,8 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
     kinds = {operand.dtype.kind for operand in values}
     if len(kinds) > 1 and not ("O" not in kinds and all(map(_exact_as_float, values))):
         values = values[0].astype(object), values[1].astype(object)
-    result: Condition = operator(*values).astype(bool)
-    return result & ~(left.none | right.none)
+    holds: Condition = operator(*values).astype(bool)
+    return holds & ~(left.none | right.none)
 
 
 def negated(numbers: Numbers) -> Numbers:
@@ -130,10 +130,10 @@ def changed(numbers: Numbers) -> Condition:
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
     """
-    result = np.zeros(len(numbers), bool)
+    has_changed = np.zeros(len(numbers), bool)
     current, previous = numbers[1:], numbers[:-1]
-    result[1:] = compared(ne, current, previous) | (current.none != previous.none)
-    return result
+    has_changed[1:] = compared(ne, current, previous) | (current.none != previous.none)
+    return has_changed
 
 
 def _narrow(values: Array) -> Array:

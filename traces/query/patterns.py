@@ -90,13 +90,13 @@ Pattern = Callable[[Sequence[Stretches], RowIndex], Occurrences]
 def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
     """Find the stretches in which a condition holds."""
     (condition,) = conditions
-    first, end = condition.first, condition.end
-    open_count = len(first) - len(end)  # 1 if the condition holds in the last scan, else 0
+    first_rows, end = condition.first, condition.end
+    open_count = len(first_rows) - len(end)  # 1 if the condition holds in the last scan, else 0
     still_rows = [condition.rows - 1] * open_count
-    open_ = np.zeros(len(first), bool)
-    open_[len(first) - open_count :] = True
-    last, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
-    return Occurrences(first, last, end, open_)
+    open_ = np.zeros(len(first_rows), bool)
+    open_[len(first_rows) - open_count :] = True
+    last_rows, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
+    return Occurrences(first_rows, last_rows, end, open_)
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
@@ -119,16 +119,16 @@ def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> 
 
 def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
     """Find each beginning of a cause, with the first later scan with the effect, else the last scan."""
-    first, count = cause.first, cause.rows
-    ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
+    first_rows, count = cause.first, cause.rows
+    effect_ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
     effect_begins = np.append(effect.first, count)
-    answer = np.maximum(first + 1, effect_begins[np.searchsorted(ends, first + 1, "right")])
+    answer = np.maximum(first_rows + 1, effect_begins[np.searchsorted(effect_ends, first_rows + 1, "right")])
     open_ = answer >= count
-    last = np.where(open_, count - 1, answer)
-    return Occurrences(first, last, last, open_)
+    last_rows = np.where(open_, count - 1, answer)
+    return Occurrences(first_rows, last_rows, last_rows, open_)
 
 
 def lengths(occurrences: Occurrences, rows: RowIndex) -> Rows:
     """Return the durations of occurrences, ns."""
-    result: Rows = rows.time_ns(occurrences.end) - rows.time_ns(occurrences.first)
-    return result
+    lengths_ns: Rows = rows.time_ns(occurrences.end) - rows.time_ns(occurrences.first)
+    return lengths_ns

@@ -43,11 +43,11 @@ class EvenSteps:
             np.array(column, np.int64) for column in (self._begins, self._values, self._steps)
         )
         block = np.searchsorted(block_begins, rows, "right") - 1
-        result: Column = values[block] + (rows - block_begins[block]) * steps[block]
+        row_values: Column = values[block] + (rows - block_begins[block]) * steps[block]
         for number, uneven in self._uneven.items():
             own_rows = slice(*np.searchsorted(block, (number, number + 1)))
-            result[own_rows] = uneven[rows[own_rows] - block_begins[number]]
-        return result
+            row_values[own_rows] = uneven[rows[own_rows] - block_begins[number]]
+        return row_values
 
 
 class RowIndex:

@@ -113,11 +113,11 @@ class Selection:
         >>> Selection(first=5, end_ns=2_500_000_000).says()
         'scans from 5, time up to 2.5 s'
         """
-        parts = [
+        phrases = [
             _range("scans", self.first, self.last, 1, ""),
             _range("time", self.start_ns, self.end_ns, 1e9, " s"),
         ]
-        return ", ".join(part for part in parts if part) or "all scans"
+        return ", ".join(phrase for phrase in phrases if phrase) or "all scans"
 
 
 ALL = Selection()

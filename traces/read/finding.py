@@ -189,9 +189,9 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
     """Return the stated CRC of all data in a file; 0 = no CRC is stated, None = the data have no end."""
-    ends = [span for span in spans if span.opcode == Opcode.DATA_END]
+    data_ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
-        return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
+        return read_record(file, data_ends[-1], DataEnd.read).data_section_crc if data_ends else None
     except TraceError:
         return None
 

@@ -34,18 +34,18 @@ def output_wording(before: Words, after: Words) -> str:
     if after[0] & _MODE_CONFIG:
         return _configuration(after)
     names = bit_names(CommandMsw, after[0]) + bit_names(CommandLsw, after[1])
-    parts = [" ".join(names) or "no command"]
+    phrases = [" ".join(names) or "no command"]
     if after[1] & _OTHER_USE:
-        parts.append("words 2 to 7: " + " ".join(map(str, after[2:])))
-        return ", ".join(parts)
+        phrases.append("words 2 to 7: " + " ".join(map(str, after[2:])))
+        return ", ".join(phrases)
     if before[0] & _MODE_CONFIG:
         before = (0,) * len(after)  # a configuration can't be compared with parameters
     is_given = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
         if values != [before[word] for word in words] or (is_given and any(values)):
-            parts.append(f"{name} {_value(values)}")
-    return ", ".join(parts)
+            phrases.append(f"{name} {_value(values)}")
+    return ", ".join(phrases)
 
 
 _PARAMETERS: Mapping[str, tuple[int, ...]] = {
@@ -86,8 +86,8 @@ def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
     """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
-    first, *units = words[quantity.word : quantity.word + quantity.words]
-    return (quantity.format or NumberFormat.THOUSANDS).reported(first, units[0]) if units else first
+    first_word, *units = words[quantity.word : quantity.word + quantity.words]
+    return (quantity.format or NumberFormat.THOUSANDS).reported(first_word, units[0]) if units else first_word
 
 
 def moded_wording(
@@ -111,7 +111,7 @@ def moded_wording(
         before = (0,) * len(after)  # a configuration can't be compared with commands
     names_before, names_after = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [
+    phrases = [
         " ".join(names_after) or "no command" if is_output else risen_and_fallen(names_before, names_after)
     ]
     is_new = is_output and len(set(names_after) - set(names_before)) > 0
@@ -119,8 +119,8 @@ def moded_wording(
         places = slice(quantity.word, quantity.word + quantity.words)
         is_changed = list(after[places]) != list(before[places])
         if not quantity.counts and (is_changed or (is_new and any(after[places]))):
-            parts.append(f"{quantity.name} {value(quantity, after):,}")
-    return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
+            phrases.append(f"{quantity.name} {value(quantity, after):,}")
+    return ", ".join(filter(None, [*phrases, _unnamed(module, direction, before, after)]))
 
 
 def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
@@ -224,14 +224,14 @@ def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
 def _configuration(words: Words) -> str:
     """Describe an output image in configuration mode [chapter 3]."""
     active_names = " ".join(bit_names(InputBit, words[1])) or "none"
-    parts = [
+    phrases = [
         " ".join(bit_names(ConfigMsw, words[0])),
         f"active high {active_names}",
         f"starting speed {_value(words[2:4])}",
     ]
     if any(words[4:]):
-        parts.append("words 4 to 7: " + " ".join(map(str, words[4:])))
-    return ", ".join(parts)
+        phrases.append("words 4 to 7: " + " ".join(map(str, words[4:])))
+    return ", ".join(phrases)
 
 
 def _value(words: Words) -> str:

@@ -77,8 +77,8 @@ class NumberFormats:
 
     def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
         """Return a quantity in the signed words of its image in a scan."""
-        first, *units = words[quantity.word : quantity.word + quantity.words]
-        return self.at(slot, quantity, scan).reported(first, units[0]) if units else first
+        first_word, *units = words[quantity.word : quantity.word + quantity.words]
+        return self.at(slot, quantity, scan).reported(first_word, units[0]) if units else first_word
 
     def reader(self, slot: int, scan: int) -> Callable[[Quantity, Sequence[int]], int]:
         """Return `value` for the words of a slot in a scan."""
@@ -93,9 +93,9 @@ class NumberFormats:
             words: the words of its image, a row per scan.
         """
         values = np.empty(len(words))
-        first, second = words[:, quantity.word], words[:, quantity.word + 1]
-        for part, format in self._parts(slot, quantity, scans):
-            values[part] = format.reported_all(first[part], second[part])
+        first_words, second_words = words[:, quantity.word], words[:, quantity.word + 1]
+        for row_slice, format in self._parts(slot, quantity, scans):
+            values[row_slice] = format.reported_all(first_words[row_slice], second_words[row_slice])
         return values
 
     def _parts(

@@ -156,8 +156,8 @@ class Records:
         self.notes = [note for note in self.notes if note not in self._of_the_end]
         self.notes += [note for note in notes if note not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
-        first = self.spans[first_span].offset if first_span < len(self.spans) else size
-        self.sections = [section for section in self.sections if section.span.offset < first]
+        first_offset = self.spans[first_span].offset if first_span < len(self.spans) else size
+        self.sections = [section for section in self.sections if section.span.offset < first_offset]
         self.sections += find_sections(self.file, self.spans[first_span:])
         return bool(self.spans) and self.spans[-1].end > end_before
 
@@ -255,11 +255,11 @@ class Trace(Records):
         size, grown = self.size, super().follow()
         self._leave_out_repeated()
         if self.size > size:
-            last = len(self.sections)
+            section_count = len(self.sections)
             self._firsts = {
-                section_index: first
-                for section_index, first in self._firsts.items()
-                if first < _NO_SCAN and section_index < last
+                section_index: first_number
+                for section_index, first_number in self._firsts.items()
+                if first_number < _NO_SCAN and section_index < section_count
             }
             self._note_where_it_ends()
         return grown
@@ -391,8 +391,8 @@ class Trace(Records):
     def edge(self, *, last: bool) -> ScanRows | None:
         """Return the first or the last scan as an array with one row; None for a trace without scans."""
         for section in reversed(self.sections) if last else self.sections:
-            if parts := self.scan_rows(section):
-                return parts[-1][-1:] if last else parts[0][:1]
+            if row_arrays := self.scan_rows(section):
+                return row_arrays[-1][-1:] if last else row_arrays[0][:1]
         return None
 
     def first_scan(self, place: int) -> int:
@@ -408,7 +408,8 @@ class Trace(Records):
 
         Only the sections around an estimated place are read.
         """
-        low, high = -1, len(self.sections)  # the first scan of low is at most `scan`, that of high is greater
+        # the first scan of low is at most `scan`, that of high is greater
+        low, high = -1, len(self.sections)
         place, step = self._guess(scan), 1
         while high - low > 1:
             if self.first_scan(place) <= scan:
@@ -422,14 +423,16 @@ class Trace(Records):
 
     def _guess(self, scan: int) -> int:
         """Return the estimated place of a scan, assuming that all scans take the same time."""
-        last = len(self.sections) - 1
-        if last < 1:
+        last_section = len(self.sections) - 1
+        if last_section < 1:
             return 0
         first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
-        per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
+        per_scan = (self.sections[last_section].start_ns - first_ns) / max(
+            1, self.first_scan(last_section) - first_scan
+        )
         at_ns = first_ns + (scan - first_scan) * per_scan
         index = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
-        return min(max(index - 1, 0), last)
+        return min(max(index - 1, 0), last_section)
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
@@ -490,9 +493,9 @@ class Trace(Records):
 
     def _note_where_it_ends(self) -> None:
         if self._of_the_end:
-            ends = list(self._where_it_ends())
-            self.notes += ends
-            self._of_the_end = [*self._of_the_end[:1], *ends]
+            end_notes = list(self._where_it_ends())
+            self.notes += end_notes
+            self._of_the_end = [*self._of_the_end[:1], *end_notes]
 
     def _where_it_ends(self) -> Iterator[str]:
         """Yield notes on the last scan of a trace without an end, and on unfinished records after it."""

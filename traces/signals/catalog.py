@@ -179,16 +179,16 @@ class Catalog(Mapping[str, Signal]):
         ]
         if close_names:
             return close_names
-        tails = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
-        last = name.rpartition(".")[2].lower()
-        near = get_close_matches(last, sorted({*tails.values()}), 2, 0.7)
-        return [signal_name for signal_name, tail in tails.items() if tail in near][:4]
+        last_parts = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
+        last_part = name.rpartition(".")[2].lower()
+        near = get_close_matches(last_part, sorted({*last_parts.values()}), 2, 0.7)
+        return [signal_name for signal_name, last_word in last_parts.items() if last_word in near][:4]
 
     def _unknown(self, name: str) -> str:
-        parts = [signal.title for signal in self.tags_named(name)]
-        if parts:
-            example_names = [*parts[:3], *["..."] * (len(parts) > 3)]
-            return f"{name} has {len(parts)} values: write {' or '.join(example_names)}"
+        titles = [signal.title for signal in self.tags_named(name)]
+        if titles:
+            example_names = [*titles[:3], *["..."] * (len(titles) > 3)]
+            return f"{name} has {len(titles)} values: write {' or '.join(example_names)}"
         close_names = self._close_to(name)
         places = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (

@@ -17,14 +17,14 @@ CW, CCW = "MOVING_CW", "MOVING_CCW"
 
 def in_command_mode(words: Words, status: int = 0) -> NDArray[np.bool_]:
     """Return the scans in which an image is in command mode: bit 15 of its word `status` is clear."""
-    result: NDArray[np.bool_] = words[:, status] >= 0
-    return result
+    in_command: NDArray[np.bool_] = words[:, status] >= 0
+    return in_command
 
 
 def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
     """Return the scans in which a bit of a word is set; `mask` is 1 to 8000h."""
-    result: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
-    return result
+    is_on: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
+    return is_on
 
 
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:

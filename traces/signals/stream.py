@@ -95,11 +95,11 @@ def blocks(
     columns = column_chunks(trace, selection, margin=margin, tags=True)
     for with_margins, start, stop in _with_margins(columns, margin) if margin else _without(columns):
         progress(stop - start)
-        low, high = selection.rows(with_margins)
-        low, high = max(low, start), min(high, stop)
-        if low < high:
+        first_row, end_row = selection.rows(with_margins)
+        first_row, end_row = max(first_row, start), min(end_row, stop)
+        if first_row < end_row:
             any_found = True
-            yield Block(with_margins, low, high, margin, places)
+            yield Block(with_margins, first_row, end_row, margin, places)
     if not any_found:
         raise EmptySelectionError(_nothing(selection, extent(trace)))
 
@@ -142,7 +142,7 @@ def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Colu
             held_columns = joined
             continue
         yield joined, margin_before, rows_ready
-        keep = max(0, rows_ready - margin)
-        held_columns, margin_before = joined.rows(keep, len(joined.scan)), rows_ready - keep
+        first_kept = max(0, rows_ready - margin)
+        held_columns, margin_before = joined.rows(first_kept, len(joined.scan)), rows_ready - first_kept
     if held_columns is not None and len(held_columns.scan) > margin_before:
         yield held_columns, margin_before, len(held_columns.scan)

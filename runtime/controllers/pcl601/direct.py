@@ -83,10 +83,10 @@ class Direct:
 
     def _hear(self, line: str) -> bytes:
         """Carry out a line to this unit; return the reply."""
-        parts = LINE.fullmatch(line)
-        if parts is None:
+        match = LINE.fullmatch(line)
+        if match is None:
             return b""
-        address, name, parameters = parts.group("address", "name", "parameters")
+        address, name, parameters = match.group("address", "name", "parameters")
         own_address = self._controller.values[Register.ADDRESS]
         if name not in NO_ADDRESS if address is None else int(address) != own_address:
             return b""

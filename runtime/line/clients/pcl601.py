@@ -96,7 +96,7 @@ class Pcl601Client(MotionClient[Registers]):
         by_row: dict[Row, list[int]] = {}
         for (row, _), word in zip(SHOWN, words, strict=True):
             by_row.setdefault(row, []).append(word)
-        values = {row.register: value_of(row, parts) for row, parts in by_row.items()}
+        values = {row.register: value_of(row, register_words) for row, register_words in by_row.items()}
         position, is_moving = values[Register.POSITION], bool(values[Register.BUSY])
         return Registers(position, is_moving, values[Register.ERROR_CODE], values)
 

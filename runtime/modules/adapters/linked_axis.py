@@ -167,9 +167,9 @@ class LinkedAxis(Generic[Drive]):
         """Index segment by segment, with a stop in between (option blend)."""
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
         next_task: Task[Drive] | None = None
-        last = len(program.segments) - 1
+        last_index = len(program.segments) - 1
         for index, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
-            end_rate = program.final_deceleration if index == last else rate
+            end_rate = program.final_deceleration if index == last_index else rate
             profile = Profile(start_sps, speed, rate, end_rate, shape)
             task = self.task_for(TaskKind.INDEX, direction, profile, length)
             task.following, next_task = next_task, task

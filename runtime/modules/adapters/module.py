@@ -286,7 +286,7 @@ class Adapter(Generic[Drive]):
     def _miss_waiting(self) -> None:
         """Drop waiting words; commands among them are refused."""
         images = (self.layer.state.command.words, *self._waiting)
-        self._missed = self._missed or any(_rises(*pair) for pair in pairwise(images))
+        self._missed = self._missed or any(_rises(*image_pair) for image_pair in pairwise(images))
         self._waiting.clear()
 
     def _refuse_missed(self, now_ns: int) -> None:

@@ -233,10 +233,10 @@ class StepGenerator:
         direction, shaft = self.motion.direction, self.machine.shaft
         bounds = [bound for bound in (first, None if last is None else last + 1) if bound is not None]
         if direction > 0:
-            ends = [bound for bound in bounds if bound > shaft]
+            end_positions = [bound for bound in bounds if bound > shaft]
         else:
-            ends = [bound - 1 for bound in bounds if bound <= shaft]
-        nearest = min(ends, key=lambda end: abs(end - shaft), default=None)
+            end_positions = [bound - 1 for bound in bounds if bound <= shaft]
+        nearest = min(end_positions, key=lambda end: abs(end - shaft), default=None)
         steps = None if nearest is None else self.machine.steps_to_shaft(direction, nearest)
         instant = self._when_made(steps)
         return NEVER if instant is None else instant

@@ -228,8 +228,8 @@ class GenericCard(Module):
             return
         energized = self._energized(name, change.acted_on)
         self._put_level(name, energized)
-        level = "energized" if energized else "de-energized"
-        text = f"The {name} input is {level}."
+        level_word = "energized" if energized else "de-energized"
+        text = f"The {name} input is {level_word}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energized": energized}))
 
     def _unit(self, name: str) -> str:

@@ -93,8 +93,8 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() == step.values[0])
 
     def _if_input(self, step: Step, axis: Axis601) -> bool:
-        number, level = (int(value) for value in step.values)
-        return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
+        number, is_on = (int(value) for value in step.values)
+        return self._if(axis.inputs_raw() >> (number - 1) & 1 == is_on)
 
     def _if(self, matches: bool) -> bool:
         """Continue with the next line, or skip one; after END the program ends."""

@@ -130,20 +130,20 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def note_configuration(self, configuration: Configuration) -> None:
         """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
-        options, bits, high = self._options, 0, 0
+        options, bits, high_inputs = self._options, 0, 0
         for index, role in enumerate(options.wired):
             is_used = role & configuration.inputs_used
             function = FUNCTIONS[role] if is_used else InputFunction.GENERAL_PURPOSE
             bits |= function << 3 * index
             if not is_used or configuration.active_high & role:
-                high |= 1 << index
+                high_inputs |= 1 << index
         if configuration.quadrature_encoder:
             bits |= Settings.USE_ENCODER.value
-        self._inverted = 3 & ~high
+        self._inverted = 3 & ~high_inputs
         self._start_sps = configuration.starting_speed
         self._configuration = (
             bits | CONFIGURES,
-            high,
+            high_inputs,
             *divmod(self._start_sps, 1000),
             options.steps_per_turn,
             0,
@@ -362,9 +362,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         command = STARTS[task.kind][task.direction < 0]
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
-        last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
+        last_words = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
         return _command(
-            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last
+            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last_words
         )
 
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:

@@ -188,8 +188,8 @@ class Pcl601Driver(ProfileDriver[Drive]):
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; complain about new error bits."""
         reply = yield from self._insist(pdus.read_registers(Register.ENCODER_POSITION, 5))
-        low, high, _, busy, errors = reply.words
-        self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
+        low_word, high_word, _, busy, errors = reply.words
+        self.encoder, self.busy = pdus.signed_pair(low_word, high_word), bool(busy)
         new_errors, self.errors = Error(errors) & ~self.errors, Error(errors)
         for error, bits in ERRORS.items():
             if error & new_errors:
