@@ -45,10 +45,10 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
         if _kind(name) not in possible:
             can = ", ".join(kind.value for kind in Kind if kind in possible)
             raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
-    left = (chosen or kinds_for(job.spec)) - excluded
-    if not left:
+    kinds = (chosen or kinds_for(job.spec)) - excluded
+    if not kinds:
         raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
-    return left
+    return kinds
 
 
 def _kind(name: str) -> Kind:

@@ -103,8 +103,8 @@ def _csv(rows: list[TagRow]) -> str:
 
 def _print_table(rows: list[TagRow]) -> None:
     cells = [_cells(row) for row in rows]
-    used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
-    table = new_table(*(COLUMNS[place] for place in used))
+    columns_used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
+    table = new_table(*(COLUMNS[place] for place in columns_used))
     for row_cells in cells:
-        table.add_row(*(row_cells[place] for place in used))
+        table.add_row(*(row_cells[place] for place in columns_used))
     print_block(table)

@@ -91,11 +91,11 @@ def lines_of_trace(
     from ..why.program_rerun import executed_lines
 
     (first, last), recording = scans, PackedTrace.of(trace, more)
-    written = {(event.scan, event.fields.get("order")) for event in recording.events}
+    orders_recorded = {(event.scan, event.fields.get("order")) for event in recording.events}
     orders = [
         TraceEvent(now_ns, 0, ORDERS.name, {"order": text})
         for now_ns, text in latest
-        if (now_ns, text) not in written
+        if (now_ns, text) not in orders_recorded
     ]
     recording = replace(recording, events=(*recording.events, *orders))
     job = job_of(trace, folder, trust=True)

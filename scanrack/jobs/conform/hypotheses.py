@@ -156,13 +156,13 @@ def _start_of(
     timing: Timing,
 ) -> _Start | None:
     """Return the start of a search: a known state, or the first configuration; None if there is neither."""
-    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
-    turn = 0 if known else _configured_at(turns)
+    known_state = moments[0] if moments and isinstance(moments[0], KnownState) else None
+    turn = 0 if known_state else _configured_at(turns)
     if turn == len(turns):
         return None
-    if known:
-        known_ns = known.window.high_ns
-        return _Start(Branch(model(), known_ns).resume(known), turn, known_ns, True)
+    if known_state:
+        known_ns = known_state.window.high_ns
+        return _Start(Branch(model(), known_ns).resume(known_state), turn, known_ns, True)
     known_ns = turns[turn][0].window.high_ns + 2 * timing.lag_ns
     return _Start(Branch(model(), turns[0][0].window.low_ns), turn, known_ns, False)
 
@@ -288,7 +288,7 @@ def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch
         return live
     for branch in live:
         branch.advance(now_ns)
-        kept = states.setdefault(branch.state(since_ns), branch)
-        kept.fired &= branch.fired
-        kept.play = max(kept.play, branch.play)
+        equal_branch = states.setdefault(branch.state(since_ns), branch)
+        equal_branch.fired &= branch.fired
+        equal_branch.play = max(equal_branch.play, branch.play)
     return list(states.values())

@@ -98,11 +98,11 @@ def _whole(value: Any) -> int:
 
 def lines(result: ConformResult, reads: int) -> Iterator[str]:
     """Yield the lines of the result as text."""
-    shown = result.scenes
-    if len(shown) > MOST_SCENES:
-        shown = [row for row in shown if row.verdict is not ConformVerdict.AS_MANUAL]
-        yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
-    for scene in shown:
+    scenes = result.scenes
+    if len(scenes) > MOST_SCENES:
+        scenes = [row for row in scenes if row.verdict is not ConformVerdict.AS_MANUAL]
+        yield f"{len(result.scenes) - len(scenes):,} scenes are as the manual"
+    for scene in scenes:
         yield from _scene_lines(scene, result)
     yield ""
     yield from _counts("rules", {rule: rule_finding.verdict for rule, rule_finding in result.rules.items()})

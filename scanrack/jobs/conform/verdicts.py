@@ -50,10 +50,10 @@ class Judge:
 
     def __init__(self, firmware: str, timing: Timing, most: int = MOST) -> None:
         self._firmware, self._timing, self._most = firmware, timing, most
-        known = Firmware.parse(firmware)
+        version = Firmware.parse(firmware)
         self.result = ConformResult()
         for rule in RULES.values():
-            if rule.applies_to(known):
+            if rule.applies_to(version):
                 why = rule.untestable_because and f"in no image: {rule.untestable_because}"
                 self.result.rules[rule.id] = RuleFinding(
                     ConformVerdict.NOT_IN_PLAN, why=why or self._unseen(rule.id)
@@ -184,12 +184,12 @@ class Judge:
     def conclude(self) -> ConformResult:
         """Return the result once all scenes are judged; only together do they show which factors remain."""
         scenes = [scene_result for scene_result in self.result.scenes if scene_result.scales]
-        for scene, left in zip(
+        for scene, scales_left in zip(
             scenes, without_lesser([scene_result.scales for scene_result in scenes]), strict=True
         ):
-            scene.scales = left
-            for scale in left:
-                self._differs(self.result.rules[scale.rule], scene.name, either(left))
+            scene.scales = scales_left
+            for scale in scales_left:
+                self._differs(self.result.rules[scale.rule], scene.name, either(scales_left))
         return self.result
 
     def _may_explain(

@@ -529,9 +529,10 @@ class _Run:
 
     def _waits(self) -> str:
         """Return the sequences of the program with the lines at which they wait; empty if none waits."""
-        waiting = [sequence for sequence in self._watcher.sequences if not sequence.over]
+        waiting_sequences = [sequence for sequence in self._watcher.sequences if not sequence.over]
         return " ".join(
-            f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}" for sequence in waiting
+            f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}"
+            for sequence in waiting_sequences
         )
 
     def _commands(self) -> str:

@@ -79,8 +79,8 @@ class Images:
 
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
         """Return a message about a missing word or bit of an image; "" if it exists, or if unknown."""
-        known = [self._words[slot]] if slot in self._words else self._words.values()
-        words = max((len(words_of.named(image)) for words_of in known), default=WORDS)
+        slot_words = [self._words[slot]] if slot in self._words else self._words.values()
+        words = max((len(words_of.named(image)) for words_of in slot_words), default=WORDS)
         if not -words <= word < words:
             return f"the image has words 0 to {words - 1}"
         if bit is not None and not 0 <= bit < BITS:

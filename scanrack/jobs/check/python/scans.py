@@ -35,8 +35,8 @@ class Scans:
         self._reader, self._spec, self._facts = reader, spec, reader.facts
         self._aliases = dict(_aliases(reader.tree))
         steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-        used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
-        self._slot = used[0] if len(used) == 1 else None
+        slots_used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
+        self._slot = slots_used[0] if len(slots_used) == 1 else None
 
     def note(self) -> None:
         """Note the mistakes and the commands in the text."""
@@ -93,8 +93,8 @@ class Scans:
             kind = type(value)
             is_own = kind.__module__ == self._reader.names.get("__name__") and kind.__name__ in classes
             if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
-                known = {*dir(value), *_fields(classes[kind.__name__])}
-                self._missing(self._reader.tree, name, known)
+                attributes = {*dir(value), *_fields(classes[kind.__name__])}
+                self._missing(self._reader.tree, name, attributes)
         for class_ in classes.values():
             if not [*class_.bases, *class_.keywords]:
                 self._missing(class_, "self", {*_fields(class_), *dir(object)})

@@ -211,9 +211,9 @@ def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterat
 
 
 def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterator[Violation]:
-    written = [access for access in accesses if access.writes and access.owner and not access.once]
-    for write in written:
-        first = written[0]
+    owned_writes = [access for access in accesses if access.writes and access.owner and not access.once]
+    for write in owned_writes:
+        first = owned_writes[0]
         if write.owner != first.owner and overlap(write.part, first.part):
             text = (
                 f"{kind} {write.owner} writes {_name(write, variable)}, "

@@ -305,9 +305,9 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
     if execute == f"{name}.DONE":
         return depth > 0 and _never_falls(subject, _execute_of(subject, name), depth - 1)
     variable = subject.facts.variables[name]
-    written = list(filter(attrgetter("writes"), subject.by_key.get(name, ())))
+    writes = list(filter(attrgetter("writes"), subject.by_key.get(name, ())))
     is_own = variable.role is Role.PLAIN and not variable.shown
-    return is_own and (all(map(_stays_on, written)) if written else variable.set)
+    return is_own and (all(map(_stays_on, writes)) if writes else variable.set)
 
 
 def _execute_of(subject: Subject, block: str) -> str:

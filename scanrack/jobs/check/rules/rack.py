@@ -22,11 +22,11 @@ def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
     """Find inputs that are wired but that no configuration uses."""
     for index, slot in subject.steppers:
         configurations = subject.sent_to(slot.number, subject.facts.configurations)
-        used = 0
+        inputs_used = 0
         for sent_command in configurations:
-            used |= sent_command.words[0] & ALL_INPUTS
+            inputs_used |= sent_command.words[0] & ALL_INPUTS
         for bit in InputBit if configurations else ():
-            if bit.value & wired_inputs(slot.machine) & ~used:
+            if bit.value & wired_inputs(slot.machine) & ~inputs_used:
                 yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
 
 

@@ -171,6 +171,6 @@ class Conditions:
         if not isinstance(operand, Place):
             return ANY
         is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
-        written = self._values.written(operand) if is_tag and operand.bit is None else []
-        is_chosen = len(written) > 1 and all(write.is_constant for write in written)
+        values_written = self._values.written(operand) if is_tag and operand.bit is None else []
+        is_chosen = len(values_written) > 1 and all(write.is_constant for write in values_written)
         return self._values.of(operand) if is_chosen else type_range(operand.type)

@@ -142,8 +142,8 @@ class Mistakes:
         if any(map(self._is_zero, (*divisors, *(step.operands[1:2] if step.name in ("DIV", "MOD") else ())))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
-        written = written_value(step) if step.name == "DIV" else None
-        for divided in (*quotients, written):
+        divided_value = written_value(step) if step.name == "DIV" else None
+        for divided in (*quotients, divided_value):
             if isinstance(divided, Calculation) and self._is_always_zero(divided, point.target):
                 text = f"{point.text}: the quotient of two integers is cut to 0 here"
                 self._facts.remark("integer-zero", point.place, text)

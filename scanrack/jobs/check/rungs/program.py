@@ -149,10 +149,10 @@ def _note_tags(view: LadderView, facts: Facts) -> None:
 
 def _note_unused(view: LadderView, facts: Facts) -> None:
     """Note tags that no instruction names and that are not recorded."""
-    used = {tag_in(path_of(mention.where)) for mention in view.mentions}
+    tags_used = {tag_in(path_of(mention.where)) for mention in view.mentions}
     for name, tag in view.tags.items():
         recorded = any(fnmatch(name, pattern.upper()) for pattern in view.spec.tags)
-        if name not in used and not recorded:
+        if name not in tags_used and not recorded:
             text = f"tag {tag.name} is declared, and no instruction names it"
             facts.remark("unused-tag", view.declaration(tag.name), text)
 

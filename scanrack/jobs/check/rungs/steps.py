@@ -181,8 +181,12 @@ class Steps:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
-        written = self._values.written(place)
-        return key_of(place) if len(written) > 1 and all(write.is_constant for write in written) else ""
+        values_written = self._values.written(place)
+        return (
+            key_of(place)
+            if len(values_written) > 1 and all(write.is_constant for write in values_written)
+            else ""
+        )
 
     # --- conditions
 

@@ -105,11 +105,13 @@ class Terminals:
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""
         read = [mention for mention in self._view.mentions if mention.reads]
-        written = [mention for mention in self._view.mentions if mention.writes]
-        used = {"I": _by_image(read), "O": _by_image(written)}
+        writes = [mention for mention in self._view.mentions if mention.writes]
+        uses_by_image = {"I": _by_image(read), "O": _by_image(writes)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-            return any(_reaches(mention, word, bit) for mention in used[image].get((slot, image == "O"), ()))
+            return any(
+                _reaches(mention, word, bit) for mention in uses_by_image[image].get((slot, image == "O"), ())
+            )
 
         return uses
 

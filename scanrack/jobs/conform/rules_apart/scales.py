@@ -163,12 +163,12 @@ class _Fit:
         On one side of the module's factor, the same read may contradict every factor, however far off. The
         factor is then at the edge of such a row.
         """
-        known = sorted(self._known)
-        reads = [self._known[factor].reads for factor in known]
+        factors = sorted(self._known)
+        reads = [self._known[factor].reads for factor in factors]
         most = max(reads)
         edges = [
             pair
-            for place, pair in enumerate(pairwise(known))
+            for place, pair in enumerate(pairwise(factors))
             if most in (counts := reads[place : place + 2]) and min(counts) < most
         ]
         return {(low + high) // 2 for low, high in edges} - self._known.keys()

@@ -76,8 +76,8 @@ class Recipe:
         """Return the text of the recipe's file, a single line."""
         scenario = {key: value for key, value in self.scenario.to_json().items() if value}
         broken = {"broken": self.broken} if self.broken else {}
-        written = {"scenario": scenario, **asdict(self.origin), **broken}
-        return json.dumps(written, separators=(",", ":")) + "\n"
+        recipe = {"scenario": scenario, **asdict(self.origin), **broken}
+        return json.dumps(recipe, separators=(",", ":")) + "\n"
 
     @classmethod
     def from_text(cls, text: str) -> Recipe:

@@ -88,8 +88,8 @@ class DriveScript(QuietListener):
         request: dict[str, Any] = dict(self._acts.pop(scan, {}))
         if words != self._before[0]:
             request["out"] = words
-        changed = levels ^ self._before[1]
-        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed & bit}
+        changed_levels = levels ^ self._before[1]
+        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed_levels & bit}
         if inputs:
             request["inputs"] = inputs
         if request or scan == 0:

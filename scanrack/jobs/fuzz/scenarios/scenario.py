@@ -184,17 +184,17 @@ class Scenario:
 
     def laid_over_slot(self, slot: SlotSpec) -> SlotSpec:
         """Return a slot with the parts of this scenario that concern it; without any, the same slot."""
-        changed: dict[str, Any] = {}
+        changed_fields: dict[str, Any] = {}
         if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
-            changed["firmware"] = firmware
+            changed_fields["firmware"] = firmware
         if (machine := self._machine(slot)) is not slot.machine:
-            changed["machine"] = machine
+            changed_fields["machine"] = machine
         rows: Any = slot.options.get("timeline", ())
         entries = [push_entry(push) for push in of_slot(self.pushes, slot)]
         entries += signal_entries(of_slot(self.signals, slot), rows)
         if entries:
-            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *entries])}
-        return slot.model_copy(update=changed) if changed else slot
+            changed_fields["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *entries])}
+        return slot.model_copy(update=changed_fields) if changed_fields else slot
 
     def _machine(self, slot: SlotSpec) -> MachineSpec:
         """Return the machine of a slot with this scenario's offsets, lost steps, presses and turns."""
@@ -213,8 +213,8 @@ class Scenario:
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario as JSON types; the inverse of `from_json`."""
-        written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
-        return written
+        scenario_object: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
+        return scenario_object
 
     @classmethod
     def from_json(cls, given: object) -> Scenario:
@@ -280,8 +280,8 @@ def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Coll
     """Raise ValueError for a part whose input is not among the names of its card."""
     for part in parts:
         if part.input not in names:
-            known = ", ".join(names) or "none"
-            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {known}")
+            names_text = ", ".join(names) or "none"
+            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {names_text}")
 
 
 def first_mistake(error: ValidationError) -> str:
@@ -325,12 +325,12 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
     Overlapping presses are combined. Of two values at the same instant, the later row is used.
     """
-    kept: dict[str, list[Mapping[str, Any]]] = {}
+    rows_by_input: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
-        before = kept.setdefault(row["input"], [])
+        before = rows_by_input.setdefault(row["input"], [])
         joined = _joined(before.pop(), row) if before else [row]
         before += joined
-    return [row for kept_rows in kept.values() for row in kept_rows]
+    return [row for kept_rows in rows_by_input.values() for row in kept_rows]
 
 
 def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
