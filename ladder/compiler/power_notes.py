@@ -118,8 +118,8 @@ class NotedRung:
             begun = len(self._powers)
             legs = [self._series(leg, "True") for leg in branch.legs]
             self._writer.line(f"{out} = {either_of(legs)}")
-            own = len(self._guards)
-            self._put(name for powers in self._powers[begun:] for name, _ in powers[own:])
+            guard_count = len(self._guards)
+            self._put(name for powers in self._powers[begun:] for name, _ in powers[guard_count:])
         self._guards = outer
         return out
 

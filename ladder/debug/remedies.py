@@ -178,8 +178,8 @@ class Search:
         names = tuple(candidate.name for candidate in candidates)
         for size in range(MOST_INPUTS + 1):
             for chosen in combinations(candidates, size):
-                own = {candidate.name for candidate in chosen}
-                if any({change.name for change in known.changes} <= own for known in remedies):
+                chosen_names = {candidate.name for candidate in chosen}
+                if any({change.name for change in known.changes} <= chosen_names for known in remedies):
                     continue
                 if self.tried >= MOST_TRIES:
                     return Remedies(self.tag, self.requested, tuple(remedies), names, self.tried, left=True)

@@ -199,8 +199,10 @@ class _Picture:
             for name in each.targets
             if (number, name.upper()) not in self._cells.jumps
         ]
-        starts = [(self._middle(own), self._tops[level] + STEP_HIGH) for own, level in sources]
-        ends = [(self._middle(own), self._tops[level]) for own, level in targets]
+        starts = [
+            (self._middle(step_column), self._tops[level] + STEP_HIGH) for step_column, level in sources
+        ]
+        ends = [(self._middle(step_column), self._tops[level]) for step_column, level in targets]
         self._joined(starts, (x, y), above)
         if len(ends) == 1:  # down in a separate column, then across just above the step
             self._joined(ends, (x, y), ends[0][1] - GAP // 2)

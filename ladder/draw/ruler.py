@@ -96,9 +96,9 @@ class SeriesLayout:
 
 def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
     """Return operand captions by instruction, for the program's dialect and its add-on instructions."""
-    own = {name: _captions(definition) for name, definition in program.builtin.items()}
+    builtin = {name: _captions(definition) for name, definition in program.builtin.items()}
     add_ons = program.add_ons.values()
-    return own | {
+    return builtin | {
         add_on.name: ("Instance", *(parameter.name for parameter in add_on.required)) for add_on in add_ons
     }
 

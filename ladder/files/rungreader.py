@@ -68,8 +68,10 @@ def _library(file: str, drives: bool) -> Library:
 
 def is_of_library(definition: AddOn, name: str) -> bool:
     """Whether an add-on instruction belongs to a library, in either form."""
-    own = definition.name.upper()
-    return any(load_library(name, drives=drives).add_ons.get(own) == definition for drives in (False, True))
+    name_key = definition.name.upper()
+    return any(
+        load_library(name, drives=drives).add_ons.get(name_key) == definition for drives in (False, True)
+    )
 
 
 _NAME = r"[A-Za-z_]\w*"
@@ -150,8 +152,8 @@ class Reader(LineReader):
         while (line := self._peek()) is not None:
             if not self._definition(line):
                 self._fail("TYPE or INSTRUCTION")
-        own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
-        return Library(own, self._add_ons)
+        types = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
+        return Library(types, self._add_ons)
 
     def program(self) -> Program | Controller:
         """Read a program or a controller."""
@@ -328,8 +330,8 @@ class Reader(LineReader):
             program.add_routine(self._routine(match))
             return
         else:
-            own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
-            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {own}")
+            sections = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
+            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {sections}")
         self._at += 1
 
     def _definition(self, line: str) -> bool:

@@ -172,7 +172,7 @@ class Controller(LadderLogic):
         where = f"controller {self.name}"
         if not self.programs:
             yield Problem(where, "", "no program", "add a program")
-        known = {own.upper() for own in self._names_of_programs()}
+        known = {program.upper() for program in self._names_of_programs()}
         taken: dict[str, str] = {}
         continuous = [existing.name for existing in self.tasks if existing.kind is TaskKind.CONTINUOUS]
         if len(continuous) > 1:

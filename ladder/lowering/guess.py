@@ -49,8 +49,8 @@ class Guess:
 
     def same_as(self, other: Guess) -> None:
         """Note that both have the same type, such as a queue's element and what is loaded into it."""
-        here, there = self.root, other.root
-        todo = [(here, there)]
+        here, other_root = self.root, other.root
+        todo = [(here, other_root)]
         while todo:
             kept, absorbed = todo.pop()
             if kept is absorbed:
@@ -62,9 +62,9 @@ class Guess:
                     add_kind(kinds, kind)
             for name, member in absorbed.members.items():
                 if name in kept.members:
-                    own = kept.members[name]
-                    own.lengths = _longest(own.lengths, member.lengths)
-                    todo.append((own.root, member.root))
+                    member_guess = kept.members[name]
+                    member_guess.lengths = _longest(member_guess.lengths, member.lengths)
+                    todo.append((member_guess.root, member.root))
                 else:
                     kept.members[name] = member
 

@@ -109,9 +109,9 @@ class StatementLowering:
         return self._added(number, origin, text, LoweredStep(spec, tuple(operands), site), at.comment)
 
     def _added(self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str) -> LoweredLine:
-        made = LoweredLine(number, (step,), origin, text, comment)
-        self._lines.append(made)
-        return made
+        line = LoweredLine(number, (step,), origin, text, comment)
+        self._lines.append(line)
+        return line
 
     def _assignment(self, statement: Assignment) -> Act:
         return Act(

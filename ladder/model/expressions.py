@@ -109,11 +109,11 @@ class ExpressionParser(Scanner):
             match = _OPERATOR.match(self.text, self.at)
             name = match.group().upper() if match else ""
             name = _SIGNS.get(name, name)
-            own = LEVEL.get(name, -1)
-            if match is None or own < level:
+            strength = LEVEL.get(name, -1)
+            if match is None or strength < level:
                 return left
             self._move_to(match.end())
-            left = Operation(name, (left, self.expression(own + 1)))
+            left = Operation(name, (left, self.expression(strength + 1)))
 
     def _unary(self) -> Operand:
         if self.text.startswith("-", self.at):

@@ -239,8 +239,8 @@ def types_in(resolved: Resolved) -> set[Elementary]:
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
-        own = {REAL} if _is_real_function(resolved) else set()
-        return own.union(*map(types_in, resolved.operands))
+        types = {REAL} if _is_real_function(resolved) else set()
+        return types.union(*map(types_in, resolved.operands))
     return set()
 
 

@@ -102,14 +102,14 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
 
 def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
     """Return a module's bits by meaning: its own names, and a 3601's for groups that it lacks."""
-    own = {
+    meanings = {
         group.upper(): (
             any(place.image == "O" for place in names.values()),
             {name.upper(): (place.word, place.bit) for name, place in names.items()},
         )
         for group, names in words.groups.items()
     }
-    return {**MEANINGS, **own}
+    return {**MEANINGS, **meanings}
 
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
@@ -465,9 +465,9 @@ def _bound(alias: Alias, module: Place | Group) -> Group:
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
     assert alias.type is not None
-    own = [(member.name.upper(), member.type, member.dims) for member in alias.type.own]
+    members = [(member.name.upper(), member.type, member.dims) for member in alias.type.own]
     image = [(member.name.upper(), member.type, member.dims) for member in module.type.members]
-    if own != image:
+    if members != image:
         needed = ", ".join(_declared(member) for member in module.type.members)
         remedy = f"declare {needed}, and other members AT parts of Data"
         raise AddressError(f"{alias.type.name} has other bytes than {alias.target}", remedy)

@@ -248,8 +248,8 @@ class Layout:
         if not row.end or ident in RESERVED or ident in self._idents:
             ident = self._ident(path)
         self._idents.add(ident)
-        made = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
-        return made
+        leaf = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
+        return leaf
 
     def _request(self, name: str) -> Leaf | None:
         """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
@@ -292,15 +292,15 @@ class Layout:
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
         """Return a declaration by name in capitals: the program's, else the controller's, else None."""
-        own = self.declarations.get(scoped(program, name).upper()) if program else None
-        return own or self.declarations.get(name)
+        scoped_tag = self.declarations.get(scoped(program, name).upper()) if program else None
+        return scoped_tag or self.declarations.get(name)
 
     def names(self, program: str = "") -> Iterator[str]:
         """Yield the names visible in a program: its own without its prefix, then the controller's."""
-        own = scoped(program, "")
+        prefix = scoped(program, "")
         for declaration in self.declarations.values():
-            if program and declaration.name.upper().startswith(own.upper()):
-                yield declaration.name[len(own) :]
+            if program and declaration.name.upper().startswith(prefix.upper()):
+                yield declaration.name[len(prefix) :]
         for declaration in self.declarations.values():
             if not program_of(declaration.name):
                 yield declaration.name

@@ -68,18 +68,18 @@ def _fitting(kind: Elementary, value: Any) -> Any:
 @lru_cache(maxsize=1024)
 def _places(kind: Structure) -> Mapping[str, _Place]:
     """Return the members of a structure by name, except members that name an array element."""
-    own = members_at(kind)
+    members = members_at(kind)
     places = {
         own_member.name: _Place(own_member.type, own_member.dims, 8 * byte + (bit or 0))
-        for own_member, byte, bit in own
+        for own_member, byte, bit in members
     }
     parts = byte_parts(kind)
     for member in kind.members:
-        there = meant_by("", kind, member, 0) if member.at else None
-        if there is not None and there.index == 0:
-            bit = parts[there.path[1:].upper()].offset
-            if there.bit is None:
-                places[member.name] = _Place(there.type, there.dims, bit)
+        target = meant_by("", kind, member, 0) if member.at else None
+        if target is not None and target.index == 0:
+            bit = parts[target.path[1:].upper()].offset
+            if target.bit is None:
+                places[member.name] = _Place(target.type, target.dims, bit)
             else:
-                places[member.name] = _Place(BOOL, (), bit + there.bit)
+                places[member.name] = _Place(BOOL, (), bit + target.bit)
     return places

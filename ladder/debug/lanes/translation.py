@@ -32,8 +32,8 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     constants = _constant_arguments(routines, assigned)
     lines: list[str] = []
     for routine in routines:
-        own = assigned[routine.name], assigned.keys(), constants[routine.name]
-        lines += _Translator(routine, used, loaded, *own).lines()
+        tables = assigned[routine.name], assigned.keys(), constants[routine.name]
+        lines += _Translator(routine, used, loaded, *tables).lines()
     return compile("\n".join(lines), "<lanes>", "exec")
 
 

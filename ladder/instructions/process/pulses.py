@@ -28,10 +28,10 @@ def _ms(seconds: float) -> int:
 def _time(block: FunctionBlock, name: str, most: float) -> float:
     """Return a time in s; an invalid time is 0, and a maximum that is 0 or invalid is `most`."""
     value = block.real(name)
-    wrong = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
+    invalid = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
     if name.startswith("Max"):
-        return most if wrong or value == 0 else value
-    return 0.0 if wrong else value
+        return most if invalid or value == 0 else value
+    return 0.0 if invalid else value
 
 
 def _cycle(block: FunctionBlock) -> tuple[float, int, bool]:

@@ -203,12 +203,12 @@ def _monitor(
     if feedback == (expected, expected):
         block.set(**{"~settled": True})
         return
-    wrong = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
+    reason = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
     late = _lasts(machine, block, limit)
     if block["~settled"] or (late and not block["~moved"]):
-        _fault(block, (TURNED_OFF if expected else TURNED_ON) + wrong)
+        _fault(block, (TURNED_OFF if expected else TURNED_ON) + reason)
     elif late:
-        _fault(block, (NOT_ON if expected else NOT_OFF) + wrong)
+        _fault(block, (NOT_ON if expected else NOT_OFF) + reason)
 
 
 _WRONG_FEEDBACK = {(False, False): 0, (False, True): 1, (True, False): 2}

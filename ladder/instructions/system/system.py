@@ -89,8 +89,8 @@ def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
-    own = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
-    return task_named(schedule.tasks, name) or next(own, None)
+    owners = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
+    return task_named(schedule.tasks, name) or next(owners, None)
 
 
 Reader = Callable[[Interpreter, str], bytes]

@@ -140,14 +140,14 @@ class TermPlaces(Interpreter):
             return
         name = name_of(key)
         if key[0].endswith(CLOCK):
-            own = var(name, INT, 0, self.most_age)
-            now = least(add(own, ite(self.begun, const(0), self.dt)), self.most_age)
+            age = var(name, INT, 0, self.most_age)
+            now = least(add(age, ite(self.begun, const(0), self.dt)), self.most_age)
         else:
-            own = now = var(name, *kind_of(leaf.type))
+            age = now = var(name, *kind_of(leaf.type))
         for where, site in self._lost.get(key[0], ()):
             now = ite(where, self.unknown_of(leaf, key[1], site=site), now)
             put(self.written, key, True)
-        put(self.vars, key, own)
+        put(self.vars, key, age)
         put(self.kinds, key, leaf)
         put(self._kept, key, now)
 

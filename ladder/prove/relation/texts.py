@@ -145,7 +145,7 @@ def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
     shifted = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(by.lo, by.hi) - 1):
         here, moved = bit(by, k), [NONE] * (1 << k) + shifted
-        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+        shifted = [ite(here, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
     return shifted
 
 
@@ -154,7 +154,7 @@ def _dropped(codes: Sequence[T], by: T) -> list[T]:
     shifted = list(codes)
     for k in range(bits_of(by.lo, by.hi) - 1):
         here, moved = bit(by, k), shifted[1 << k :] + [NONE] * (1 << k)
-        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+        shifted = [ite(here, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
     return shifted
 
 

@@ -50,10 +50,10 @@ def sort_of(t: T) -> Sort:
 
 def declare(sink: Sink, t: T, name: str) -> Any:
     """Return a new variable; assert that it lies in the interval of its term."""
-    made = sink.declare(sort_of(t), name)
-    for condition in interval_conditions(sink, t, made):
+    variable = sink.declare(sort_of(t), name)
+    for condition in interval_conditions(sink, t, variable):
         sink.state(condition)
-    return made
+    return variable
 
 
 def interval_conditions(sink: Sink, t: T, made: Any) -> Iterator[Any]:

@@ -398,7 +398,7 @@ class ProgramSystem(System):
     def limits_met(self) -> tuple[str, ...]:
         """Return the places where the relation does not follow the program."""
         return tuple(
-            f"{site.routine} {site.place}: {name}, {why}" for site, name, why in self.machine.cut[:3]
+            f"{site.routine} {site.place}: {name}, {reason}" for site, name, reason in self.machine.cut[:3]
         )
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:

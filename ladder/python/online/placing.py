@@ -148,12 +148,12 @@ def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
     try:
         return check()
     except UnknownStackError:
-        why = "what its open blocks hold can't be read in this Python"
+        reason = "what its open blocks hold can't be read in this Python"
     except ValueError as error:
-        why = str(error)
+        reason = str(error)
     file, line = frame.code.co_filename, frame.work.cr_frame.f_lineno
     place = f"{name} waits in {frame.code.co_name}"
-    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {why}")
+    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {reason}")
 
 
 def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionType, FunctionType]:
@@ -280,12 +280,12 @@ def _fitting(
 ) -> dict[str, Any]:
     """Return the locals that the edited function takes over."""
     code = edited.__code__
-    own = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
-    values = {name: frame.values[name] for name in own if name in frame.values}
+    local_names = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
+    values = {name: frame.values[name] for name in local_names if name in frame.values}
     needed = names_needed(resumed.body, after.point)
     if ast.dump(before.function) != ast.dump(after.function):
-        check_bound(needed, own, values)
-    check_origins(needed & frozenset(own), before, after, context.names, loops)
+        check_bound(needed, local_names, values)
+    check_origins(needed & frozenset(local_names), before, after, context.names, loops)
     _check_locals({name: values[name] for name in sorted(needed & values.keys())}, context)
     return values
 
@@ -298,9 +298,9 @@ def _check_local(name: str, value: Any, context: EditContext) -> None:
     elif isinstance(value, FunctionType | Coroutine):
         raise ValueError(f"its local {name} is a function or a coroutine of the program before")
     else:
-        why = foreign(value, context.old)
-        if why and not isinstance(value, context.old.kind):
-            raise ValueError(f"its local {name} is {why}")
+        description = foreign(value, context.old)
+        if description and not isinstance(value, context.old.kind):
+            raise ValueError(f"its local {name} is {description}")
 
 
 def _check_held(held: list[Any], context: EditContext) -> None:

@@ -57,9 +57,9 @@ def resume(function: Function, point: Point) -> ResumptionBody:
     Raises:
         CannotBeginError: no function can begin at this await.
     """
-    made = ResumptionBody()
-    made.body = _Writer(made, point).block(function.body, 0)
-    return made
+    body = ResumptionBody()
+    body.body = _Writer(body, point).block(function.body, 0)
+    return body
 
 
 class _Writer:
@@ -100,10 +100,10 @@ class _Writer:
             if isinstance(node, kinds):
                 value = getattr(node, name)
                 if isinstance(value, list):
-                    made: ast.expr = _with(node, **{name: [self._first(value[0]), *value[1:]]})
+                    result: ast.expr = _with(node, **{name: [self._first(value[0]), *value[1:]]})
                 else:
-                    made = _with(node, **{name: self._first(value)})
-                return made
+                    result = _with(node, **{name: self._first(value)})
+                return result
         raise CannotBeginError(_HALF)
 
     def _entered(self, node: Any) -> ast.stmt:
@@ -223,10 +223,10 @@ _WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, BlockStep, int], list[
 
 def _with(node: Node, **fields: Any) -> Node:
     """Return a copy of a node with other fields."""
-    made = copy.copy(node)
+    result = copy.copy(node)
     for name, value in fields.items():
-        setattr(made, name, value)
-    return made
+        setattr(result, name, value)
+    return result
 
 
 def _at(node: Node, place: Any) -> Node:
@@ -257,11 +257,11 @@ def compiled(
     outside = [node for node in _own_nodes(function) if isinstance(node, ast.Global)]
     tree = ast.parse("def outer(__class__):\n async def inner(): pass")
     outer: Any = tree.body[0]
-    made = outer.body[0]
-    made.name, made.args.args = function.name, [ast.arg(name) for name in names]
-    made.body = [*outside, *resumed.body]
+    resumed_function = outer.body[0]
+    resumed_function.name, resumed_function.args.args = function.name, [ast.arg(name) for name in names]
+    resumed_function.body = [*outside, *resumed.body]
     owner = code.co_qualname.rpartition(".")[0].rpartition(".")[2]
-    outer.body = [_Private(owner).visit(copy.deepcopy(made))]
+    outer.body = [_Private(owner).visit(copy.deepcopy(resumed_function))]
     if LINES in original.__globals__:
         mark(outer.body[0])
     for copied in (outer, outer.body[0]):
