@@ -149,10 +149,10 @@ def _comparison(cls: type[Any], name: str) -> Method:
 
 
 def _compared(cls: type[Any], name: str, sign: str) -> Method:
-    compared = [field for field in fields(cls) if field.compare]
+    compared_fields = [field for field in fields(cls) if field.compare]
     statements = [
         "if other.__class__ is self.__class__:",
-        f" return {_tuple('self', compared)} {sign} {_tuple('other', compared)}",
+        f" return {_tuple('self', compared_fields)} {sign} {_tuple('other', compared_fields)}",
         "return NotImplemented",
     ]
     return _compiled(cls, name, ["self", "other"], statements)

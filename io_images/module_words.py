@@ -153,8 +153,8 @@ class ModuleWords:
 
     def covered(self, image: str) -> set[int]:
         """Return the words of an image that are shown as named bits, or as quantities of two words."""
-        numbers = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
-        words = {quantity.word + index for quantity in numbers for index in range(quantity.words)}
+        long_quantities = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
+        words = {quantity.word + index for quantity in long_quantities for index in range(quantity.words)}
         if self.modes is not None:
             named_bits = (place for names in self.groups.values() for place in names.values())
             words |= {place.word for place in named_bits if (place.image in INPUT) == (image in INPUT)}

@@ -123,12 +123,12 @@ class DriveConfiguration:
         Args:
             levels: electrical levels, bit n = input n + 1 energized.
         """
-        numbers = functions = 0
+        input_numbers = functions = 0
         for index, (role, is_active_high) in enumerate(zip(self.roles, self.active_high, strict=True)):
             if bool(levels >> index & 1) == is_active_high:
-                numbers |= 1 << index
+                input_numbers |= 1 << index
                 functions |= role
-        return numbers, functions
+        return input_numbers, functions
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,6 +283,6 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
     """Return ten words as the flash stores them: unsigned, without the requests in word 1."""
-    stored = [word & 0xFFFF for word in words[:WORDS]]
-    stored[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
-    return tuple(stored)
+    flash_words = [word & 0xFFFF for word in words[:WORDS]]
+    flash_words[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
+    return tuple(flash_words)

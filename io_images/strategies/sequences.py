@@ -303,8 +303,8 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
         wrong_images.append(image)
     mistakes_alone = [acting("mistake", Showing(image)) for image in wrong_images]
     # Hold during a move is not a mistake.
-    during = [
+    mistakes_in_move = [
         acting("mistake in a move", Showing(move, 20), Showing(image), waiting(IDLE.image))
         for image in wrong_images[1:]
     ]
-    return st.sampled_from(mistakes_alone + during)
+    return st.sampled_from(mistakes_alone + mistakes_in_move)

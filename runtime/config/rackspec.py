@@ -526,16 +526,18 @@ class RackSpec(Table):
             _at((*path, "value"), force.value, check_value, force.address, word_place, force.value)
 
     def _check_incidents(self) -> None:
-        numbers = [slot.number for slot in self.slot]
+        slot_numbers = [slot.number for slot in self.slot]
         for index, incident in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
             if incident.what is FaultKind.PROGRAM_MODE:
                 if incident.slot is not None:
                     raise MisplacedError(path, incident.slot, "the key is the CPU's: leave the slot out")
-            elif incident.slot is None and len(numbers) > 1:
-                raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
-            elif incident.slot is not None and incident.slot not in numbers:
-                reason = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
+            elif incident.slot is None and len(slot_numbers) > 1:
+                raise MisplacedError(
+                    path, "", f"is needed: modules sit in {', '.join(map(str, slot_numbers))}"
+                )
+            elif incident.slot is not None and incident.slot not in slot_numbers:
+                reason = f"this slot is empty: modules sit in {', '.join(map(str, slot_numbers))}"
                 raise MisplacedError(path, incident.slot, reason)
             elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
                 reason = "the line of a real port can't be disturbed"

@@ -49,9 +49,9 @@ def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np
     steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
     highest_index = float(len(index))
     error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * highest_index**n for n, power in enumerate(powers)))
-    below = np.floor(steps)
-    steps_exact = below.astype(np.int64) + whole_steps
-    doubtful = (steps - below < error) | (below + 1 - steps < error)
+    floors = np.floor(steps)
+    steps_exact = floors.astype(np.int64) + whole_steps
+    doubtful = (steps - floors < error) | (floors + 1 - steps < error)
     for place in np.flatnonzero(doubtful).tolist():
         steps_exact[place] = segment.steps_at(first_ns + place * every_ns)
     return steps_exact

@@ -497,10 +497,12 @@ def ending_as_interrupt() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+    signal_numbers = [
+        getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+    ]
     previous = {
         number: signal.signal(number, _interrupt)
-        for number in numbers
+        for number in signal_numbers
         if signal.getsignal(number) is not signal.SIG_IGN
     }
     try:

@@ -45,8 +45,8 @@ OPEN = Contact(low=FAR)
 def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> int | None:
     """Return the next position, in a direction, at which any of some contacts changes, or None."""
     edges = (contact.edge_after(position, direction) for contact in contacts)
-    ahead = [edge for edge in edges if edge is not None]
-    return min(ahead, key=lambda edge: abs(edge - position), default=None)
+    edges_ahead = [edge for edge in edges if edge is not None]
+    return min(edges_ahead, key=lambda edge: abs(edge - position), default=None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,10 +81,10 @@ class Shaft:
 
     def _survey(self) -> None:
         """Find the obstacles next to the position; at an obstacle, the clear range is empty."""
-        above = bisect_left(self._obstacles, self.position)
-        below = bisect_right(self._obstacles, self.position)
-        self._high = self._obstacles[above] if above < len(self._obstacles) else FAR
-        self._low = self._obstacles[below - 1] if below else -FAR
+        index_above = bisect_left(self._obstacles, self.position)
+        index_below = bisect_right(self._obstacles, self.position)
+        self._high = self._obstacles[index_above] if index_above < len(self._obstacles) else FAR
+        self._low = self._obstacles[index_below - 1] if index_below else -FAR
 
     def follow(self, direction: int, steps: int) -> None:
         """Follow `steps` >= 0 motor steps in `direction` (+1 or -1)."""

@@ -44,9 +44,9 @@ def request_of(version: int, packets: Sequence[Packet]) -> bytes:
 
 def packets_in(data: bytes) -> Iterator[Packet]:
     """Yield the packets of a request; struct.error if it is damaged."""
-    _, count = HEAD.unpack_from(data)
+    _, packet_count = HEAD.unpack_from(data)
     start = HEAD.size
-    for _ in range(count):
+    for _ in range(packet_count):
         length, operation_count = PACKET.unpack_from(data, start)
         start += PACKET.size + length
         client = data[start - length : start].decode("utf-8", "replace")

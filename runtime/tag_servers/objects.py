@@ -126,10 +126,10 @@ def answer_interface(address: bytes, service: int, path: Path) -> Answer:
 
 def attributes_in(data: bytes) -> tuple[int, ...]:
     """Return the attributes that a request names."""
-    (count,) = struct.unpack_from("<H", data)
-    if count > ATTRIBUTES_MOST:
+    (attribute_count,) = struct.unpack_from("<H", data)
+    if attribute_count > ATTRIBUTES_MOST:
         raise CipRefusedError(BAD_VALUE)
-    return struct.unpack_from(f"<{count}H", data, 2)
+    return struct.unpack_from(f"<{attribute_count}H", data, 2)
 
 
 def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], most: int) -> Answer:

@@ -88,7 +88,9 @@ class RegisterMap:
             raise ValueError(
                 f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
             )
-        cell_row = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
+        cell_row = next(
+            (existing.row for place in range(size) if (existing := cells.get(address + place))), None
+        )
         if isinstance(cell_row, MappedTag):
             raise ValueError(f"an address from {address} on is that of {cell_row.target.name}")
         for index in range(size):

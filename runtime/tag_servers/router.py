@@ -152,23 +152,25 @@ class Router:
     def _batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
-        (count,) = struct.unpack_from("<H", data)
-        if not 1 <= count <= BATCH_MOST:
+        (request_count,) = struct.unpack_from("<H", data)
+        if not 1 <= request_count <= BATCH_MOST:
             raise CipRefusedError(BAD_VALUE)
-        heads_size = 2 + 2 * count
+        heads_size = 2 + 2 * request_count
         bytes_left = most - HEAD_BYTES - heads_size
-        if bytes_left < 6 * count:  # a refusal has up to six bytes
+        if bytes_left < 6 * request_count:  # a refusal has up to six bytes
             raise CipRefusedError(TOO_LARGE)
-        places = [*struct.unpack_from(f"<{count}H", data, 2), len(data)]
+        places = [*struct.unpack_from(f"<{request_count}H", data, 2), len(data)]
         if places[0] < heads_size or any(end <= begin for begin, end in pairwise(places)):
             raise CipRefusedError(BAD_VALUE)
         replies: list[bytes] = []
         for number, (begin, end) in enumerate(pairwise(places), 1):
-            reply = self.answer(data[begin:end], snapshot, bytes_left - 6 * (count - number), depth + 1)
+            reply = self.answer(
+                data[begin:end], snapshot, bytes_left - 6 * (request_count - number), depth + 1
+            )
             bytes_left -= len(reply)
             replies.append(reply)
         starts = list(accumulate(map(len, replies), initial=heads_size))[:-1]
-        return struct.pack(f"<H{count}H", count, *starts) + b"".join(replies)
+        return struct.pack(f"<H{request_count}H", request_count, *starts) + b"".join(replies)
 
 
 def check_route(data: bytes) -> None:

@@ -191,8 +191,8 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
     for row in rows:
         # `I:1` would be word 1 of file I
         elements = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
-        placed = [_place(element, tables, free_addresses) for element in elements]
-        if not all(placed):
+        placements = [_place(element, tables, free_addresses) for element in elements]
+        if not all(placements):
             left_out.append(row.name)
     return _toml_of(tables, patterns), left_out
 

@@ -112,10 +112,10 @@ def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
     type_bytes = type_of(database, target)
     if data[: len(type_bytes)] != type_bytes:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
-    (count,) = struct.unpack_from("<H", data, len(type_bytes))
-    if not 1 <= count <= target.count:
+    (element_count,) = struct.unpack_from("<H", data, len(type_bytes))
+    if not 1 <= element_count <= target.count:
         raise CipRefusedError(GENERAL, BEYOND)
-    return count, len(type_bytes) + 2
+    return element_count, len(type_bytes) + 2
 
 
 def _total(target: Target, count: int) -> int:

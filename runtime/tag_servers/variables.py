@@ -271,9 +271,11 @@ def _is_text(kind: StructuredKind) -> bool:
 
 def _text_in(kind: StructuredKind, data: bytes) -> str:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    count = int.from_bytes(data[length.offset : length.offset + length.kind.size], "little", signed=True)
+    length_stated = int.from_bytes(
+        data[length.offset : length.offset + length.kind.size], "little", signed=True
+    )
     capacity = prod(text.dims)
-    return data[text.offset : text.offset + min(max(count, 0), capacity)].decode("latin-1")
+    return data[text.offset : text.offset + min(max(length_stated, 0), capacity)].decode("latin-1")
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:

@@ -109,12 +109,12 @@ def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
 
 
 def _unequal(a: Columns, b: Columns) -> Rows:
-    unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
+    is_unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
-        unequal |= (a.words != b.words).any(axis=1)
+        is_unequal |= (a.words != b.words).any(axis=1)
     if a.tags is not None and b.tags is not None and a.tags.dtype.names:
-        unequal |= a.tags != b.tags
-    return np.flatnonzero(unequal)
+        is_unequal |= a.tags != b.tags
+    return np.flatnonzero(is_unequal)
 
 
 def _at(columns: Columns, rows: Rows) -> Columns:

@@ -132,8 +132,8 @@ def compare_parts(
     Raises:
         ValueError: scans are paired by time, and time goes back from one scan of a trace to the next.
     """
-    numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
-    both_numbers = numbers[0] & numbers[1]
+    slot_numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
+    both_numbers = slot_numbers[0] & slot_numbers[1]
     common_slots = [slot for slot in one[0] if slot.number in both_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [
@@ -153,20 +153,20 @@ def compare_parts(
         stream_a = Stream(one[0], both_numbers, keyed_by_time(one[1], SAME_CLOCK), row)
         stream_b = Stream(other[0], both_numbers, keyed_by_time(other[1], clock), row)
         blocks, counts = blocks_by_time(stream_a, stream_b, tolerance.time_ns, block_scans), tolerance.counts
-    findings, compared = Findings(common_slots), (0, 0)
+    findings, compared_scans = Findings(common_slots), (0, 0)
     for block in blocks:
         findings.add(block.one, block.other, differing(fields, block, counts))
-        compared = compared[0] + block.there.scans, compared[1] + block.back.scans
+        compared_scans = compared_scans[0] + block.there.scans, compared_scans[1] + block.back.scans
     return Comparison(
         first=findings.first,
         extents=findings.extents,
         scans_a=stream_a.scans,
         scans_b=stream_b.scans,
-        only_a=stream_a.scans - compared[0],
-        only_b=stream_b.scans - compared[1],
+        only_a=stream_a.scans - compared_scans[0],
+        only_b=stream_b.scans - compared_scans[1],
         differing=findings.differing,
-        slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
-        slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
+        slots_only_a=tuple(sorted(slot_numbers[0] - slot_numbers[1])),
+        slots_only_b=tuple(sorted(slot_numbers[1] - slot_numbers[0])),
         heads=(),
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,

@@ -56,25 +56,25 @@ class _Question(NamedTuple):
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     """Return the scans whose images differ, so that the other trace may lack their values."""
     values, held_values = own[windows.rows], other[windows.held]
-    unequal = values != held_values
-    unequal_places = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
+    is_unequal = values != held_values
+    unequal_places = np.flatnonzero(is_unequal if is_unequal.ndim == 1 else is_unequal.any(axis=1))
     return _Question(windows.at(unequal_places), values[unequal_places], held_values[unequal_places], other)
 
 
 def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
     """Return the scans whose value the other trace lacks within the tolerance."""
-    searched, held_keys = field.key(question.own), field.key(question.held)
-    rows = np.flatnonzero(searched != held_keys)
-    searched, windows = searched[rows], question.windows.at(rows)
+    searched_keys, held_keys = field.key(question.own), field.key(question.held)
+    rows = np.flatnonzero(searched_keys != held_keys)
+    searched_keys, windows = searched_keys[rows], question.windows.at(rows)
     span = windows.first, windows.end
     # only the scan in force is within the tolerance
     is_single = bool((windows.end - windows.first == 1).all())
     bits = None
     if field.kind is FieldKind.BITS:
         bits = (
-            searched ^ held_keys[rows]
+            searched_keys ^ held_keys[rows]
             if is_single
-            else _missing_bits(searched, field.key(question.others), *span)
+            else _missing_bits(searched_keys, field.key(question.others), *span)
         )
         is_missing = bits != 0
         bits = bits[is_missing]
@@ -82,7 +82,9 @@ def _missing(field: Field, question: _Question, counts: int | None) -> FieldDiff
         is_missing = _beyond(field.values(question.own[rows]), field.values(question.others), *span, counts)
     else:
         is_missing = (
-            np.ones(len(rows), bool) if is_single else ~occurs(searched, field.key(question.others), *span)
+            np.ones(len(rows), bool)
+            if is_single
+            else ~occurs(searched_keys, field.key(question.others), *span)
         )
     return FieldDifference(field, windows.rows[is_missing], windows.held[is_missing], bits)
 
@@ -148,12 +150,12 @@ def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]
     """
-    order = np.argsort(values, kind="stable")  # by value, then by row
-    ranked = values[order]
+    sorted_order = np.argsort(values, kind="stable")  # by value, then by row
+    ranked = values[sorted_order]
     start, stop = (np.searchsorted(ranked, searched, side) for side in ("left", "right"))
     rows = len(values) + 1
-    group = np.searchsorted(np.unique(values), values[order])
-    keys = group * rows + order  # ascending, as both summands are
+    group = np.searchsorted(np.unique(values), values[sorted_order])
+    keys = group * rows + sorted_order  # ascending, as both summands are
     is_known = stop > start
     question = group[np.minimum(start, len(values) - 1)] * rows
     is_found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)

@@ -84,8 +84,8 @@ class CommonTags:
         """Convert codes of one trace to codes that both traces share."""
         distinct, places = np.unique(codes, return_inverse=True)
         texts = [names.get(code, str(code)) for code in distinct.tolist()]
-        shared = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
-        return shared[places].reshape(codes.shape)
+        shared_codes = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
+        return shared_codes[places].reshape(codes.shape)
 
     def _name(self, code: int) -> str:
         return next(text for text, text_code in self._codes.items() if text_code == code)

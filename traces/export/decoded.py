@@ -78,15 +78,15 @@ class DecodedValues:
         catalog = Catalog(steppers, formats=formats)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
         self.messages = _messages(steppers, signals)
-        placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
+        placed_leaves = list(leaves(self.messages[0][1], dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
-        self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]
+        self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed_leaves]
         self.dtype: np.dtype[np.void] = np.dtype(
             {
                 "names": [column.name for column in self._columns],
-                "formats": [f"<{leaf.letter}" for leaf in placed],
-                "offsets": [leaf.offset - offset for leaf in placed],
-                "itemsize": placed[-1].end - offset,
+                "formats": [f"<{leaf.letter}" for leaf in placed_leaves],
+                "offsets": [leaf.offset - offset for leaf in placed_leaves],
+                "itemsize": placed_leaves[-1].end - offset,
             }
         )
 

@@ -133,13 +133,15 @@ class Summary:
         """
         counts = self._counts
         for channel, time_offsets in entries.items():
-            count = len(time_offsets) // 2
+            message_count = len(time_offsets) // 2
             counts.message_start_time = (
                 min(first_ns, counts.message_start_time) if counts.message_count else first_ns
             )
             counts.message_end_time = max(last_ns, counts.message_end_time)
-            counts.message_count += count
-            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + count
+            counts.message_count += message_count
+            counts.channel_message_counts[channel] = (
+                counts.channel_message_counts.get(channel, 0) + message_count
+            )
 
     def end(self, offset: int, crc: int) -> bytes:
         """Return the end of a file.

@@ -127,8 +127,8 @@ class _Canvas:
             height / self._height,
         )
         axes = self.figure.add_axes(box)
-        edge = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
-        axes.set_xlim(self.chart.start_ns - edge, self.chart.end_ns + edge)
+        margin_ns = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
+        axes.set_xlim(self.chart.start_ns - margin_ns, self.chart.end_ns + margin_ns)
         axes.set_xticks(time_axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
         axes.grid(axis="x", color=colors.GRID, linewidth=0.6)
         axes.set_axisbelow(True)

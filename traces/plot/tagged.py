@@ -147,9 +147,9 @@ class TagTracks(Generic[C]):
     def __init__(self, choice: Choice, outside: Signal, maker: Callable[[], CurveMaker[C]]) -> None:
         self._choice = choice
         self._outside = ChangeFinder(outside.read)
-        numbers = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
+        number_signals = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
         other_signals = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
-        self._curves = [(SteadyCheck(signal), maker()) for signal in numbers]
+        self._curves = [(SteadyCheck(signal), maker()) for signal in number_signals]
         self._steps = [(signal, ChangeFinder(signal.read)) for signal in other_signals]
 
     def add(self, block: Block) -> None:

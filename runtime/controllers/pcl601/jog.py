@@ -35,8 +35,8 @@ class JogInputs:
         if len(directions) != 1 or not self._released or not self.allowed:
             return 0
         way = directions[0]
-        blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
-        return 0 if blocked else way
+        is_blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
+        return 0 if is_blocked else way
 
     @property
     def fast(self) -> bool:

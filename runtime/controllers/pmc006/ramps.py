@@ -52,14 +52,14 @@ def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> 
 def plan_run(now_ns: int, origin: int, direction: int, speeds: Pmc006Speeds) -> Motion:
     """Plan an endless motion [4.3.8]; arguments as for `plan_move`."""
     course = Course(now_ns)
-    top = NANO * speeds.max_sps
+    top_nsps = NANO * speeds.max_sps
     _lay_ramp(
         course,
         ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration),
         NANO * speeds.start_sps,
-        top,
+        top_nsps,
     )
-    return course.endless(direction, origin, top)
+    return course.endless(direction, origin, top_nsps)
 
 
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:

@@ -395,8 +395,8 @@ class Adapter(Generic[Drive]):
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
         if self.driver.state is ControllerState.ABSENT:
-            mode = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
-            words[0] = signed_word(POSITION_INVALID | mode)
+            mode_bit = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
+            words[0] = signed_word(POSITION_INVALID | mode_bit)
             words[1] = 0
         elif layer.state.in_configuration_mode and self.driver.setup:
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)

@@ -175,9 +175,9 @@ class CommandLayer(Host):
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
         if self.profile.untold and self._refuses_untold(now_ns, command, previous):
             return
-        edges = command.msw & ~previous.msw & COMMAND_BITS
+        risen_bits = command.msw & ~previous.msw & COMMAND_BITS
         is_following = False
-        if not self._stops(command, edges):
+        if not self._stops(command, risen_bits):
             is_following = obey_follower(self, now_ns, command, previous)
             reads = not is_following and not isinstance(self.operation, EncoderFollower)
             obey_programming(self, now_ns, command, previous, reads=reads)
@@ -185,8 +185,8 @@ class CommandLayer(Host):
                 obey_store_minimum(self, now_ns, command, previous)
         elif self.state.blending is not None:  # a running session continues
             obey_programming(self, now_ns, command, previous)
-        if edges and not is_following:
-            self._command(now_ns, command, edges)
+        if risen_bits and not is_following:
+            self._command(now_ns, command, risen_bits)
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
 

@@ -69,7 +69,7 @@ class DriveUnit(SteppedModule):
         self.model = model
         self.machine = Machine() if machine is None else machine
         self.options = options_of(model).of(options)
-        stored = self.options.stored_in(model)
+        stored_words = self.options.stored_in(model)
         self.terminals = self.options.terminals(model)
         self.events: list[Event] = []
         self.before_change: Callable[[], None] = unnoticed
@@ -81,7 +81,7 @@ class DriveUnit(SteppedModule):
         self._hot = False
         self._conditions = StatusBit(0)
         self._image = Image(size=WORDS)
-        self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
+        self._power_up(DriveMemory(configuration=stored_words) if memory is None else memory)
 
     def _power_up(self, memory: DriveMemory) -> None:
         self.axis = StepGenerator(self.machine)

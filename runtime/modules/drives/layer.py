@@ -400,14 +400,14 @@ class DriveLayer:
         """Use a valid configuration; the encoder keeps its count."""
         configuration = configuration_of(words, self.model, self.build)
         self.status.clear(StatusBit.CONFIG_ERROR)
-        count = self.axis.encoder
+        encoder_count = self.axis.encoder
         self.state.configuration = configuration
         _, self.state.active = configuration.active(self._levels)  # makes no transition, as on a 3601
         if self.axis.machine.spec.encoder is None and configuration.counts_per_turn:
             ratio = Fraction(configuration.counts_per_turn, configuration.steps_per_turn)
             self.axis.machine.mount(EncoderSpec(ratio))
         self.axis.configure(configuration)
-        self.axis.preset_encoder(count)
+        self.axis.preset_encoder(encoder_count)
         self.current = configuration.current
         self.segments = []
 

@@ -200,11 +200,11 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
         """Return the external stops that may end a motion, without a stop that the motion leaves."""
-        ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
+        stop_ahead, stop_behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
-            return self._limits & ahead
+            return self._limits & stop_ahead
         limits = self._limits & EXT2_STOP if task.kind is TaskKind.HOME else self._limits
-        return limits & ~behind if self.is_active(behind) else limits
+        return limits & ~stop_behind if self.is_active(stop_behind) else limits
 
     def _arm(self, stops: int) -> Talk:
         """Arm external stops, and clear latched ones that no longer matter."""
