@@ -107,9 +107,9 @@ def _reach(symbol: Symbol) -> Shape:
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
-    wide, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
+    width, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
     labels = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
-    size = f'viewBox="0 -{HEAD} {wide} {high}" width="{wide}" height="{high}"'
+    size = f'viewBox="0 -{HEAD} {width} {high}" width="{width}" height="{high}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {labels} {size}>{content}</svg>'
 
 

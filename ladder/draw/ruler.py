@@ -166,12 +166,12 @@ class Ruler:
         line: list[Element] = []
         used = 0
         for element in series:
-            wide = self.size(element).width
-            if line and used + wide > room:
+            width = self.size(element).width
+            if line and used + width > room:
                 yield tuple(line)
                 line, used = [], 0
             line.append(element)
-            used += wide
+            used += width
         yield tuple(line)
 
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
@@ -180,8 +180,8 @@ class Ruler:
         named = [
             captions[place] if place < len(captions) else "" for place in range(len(instruction.operands))
         ]
-        taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
-        longest = None if room is None else max(room - taken, SHORTEST)
+        fixed_width = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
+        longest = None if room is None else max(room - fixed_width, SHORTEST)
         entries = (self.entry(instruction, place, caption, longest) for place, caption in enumerate(named))
         return tuple(line for entry in entries for line in entry)
 

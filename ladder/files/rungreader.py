@@ -100,7 +100,7 @@ _STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*+)\s*:\s*(\S.*)", re.IGNOR
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 INSTRUCTION_HEAD = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
-    rf"({'|'.join(way.value for way in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
+    rf"({'|'.join(mode.value for mode in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
     r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
@@ -385,13 +385,13 @@ class Reader(LineReader):
         match = _PARAMETER.fullmatch(line)
         if match is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
-        way, name, kind_name, dims, required, overlay, initial = match.groups()
+        mode, name, kind_name, dims, required, overlay, initial = match.groups()
         kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._at])
         parameter = Parameter(
             name,
             kind,
-            ParameterMode(way.upper()),
+            ParameterMode(mode.upper()),
             self._dims(dims),
             bool(required),
             comment,

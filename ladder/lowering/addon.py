@@ -280,14 +280,14 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
     """Return the copies of a call, or raise a LadderError for a wrong operand."""
     inputs, outputs, handed = [], [], {}
     for parameter, argument in zip(definition.required, call.operands[1:], strict=True):
-        here = instance.member(parameter.name)
+        instance_member = instance.member(parameter.name)
         if parameter.way is ParameterMode.INPUT:
-            inputs.append(_copy(parameter, argument, here))
+            inputs.append(_copy(parameter, argument, instance_member))
             continue
         if not isinstance(argument, Address):
             raise LadderError(f"{parameter.name} of {definition.name} needs a tag, not {argument}")
         if parameter.way is ParameterMode.OUTPUT:
-            outputs.append(_copy(parameter, here, argument))
+            outputs.append(_copy(parameter, instance_member, argument))
         else:
             handed[parameter.name] = argument
     return Copies(tuple(inputs), tuple(outputs), handed)

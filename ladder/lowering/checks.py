@@ -258,9 +258,9 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
 
 def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
     """Return the given and the expected type of the first structures or arrays that differ."""
-    for passed, taken in pairs:
-        kinds = _whole(passed), _whole(taken)
-        if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(taken, Group)):
+    for passed, expected in pairs:
+        kinds = _whole(passed), _whole(expected)
+        if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(expected, Group)):
             return kinds
     return None
 

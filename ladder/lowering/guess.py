@@ -42,15 +42,15 @@ class Guess:
     @property
     def root(self) -> Guess:
         """The holder of its evidence: itself, or the last of its twins."""
-        here = self
-        while here.twin is not None:
-            here = here.twin
-        return here
+        guess = self
+        while guess.twin is not None:
+            guess = guess.twin
+        return guess
 
     def same_as(self, other: Guess) -> None:
         """Note that both have the same type, such as a queue's element and what is loaded into it."""
-        here, other_root = self.root, other.root
-        todo = [(here, other_root)]
+        own_root, other_root = self.root, other.root
+        todo = [(own_root, other_root)]
         while todo:
             kept, absorbed = todo.pop()
             if kept is absorbed:
@@ -71,13 +71,13 @@ class Guess:
     @property
     def is_bare(self) -> bool:
         """Whether only copies and subscripts show its type."""
-        here = self.root
-        return not here.members and here.bit < 0 and not here.votes and here.weak in ([], [DINT])
+        root = self.root
+        return not root.members and root.bit < 0 and not root.votes and root.weak in ([], [DINT])
 
     def member(self, name: str) -> Guess:
         """Return a member, created if new."""
-        here = self.root
-        return here.members.setdefault(name.upper(), Guess(name, here.structures))
+        root = self.root
+        return root.members.setdefault(name.upper(), Guess(name, root.structures))
 
     def subscripts(self, step: SubscriptStep) -> None:
         """Note subscripts."""
@@ -99,10 +99,10 @@ class Guess:
 
     def type(self, path: str) -> DataType:
         """Return its type; `path` is the name of a new structure with its members."""
-        here = self.root
-        if here._made is None:
-            here._made = here._type(path)
-        return here._made
+        root = self.root
+        if root._made is None:
+            root._made = root._type(path)
+        return root._made
 
     def _type(self, path: str) -> DataType:
         if self.needed is not None:
@@ -122,9 +122,9 @@ class Guess:
     @property
     def asks_for_structure(self) -> bool:
         """Whether a use of the tag or of a member requires a structure."""
-        here = self.root
-        asks = here.needed is not None or here.weak == [STRING]
-        return asks or any(member.asks_for_structure for member in here.members.values())
+        root = self.root
+        asks = root.needed is not None or root.weak == [STRING]
+        return asks or any(member.asks_for_structure for member in root.members.values())
 
     @property
     def needed(self) -> DataType | None:

@@ -77,8 +77,8 @@ class StatementLowering:
 
     def taken(self) -> list[LoweredLine]:
         """Return the lines since the last call."""
-        taken, self._lines = self._lines, []
-        return taken
+        lines, self._lines = self._lines, []
+        return lines
 
     def body(self, block: Block) -> Body:
         """Lower statements; `taken` returns their lines."""

@@ -213,10 +213,10 @@ class Guesses:
             elif place < len(of_call):
                 self.argument(program, operand, *of_call[place])
             else:
-                here = self._address(program, operand, *self._required(use, instruction, partner))
-                if here is not None:
-                    guesses[place] = here
-                    self._extent(here, operand, use, instruction)
+                guess = self._address(program, operand, *self._required(use, instruction, partner))
+                if guess is not None:
+                    guesses[place] = guess
+                    self._extent(guess, operand, use, instruction)
         if 0 in guesses and 1 in guesses:
             self._pair(instruction, guesses[0], guesses[1])
 
@@ -275,9 +275,9 @@ class Guesses:
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
         """Note an argument of an add-on instruction."""
-        here = self._address(program, operand, kind, None)
-        if here is not None and dims and not here.lengths and not _ends_in_element(operand):
-            here.lengths = [min(length, MOST) for length in dims]
+        guess = self._address(program, operand, kind, None)
+        if guess is not None and dims and not guess.lengths and not _ends_in_element(operand):
+            guess.lengths = [min(length, MOST) for length in dims]
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
         """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
@@ -325,17 +325,17 @@ class Guesses:
         if missing is None:
             return None
         name, steps = missing
-        here = self.found.get(name.upper())
-        kind = _needed(here)
+        guess = self.found.get(name.upper())
+        kind = _needed(guess)
         for step in steps:
             if isinstance(step, SubscriptStep):
                 continue
             if not isinstance(step, MemberStep):
                 return None
             member = kind.member(step.name) if isinstance(kind, Structure) else None
-            here = here.members.get(step.name.upper()) if here else None
-            kind = _needed(here) if member is None else member.type
-        return kind if here is None or kind is not None else self._likely(here)
+            guess = guess.members.get(step.name.upper()) if guess else None
+            kind = _needed(guess) if member is None else member.type
+        return kind if guess is None or kind is not None else self._likely(guess)
 
     def _likely(self, here: Guess) -> DataType | None:
         if self._again and here.root.weak == [STRING]:
@@ -407,26 +407,26 @@ class Guesses:
         if missing is None:
             return None
         name, steps = missing
-        here = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        guess = self.found.setdefault(name.upper(), Guess(name, self._structures))
         element = False
         for step in steps:
-            here.single = here.single or not (element or isinstance(step, SubscriptStep | WordStep))
+            guess.single = guess.single or not (element or isinstance(step, SubscriptStep | WordStep))
             element = isinstance(step, SubscriptStep | WordStep)
             if isinstance(step, MemberStep):
-                here = here.member(step.name)
+                guess = guess.member(step.name)
             elif isinstance(step, SubscriptStep):
-                here.subscripts(step)
+                guess.subscripts(step)
             elif isinstance(step, WordStep):
-                here.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
+                guess.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
             else:
                 index = step.index if isinstance(step, SlashStep) else _bit_of(step)
-                here.root.bit = max(here.root.bit, index)
+                guess.root.bit = max(guess.root.bit, index)
                 return None
         if needed is not None:
-            add_kind(here.root.votes, needed)
+            add_kind(guess.root.votes, needed)
         elif likely is not None:
-            add_kind(here.root.weak, likely)
-        return here
+            add_kind(guess.root.weak, likely)
+        return guess
 
 
 def _is_code(instruction: Instruction) -> bool:

@@ -323,10 +323,12 @@ class Resolver:
         """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
         output = member.image == "O"
         if member.bit is not None:
-            here = Place(self._layout.image(slot, output=output), (constant(member.word),), None, str(shown))
+            word_place = Place(
+                self._layout.image(slot, output=output), (constant(member.word),), None, str(shown)
+            )
             if steps:
                 raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
-            return replace(here, bit=constant(member.bit))
+            return replace(word_place, bit=constant(member.bit))
         if name == "READBACK" and len(steps) == 1 and isinstance(steps[0], BitStep):
             return self._data(slot, output, _of_card(steps[0], member.word), shown)
         return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)

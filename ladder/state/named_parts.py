@@ -22,28 +22,28 @@ class AliasTarget:
 
 def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
     """Return the part that a member with `at` names in structure number `index` of a path."""
-    here: DataType = kind
+    kind_here: DataType = kind
     dims: tuple[int, ...] = ()
     bit = None
     steps = _steps_of(member)
     for _ in range(_DEEPEST):
         if not steps:
-            return AliasTarget(path, here, dims, index, bit)
+            return AliasTarget(path, kind_here, dims, index, bit)
         step, *steps = steps
         where = f"{member.name} of {kind.name} is at {member.at}"
         if isinstance(step, MemberStep):
-            named = here.member(step.name) if isinstance(here, Structure) and not dims else None
+            named = kind_here.member(step.name) if isinstance(kind_here, Structure) and not dims else None
             if named is None:
                 raise ValueError(f"{where}: no {step.name}")
             if named.at:
                 steps = [*_steps_of(named), *steps]
                 continue
-            path, here, dims = f"{path}.{named.name}", named.type, named.dims
+            path, kind_here, dims = f"{path}.{named.name}", named.type, named.dims
         elif isinstance(step, SubscriptStep):
             index, dims = _element_at(index, dims, step, where), ()
         elif isinstance(step, BitStep):
             bit = _number_of(step.index, where)
-            if not isinstance(here, Elementary) or dims or bit >= here.bits:
+            if not isinstance(kind_here, Elementary) or dims or bit >= kind_here.bits:
                 raise ValueError(f"{where}: no bit {bit}")
     raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
 

@@ -114,8 +114,8 @@ def copy(source: End, target: End, length: int) -> None:
     if count <= 0:
         return
     needed = count * into.size
-    taken = min(region.left(first, origin), -(-needed // region.size))
-    data = take(origin, region, first, taken)[:needed]
+    elements = min(region.left(first, origin), -(-needed // region.size))
+    data = take(origin, region, first, elements)[:needed]
     place = _bytes_of(goal, into, goal_first)
     if place is not None:
         tag, begin = place

@@ -206,11 +206,15 @@ class IdealAxis(MotionSpot):
 
     def _watch(self, position: float) -> None:
         """End MAW when the axis reaches its position."""
-        way, watched, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
-        left, gone, unwind = (watched - before) * way, (position - before) * way, self.settings.unwind
+        direction, watched, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
+        left, travel, unwind = (
+            (watched - before) * direction,
+            (position - before) * direction,
+            self.settings.unwind,
+        )
         if unwind:  # `gone` may be short by a rounding error if a move ends there
-            left, gone = ahead(left, unwind), gone + ROUNDING * unwind
-        if way and 0 < left <= gone:
+            left, travel = ahead(left, unwind), travel + ROUNDING * unwind
+        if direction and 0 < left <= travel:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)

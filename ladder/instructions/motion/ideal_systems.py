@@ -104,11 +104,11 @@ class IdealSystem(MotionSpot):
         merge: bool = False,
     ) -> None:
         """Begin a path at the present position and a speed; a merge ends other motion of its axes."""
-        here = self.positions(now_ns)
-        self.set_end("from", here)
+        present = self.positions(now_ns)
+        self.set_end("from", present)
         self.set_end("to", goal)
-        self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(here, goal), entry=entry)
-        for axis, place in zip(self.axes, here, strict=False):
+        self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(present, goal), entry=entry)
+        for axis, place in zip(self.axes, present, strict=False):
             if axis is not None:
                 axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
 
@@ -254,8 +254,8 @@ def _go(
     """Begin a path, or let it wait for the present path."""
     now_ns, claim = call.now_ns, call.motion.claim
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
-    here = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
-    goal = _goal(here, given, relative=relative)
+    begin_at = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
+    goal = _goal(begin_at, given, relative=relative)
     if begins:
         entry = system.course.instant(now_ns).speed
         system.rest(now_ns)

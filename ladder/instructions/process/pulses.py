@@ -69,7 +69,7 @@ def _position(block: FunctionBlock) -> float:
     most = _time(block, "MaxOnTime", cycle)
     least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
     position, target = block.real("PositionPercent"), block.real("SPPercent")
-    for side, way, ended in (
+    for side, distance, ended in (
         ("Open", target - position, block.on("OpenedFB") or position >= 100),
         ("Close", position - target, block.on("ClosedFB") or position <= 0),
     ):
@@ -78,7 +78,7 @@ def _position(block: FunctionBlock) -> float:
         if ended or rate <= 0 or not valid:
             pulse = 0.0
         elif begins:
-            pulse = _pulse(way / rate, dead if pulse < cycle else 0.0, least, most)
+            pulse = _pulse(distance / rate, dead if pulse < cycle else 0.0, least, most)
         block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
     return position
 

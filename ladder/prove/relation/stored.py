@@ -183,12 +183,12 @@ class TermPlaces(Interpreter):
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place to a value of its type where the guard holds."""
         key = leaf.path.upper(), index
-        here = self.value_here(leaf, index)
+        present = self.value_here(leaf, index)
         self.log.put(self.written, key, True)
         t = self._fitting(t, leaf, key)
         path = self.paths.path
         if path is not None:
-            path.written[key] = ite(guard, t, here)
+            path.written[key] = ite(guard, t, present)
         else:
             self._assign(key, guard, t)
 
@@ -301,10 +301,10 @@ class TermPlaces(Interpreter):
 
     def stop(self, bad: T) -> None:
         """Stop the processor where a condition holds; if `ends`, the scan ends there."""
-        here = and_(self.active, bad)
-        self.stops = or_(self.stops, here)
+        stopped = and_(self.active, bad)
+        self.stops = or_(self.stops, stopped)
         if self.ends:
-            self.faulted = or_(self.faulted, here)
+            self.faulted = or_(self.faulted, stopped)
             self.active = and_(self.active, not_(bad))
 
     def write_paths(self, paths: list[Path]) -> None:

@@ -150,13 +150,15 @@ def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
     bits = max(width(argument) for argument in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))
-    wide = [fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)]
-    result = sink.apply(_WHOLE[t.op], wide)
+    widened = [
+        fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)
+    ]
+    result = sink.apply(_WHOLE[t.op], widened)
     if t.kind != INT:
         return result
     if t.op in ("div", "rem") and t.args[1].lo <= 0 <= t.args[1].hi:
         zero = sink.value(bits, 0)
-        result = sink.apply("ite", [sink.apply("=", [wide[1], zero]), zero, result])
+        result = sink.apply("ite", [sink.apply("=", [widened[1], zero]), zero, result])
     return fit(sink, result, bits, width(t))
 
 

@@ -135,11 +135,11 @@ class ProgramSystem(System):
         self.machine = self._scanned({}, ends=ends)
         self.lengths = self._constant_lengths()
         if self.lengths:
-            again = self._scanned(self.lengths, ends=ends)
-            if self.lengths.keys() & again.written:
+            scanned = self._scanned(self.lengths, ends=ends)
+            if self.lengths.keys() & scanned.written:
                 self.lengths = {}
             else:
-                self.machine = again
+                self.machine = scanned
         self.machine.noting = False  # monitors are not part of the program
         self._run_monitors()
         self.stops = self.machine.stops

@@ -387,15 +387,15 @@ class Drive:
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
             self._start(newer, now_ns)
             return
-        way = self.kind.way
-        if way is Yielding.WAIT:
+        yielding = self.kind.way
+        if yielding is Yielding.WAIT:
             return
-        if way is Yielding.RELEASE:
+        if yielding is Yielding.RELEASE:
             self.out[0] = 0
             if not self.parameters_first:
                 self.out[1] &= ~_FOLLOWER
         else:
-            self._write(way.value)
+            self._write(yielding.value)
         self.step = HandshakeStep.YIELDING
 
     def _go_on(self, now_ns: int) -> None:

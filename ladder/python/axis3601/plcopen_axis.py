@@ -269,9 +269,9 @@ class Axis3601(Device):
             if register == 0:
                 raise ValueError("registration distance 0 is not allowed: 1 to 8388607")
             require("speed", speed, -self._limits.speed, self._limits.speed)
-            way = Direction.CW if speed > 0 else Direction.CCW
+            direction = Direction.CW if speed > 0 else Direction.CCW
             rates, limits = (acceleration, deceleration), self._limits
-            return Manual(way, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
+            return Manual(direction, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
 
         if register is None:
             return self._ask(Velocity(self.name, f"run({speed})", self._drive), manual)
@@ -295,9 +295,9 @@ class Axis3601(Device):
         """
 
         def follower() -> Image:
-            way = Direction.CW if numerator > 0 else Direction.CCW
+            direction = Direction.CW if numerator > 0 else Direction.CCW
             rates, limits = (acceleration, deceleration), self._limits
-            return Follower(way, abs(numerator), denominator, *rates, limits=limits).to_image()
+            return Follower(direction, abs(numerator), denominator, *rates, limits=limits).to_image()
 
         return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 

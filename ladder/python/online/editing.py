@@ -144,10 +144,10 @@ def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditC
     """Return the context of an edit for placing its sequences."""
     before = {part.name: part for part in logic._logic_parts}
     anew = tuple(before[name] for name in parts.changed if name in before)
-    gone = tuple(part for name, part in before.items() if name not in parts.parts)
+    dropped = tuple(part for name, part in before.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
-    return EditContext(old, new, codes, anew + gone, new.changed_from(old), texts)
+    return EditContext(old, new, codes, anew + dropped, new.changed_from(old), texts)
 
 
 def _names(logic: Logic, edition: Edition) -> list[str]:
@@ -291,9 +291,9 @@ def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]
             sequence.restart()
         own[fresh.name] = sequence
         sequences.append(sequence)
-    for name, gone in before.items():
+    for name, dropped in before.items():
         own.pop(name, None)
-        gone.close()
+        dropped.close()
     return tuple(sequences)
 
 

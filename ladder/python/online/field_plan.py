@@ -46,8 +46,8 @@ def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> Field
     dropped = tuple(name for name in before if name not in alive)
     stays = [name for name in after if name in before and not _is_retyped(name, before, after, old)]
     stays += [name for name in present if name not in after and name not in dropped]
-    both = before.keys() & after.keys()
-    takes = [name for name in (*after, *present) if name in stays or name in updated or name in both]
+    common = before.keys() & after.keys()
+    takes = [name for name in (*after, *present) if name in stays or name in updated or name in common]
     values = {
         name: _taken_over(name, before[name], old, new) if name in stays else after[name] for name in takes
     }

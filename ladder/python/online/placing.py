@@ -193,12 +193,12 @@ def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
-    here = [point for point in points if point.is_at(frame.at)]
-    if len(here) != 1:
+    matching = [point for point in points if point.is_at(frame.at)]
+    if len(matching) != 1:
         raise ValueError("its await is not found in the source")
-    if _leaves_block(frame, here[0]):
+    if _leaves_block(frame, matching[0]):
         raise ValueError("it leaves an `async with`")
-    return here[0]
+    return matching[0]
 
 
 def _check_locals(values: Mapping[str, Any], context: EditContext) -> None:
@@ -217,7 +217,7 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
     """
     loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
     places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
-    taken, heads = list(held), []
+    iterators, heads = list(held), []
     for place, step in zip(places, loops, strict=True):
         node: Any = step.node
         if not names_read(node.iter) & context.names:
@@ -225,9 +225,9 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
         iterator = _rest_of(held[place], ast.unparse(node.iter), context)
         if iterator is None:
             check_unchanged(f"it is in `{step.head}`", names_read(node.iter), context.names)
-        taken[place] = iterator
+        iterators[place] = iterator
         heads.append(f"{step.head}:")
-    return taken, heads
+    return iterators, heads
 
 
 _TUPLE_ITERATOR: type[Any] = type(iter(()))
@@ -251,12 +251,12 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _, edited = _functions_of(frame, context)
     present_tree, edited_tree = _trees_of(frame, context)
     points = points_of(present_tree)
-    here = _point_of(frame, points)
-    target = counterpart(here, points, points_of(edited_tree))
-    before, after = PlacedAwait(present_tree, here), PlacedAwait(edited_tree, target)
-    resume(present_tree, here)  # raises if its frame can't be read
+    point = _point_of(frame, points)
+    target = counterpart(point, points, points_of(edited_tree))
+    before, after = PlacedAwait(present_tree, point), PlacedAwait(edited_tree, target)
+    resume(present_tree, point)  # raises if its frame can't be read
     resumed = resume(edited_tree, target)
-    held = frame.held(here.holds)
+    held = frame.held(point.holds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
     values = _fitting(frame, before, after, resumed, edited, context, loops)

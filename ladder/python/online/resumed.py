@@ -125,11 +125,11 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
         if step.field == "test":
-            both = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
-            return [_with(node, test=both)]
-        again = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
+            condition = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
+            return [_with(node, test=condition)]
+        body = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
         test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
-        return [_with(node, test=test, body=[again])]
+        return [_with(node, test=test, body=[body])]
 
     def _for(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "orelse":
