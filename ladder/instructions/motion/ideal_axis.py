@@ -212,7 +212,7 @@ class IdealAxis(MotionSpot):
             (position - before) * direction,
             self.settings.unwind,
         )
-        if unwind:  # `gone` may be short by a rounding error if a move ends there
+        if unwind:  # `travel` may be short by a rounding error if a move ends there
             left, travel = ahead(left, unwind), travel + ROUNDING * unwind
         if direction and 0 < left <= travel:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
