@@ -139,7 +139,9 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     place = member_of(words.card, image, name) if words.card else None
     if place is not None:
         return _of_member(text, Address(slot, *place), match["bit"], words.data_bits)
-    channels = {own_name: at for own_name, at in words.profile_words.items() if at[0] == image}
+    channels = {
+        own_name: word_place for own_name, word_place in words.profile_words.items() if word_place[0] == image
+    }
     by_name = {own_name.upper(): word for own_name, (_, word) in channels.items()}
     if name in by_name:
         return _word_of_profile(text, Address(slot, image, by_name[name], None), match["bit"])
@@ -192,7 +194,7 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
 
 def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
     """Return all named bits of an image by their names in a trace."""
-    return {name: at for names in groups.values() for name, at in names.items() if at.image == image}
+    return {name: place for names in groups.values() for name, place in names.items() if place.image == image}
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:
@@ -216,5 +218,5 @@ def allowed(value: object, choices: Iterable[object]) -> str:
     import difflib  # imported late, because most names are right
 
     close = difflib.get_close_matches(str(value), names, n=1)
-    listed = f"hoose from {', '.join(names) or 'none'}"
-    return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"
+    choice_text = f"hoose from {', '.join(names) or 'none'}"
+    return f"did you mean {close[0]}? C{choice_text}" if close else f"c{choice_text}"

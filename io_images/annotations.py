@@ -20,11 +20,11 @@ def declared(namespace: Mapping[str, Any]) -> Mapping[str, Any]:
     Args:
         namespace: `vars()` of the class or the module.
     """
-    known: Mapping[str, Any] | None = namespace.get("__annotations__")
-    if known is None and sys.version_info >= (3, 14):
+    declared_types: Mapping[str, Any] | None = namespace.get("__annotations__")
+    if declared_types is None and sys.version_info >= (3, 14):
         annotate = get_annotate_from_class_namespace(namespace)
-        known = call_annotate_function(annotate, Format.FORWARDREF) if annotate else None
-    return known or {}
+        declared_types = call_annotate_function(annotate, Format.FORWARDREF) if annotate else None
+    return declared_types or {}
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:

@@ -74,8 +74,8 @@ class CardKind:
     @property
     def shown(self) -> tuple[int, ...]:
         """Mask of the bits in each word of a digital card's input image: inputs and echo."""
-        between = (0,) * (self.echo_at - len(self.inputs))
-        return (*self.inputs, *between, *self.outputs) if self.echo else self.inputs
+        unused_words = (0,) * (self.echo_at - len(self.inputs))
+        return (*self.inputs, *unused_words, *self.outputs) if self.echo else self.inputs
 
     @property
     def analog(self) -> bool:

@@ -62,18 +62,18 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
 def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
     if _is_special(cls):
         return _whole(**options)(cls)  # type: ignore[no-any-return]
-    chosen = {**DEFAULTS, **options}
-    own = dict(vars(cls))
-    if "__eq__" in own and own["__hash__"] is None:  # set by Python, not by the author
-        del own["__hash__"]
+    parameters = {**DEFAULTS, **options}
+    attributes = dict(vars(cls))
+    if "__eq__" in attributes and attributes["__hash__"] is None:  # set by Python, not by the author
+        del attributes["__hash__"]
     cls.__doc__ = cls.__doc__ or cls.__name__  # otherwise `inspect` composes a signature
-    made: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
+    new_class: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
-        setattr(made.__dataclass_params__, name, chosen[name])
-    for name, method in _methods(made, chosen):
-        if name not in own:
-            setattr(made, name, method)
-    return made
+        setattr(new_class.__dataclass_params__, name, parameters[name])
+    for name, method in _methods(new_class, parameters):
+        if name not in attributes:
+            setattr(new_class, name, method)
+    return new_class
 
 
 def _is_special(cls: type[Any]) -> bool:
@@ -125,16 +125,16 @@ def _init(cls: type[Any], name: str) -> Method:
             body.append(f"set__(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}")
     if hasattr(cls, "__post_init__"):
         body.append("self.__post_init__()")
-    named = ["*", *parameters[True]] if parameters[True] else []
-    init = _compiled(cls, name, [*parameters[False], *named], body or ["pass"], places)
+    keyword_parameters = ["*", *parameters[True]] if parameters[True] else []
+    init = _compiled(cls, name, [*parameters[False], *keyword_parameters], body or ["pass"], places)
     init.__annotations__ = {field.name: field.type for field in fields(cls) if field.init} | {"return": None}
     return init
 
 
 def _repr(cls: type[Any], name: str) -> Method:
-    shown = ", ".join(f"{field.name}={{self.{field.name}!r}}" for field in fields(cls) if field.repr)
+    field_texts = ", ".join(f"{field.name}={{self.{field.name}!r}}" for field in fields(cls) if field.repr)
     return recursive_repr()(
-        _compiled(cls, name, ["self"], [f'return f"{{self.__class__.__qualname__}}({shown})"'])
+        _compiled(cls, name, ["self"], [f'return f"{{self.__class__.__qualname__}}({field_texts})"'])
     )
 
 
@@ -182,9 +182,9 @@ def _compiled(
         *(f"  {line}" for line in body),
         f" return {name}",
     ]
-    made: dict[str, Any] = {}
-    exec("\n".join(lines), vars(sys.modules[cls.__module__]), made)
-    return made["making"](**places)  # type: ignore[no-any-return]
+    compiled: dict[str, Any] = {}
+    exec("\n".join(lines), vars(sys.modules[cls.__module__]), compiled)
+    return compiled["making"](**places)  # type: ignore[no-any-return]
 
 
 def _refusal(cls: type[Any], name: str, action: str) -> Method:

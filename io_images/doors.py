@@ -1,6 +1,6 @@
 """Entry points for untrusted texts: the only callers of the TOML and JSON parsers.
 
-For some texts, a parser alone takes disproportionate time and memory, or raises a RecursionError. A text
+On some input, the bare parser takes disproportionate time and memory, or raises RecursionError. A text
 from a file has the limits of `text_limits`; a message is limited by its transport. The other entry points are
 `rockwell.l5x.xml.document` for XML, `io_images.captures.packets` for captures, and `traces.read.reader` and
 `traces.repair` for traces; `tests/unit/tools/test_doors.py` finds parsers that are called elsewhere.

@@ -86,15 +86,15 @@ def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
     Raises:
         ValueError: an image has no words, or more than 250.
     """
-    places, at = {}, 0
+    places, offset = {}, 0
     for number, words in slots:
         for names, image in ((words.outputs, "output"), (words.inputs, "input")):
             if not 1 <= len(names) <= WORDS_MAX:
                 raise ValueError(
                     f"slot {number}: {words.message} has {len(names)} {image} words: must be 1 to {WORDS_MAX}"
                 )
-        middle = at + 2 * len(words.outputs)
+        middle = offset + 2 * len(words.outputs)
         end = middle + 2 * len(words.inputs)
-        places[number] = ImagePlaces(slice(at, middle), slice(middle, end))
-        at = end
-    return MemoryLayout(places, -(-at // ALIGNED_TO) * ALIGNED_TO)
+        places[number] = ImagePlaces(slice(offset, middle), slice(middle, end))
+        offset = end
+    return MemoryLayout(places, -(-offset // ALIGNED_TO) * ALIGNED_TO)

@@ -149,15 +149,15 @@ class ModuleWords:
     def place(self, name: str) -> BitPlace | None:
         """Return the place of a named bit of the input image; None if the module has no such bit."""
         places = (names[name] for names in self.groups.values() if name in names)
-        return next((at for at in places if at.image in INPUT), None)
+        return next((place for place in places if place.image in INPUT), None)
 
     def covered(self, image: str) -> set[int]:
         """Return the words of an image that are shown as named bits, or as quantities of two words."""
         numbers = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
-        words = {quantity.word + at for quantity in numbers for at in range(quantity.words)}
+        words = {quantity.word + index for quantity in numbers for index in range(quantity.words)}
         if self.modes is not None:
-            named = (at for names in self.groups.values() for at in names.values())
-            words |= {at.word for at in named if (at.image in INPUT) == (image in INPUT)}
+            named_bits = (place for names in self.groups.values() for place in names.values())
+            words |= {place.word for place in named_bits if (place.image in INPUT) == (image in INPUT)}
         return words
 
     def configures(self, image: str, words: Sequence[int]) -> bool:
@@ -175,7 +175,11 @@ class ModuleWords:
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield the name and number of each named bit in a word."""
         for names in self.groups.values():
-            yield from ((name, at.bit) for name, at in names.items() if (at.image, at.word) == (image, word))
+            yield from (
+                (name, place.bit)
+                for name, place in names.items()
+                if (place.image, place.word) == (image, word)
+            )
 
     def terminals_instead(self, image: str, word: int, bit: int) -> str:
         """Return the existing terminals, such as "inputs 0 to 7", if a bit is not a terminal; else ""."""
@@ -188,26 +192,28 @@ class ModuleWords:
 
 def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
     """Raise a ValueError if a bit is in no image, or has two names."""
-    taken: dict[BitPlace, str] = {}
-    for name, at in names.items():
-        if at.word not in range(sizes.get(at.image, 0)) or at.bit not in range(16):
-            last = sizes.get(at.image, max(sizes.values())) - 1
-            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to {last}, bit 0 to 15")
-        other = taken.setdefault(at, name)
-        if other != name:
-            image = _IMAGES[at.image]
+    names_by_place: dict[BitPlace, str] = {}
+    for name, place in names.items():
+        if place.word not in range(sizes.get(place.image, 0)) or place.bit not in range(16):
+            last = sizes.get(place.image, max(sizes.values())) - 1
             raise ValueError(
-                f"{where}: {other} and {name} are both bit {at.bit} of {image} word {at.word}; "
-                f"free bits: {_free_bits(at.image, names.values())}"
+                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last}, bit 0 to 15"
+            )
+        other = names_by_place.setdefault(place, name)
+        if other != name:
+            image = _IMAGES[place.image]
+            raise ValueError(
+                f"{where}: {other} and {name} are both bit {place.bit} of {image} word {place.word}; "
+                f"free bits: {_free_bits(place.image, names.values())}"
             )
 
 
 def _free_bits(image: str, named: Collection[BitPlace]) -> str:
     """Return as text the unnamed bits of the words that have named bits."""
     masks: dict[int, int] = {}
-    for at in named:
-        if at.image == image:
-            masks[at.word] = masks.get(at.word, 0xFFFF) & ~(1 << at.bit)
+    for place in named:
+        if place.image == image:
+            masks[place.word] = masks.get(place.word, 0xFFFF) & ~(1 << place.bit)
     free = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
     return "; ".join(free) or "none"
 

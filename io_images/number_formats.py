@@ -67,9 +67,9 @@ class NumberFormat(Enum):
         if self is NumberFormat.THOUSANDS:
             return join_reported_all(first, second)
         if self is NumberFormat.SIGN_MAGNITUDE:
-            whole: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
-            whole[first < 0] *= -1
-            return whole
+            magnitudes: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
+            magnitudes[first < 0] *= -1
+            return magnitudes
         high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
         values: NDArray[np.float64] = high.astype(float) * 65536
         return values + (low.astype(int) & 0xFFFF)
@@ -128,5 +128,5 @@ def to_sign_magnitude(value: int) -> tuple[int, int]:
     >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
     (True, (12, 0))
     """
-    thousands, rest = divmod(abs(value), 1000)
-    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), rest
+    thousands, units = divmod(abs(value), 1000)
+    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), units

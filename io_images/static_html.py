@@ -23,20 +23,20 @@ def line(text: str) -> str:
 
 def chips(bits: Iterable[tuple[str, bool]]) -> str:
     """Return the names of bits, with emphasis on bits that are on."""
-    shown = (f'<span style="{_CHIP};{_ON if on else _OFF}">{escape(name)}</span>' for name, on in bits)
-    return f"<div>{''.join(shown)}</div>"
+    chips_html = (f'<span style="{_CHIP};{_ON if on else _OFF}">{escape(name)}</span>' for name, on in bits)
+    return f"<div>{''.join(chips_html)}</div>"
 
 
 def rows(table: Iterable[Sequence[str]]) -> str:
     """Return a table of texts; the first column is left-aligned, like names."""
-    shown = (
+    row_cells = (
         "".join(
             f'<td style="{_CELL.format("right" if place else "left")}">{escape(cell)}</td>'
             for place, cell in enumerate(row)
         )
         for row in table
     )
-    return f"<table>{''.join(f'<tr>{cells}</tr>' for cells in shown)}</table>"
+    return f"<table>{''.join(f'<tr>{cells}</tr>' for cells in row_cells)}</table>"
 
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:

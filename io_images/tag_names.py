@@ -48,8 +48,8 @@ def normal(text: str) -> str:
     bit = _FILE_BIT.fullmatch(text)
     if bit is None:
         return text
-    element, rest = divmod(int(bit["bit"]), _FILE_BITS)
-    return f"{bit['file']}:{element}/{rest}"
+    element, file_bit = divmod(int(bit["bit"]), _FILE_BITS)
+    return f"{bit['file']}:{element}/{file_bit}"
 
 
 @lru_cache(maxsize=65_536)
@@ -65,13 +65,13 @@ def key_of(text: str) -> str | None:
     base = _BASE.match(text)
     if base is None:
         return None
-    parts, at = [base.group().lower()], base.end()
-    while at < len(text):
-        step = _STEP.match(text, at)
+    parts, offset = [base.group().lower()], base.end()
+    while offset < len(text):
+        step = _STEP.match(text, offset)
         if step is None:
             return None
         parts.append(_key_of_step(step))
-        at = step.end()
+        offset = step.end()
     return "".join(parts)
 
 
@@ -79,7 +79,7 @@ def _key_of_step(step: re.Match[str]) -> str:
     if step["quote"] is not None:
         return f"[{step['quote'][1:-1]!r}]"
     if step["index"] is not None:
-        return f"[{','.join(each.strip().lower() for each in step['index'].split(','))}]"
+        return f"[{','.join(index.strip().lower() for index in step['index'].split(','))}]"
     if step["element"] is not None:
         return f"[{step['element']}]"
     return f".{(step['bit'] or step['name']).lower()}"
@@ -104,8 +104,8 @@ def in_scope(text: str, known: Iterable[str]) -> str:
     lowered = base[2].lower()
     owners: dict[str, str] = {}
     for name in known:
-        scope, _, own = name.rpartition(".") if name.startswith("\\") else ("", "", name)
-        if own.lower() == lowered:
+        scope, _, base_name = name.rpartition(".") if name.startswith("\\") else ("", "", name)
+        if base_name.lower() == lowered:
             owners.setdefault(name.lower(), name)
             if not scope:
                 return text

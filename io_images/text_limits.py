@@ -121,7 +121,7 @@ def check_text(text: str, kind: TextKind) -> None:
     if len(text) > limits.size:
         raise TextLimitError(1, f"{kind} of more than {limits.size:,} characters")
     depth = parts = 0
-    before = None
+    previous = None
     for match in _pattern(_OWN[kind]).finditer(text):
         token = match.lastgroup
         if token == "open":
@@ -129,8 +129,8 @@ def check_text(text: str, kind: TextKind) -> None:
         elif token == "close":
             depth -= 1
         elif token in ("token", "string"):
-            parts = parts + 1 if before == "dot" else 1
-        before = token
+            parts = parts + 1 if previous == "dot" else 1
+        previous = token
         size = match.end() - match.start()
         if depth > limits.nesting:
             problem = f"brackets that are nested deeper than {limits.nesting}"

@@ -125,8 +125,8 @@ def seconds_column(time_ns: int) -> str:
     >>> seconds_column(12_000_000), seconds_column(1_000_250_000)
     ('0.012', '1.00025')
     """
-    whole, _, decimals = seconds(time_ns).partition(".")
-    return f"{whole}.{decimals:0<3}"
+    whole_seconds, _, decimals = seconds(time_ns).partition(".")
+    return f"{whole_seconds}.{decimals:0<3}"
 
 
 def milliseconds(time_ns: int) -> str:
@@ -139,6 +139,6 @@ def milliseconds(time_ns: int) -> str:
 
 
 def _in_unit(time_ns: int, unit_ns: int) -> str:
-    whole, rest = divmod(abs(time_ns), unit_ns)
-    decimals = f".{rest:0{len(str(unit_ns)) - 1}d}".rstrip("0") if rest else ""
-    return f"{'-' * (time_ns < 0)}{whole}{decimals}"
+    whole_units, fraction_ns = divmod(abs(time_ns), unit_ns)
+    decimals = f".{fraction_ns:0{len(str(unit_ns)) - 1}d}".rstrip("0") if fraction_ns else ""
+    return f"{'-' * (time_ns < 0)}{whole_units}{decimals}"

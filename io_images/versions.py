@@ -21,8 +21,8 @@ def distribution_version(distribution: str) -> str:
     >>> distribution_version("no such distribution")
     'unknown'
     """
-    if distribution == "scanrack" and (own := own_project()):
-        return str(own["version"])
+    if distribution == "scanrack" and (project := own_project()):
+        return str(project["version"])
     for path in _metadata_of(re.sub(r"[-_.]+", "_", distribution).lower()):
         with open(path, encoding="utf-8") as file:
             for line in file:
@@ -59,9 +59,9 @@ def _metadata_of(name: str) -> Iterator[str]:
             continue
         for entry in entries:
             stem, suffix = os.path.splitext(entry.lower())
-            known = re.sub(r"[-_.]+", "_", stem.partition("-")[0]) == name
-            if known and suffix in (".dist-info", ".egg-info"):
-                inner = "METADATA" if suffix == ".dist-info" else "PKG-INFO"
-                path = os.path.join(folder, entry, inner)
+            is_distribution = re.sub(r"[-_.]+", "_", stem.partition("-")[0]) == name
+            if is_distribution and suffix in (".dist-info", ".egg-info"):
+                file_name = "METADATA" if suffix == ".dist-info" else "PKG-INFO"
+                path = os.path.join(folder, entry, file_name)
                 if os.path.isfile(path):
                     yield path

@@ -130,9 +130,9 @@ def __getattr__(name: str) -> object:
     """Import a name when it is first used: a program in Python needs no rungs."""
     if name == "__all__":
         return __dir__()
-    found = imported_from(_HOMES.get(name, ".instructions" if name.isupper() else f".{name}"), name, __name__)
-    globals()[name] = found
-    return found
+    value = imported_from(_HOMES.get(name, ".instructions" if name.isupper() else f".{name}"), name, __name__)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

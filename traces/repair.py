@@ -103,8 +103,8 @@ def repair(
         if not result.notes:
             result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
-            whole = trace.spans[-1].end
-            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole))
+            whole_end = trace.spans[-1].end
+            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
             result.original = _free_name(path) if keep else None
             trace.close()  # Windows can't replace an open file
             _put_in_place(draft, path, result.original)
@@ -300,22 +300,22 @@ class Rewriter:
         """Return times and offsets of messages by channel; add schemas and channels to the summary."""
         entries: dict[int, Entries] = {}
         for part in parts:
-            what = part.what
-            if isinstance(what, Schema | Channel):
-                self._take(what)
-            elif isinstance(what, Message):
-                entries.setdefault(what.channel, array("Q")).extend((what.log_time, part.offset))
+            record = part.what
+            if isinstance(record, Schema | Channel):
+                self._take(record)
+            elif isinstance(record, Message):
+                entries.setdefault(record.channel, array("Q")).extend((record.log_time, part.offset))
             else:
-                offsets = part.offset + self._trace.shape.stride * np.arange(len(what), dtype=np.uint64)
-                rows = np.column_stack((what["log_time"], offsets.astype(np.uint64)))
-                entries.setdefault(int(what["channel"][0]), array("Q")).frombytes(rows.tobytes())
+                offsets = part.offset + self._trace.shape.stride * np.arange(len(record), dtype=np.uint64)
+                rows = np.column_stack((record["log_time"], offsets.astype(np.uint64)))
+                entries.setdefault(int(record["channel"][0]), array("Q")).frombytes(rows.tobytes())
         return {channel: entries[channel] for channel in sorted(entries)}
 
 
 def _bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
     """Return the least and the greatest time of messages; both 0 if there are none."""
-    times = [np.frombuffer(each, np.uint64)[::2] for each in entries.values()] or [np.zeros(1, np.uint64)]
-    return min(int(each.min()) for each in times), max(int(each.max()) for each in times)
+    times = [np.frombuffer(entry, np.uint64)[::2] for entry in entries.values()] or [np.zeros(1, np.uint64)]
+    return min(int(stamps.min()) for stamps in times), max(int(stamps.max()) for stamps in times)
 
 
 def _guarded(trace: Records) -> Iterator[Schema | Channel]:

@@ -74,7 +74,7 @@ class PackedTrace:
     @cached_property
     def distinct_flags(self) -> frozenset[int]:
         """All values of the CPU's flags in any scan."""
-        return frozenset(flag for each in self.scans.chunks() for flag in np.unique(each.flags).tolist())
+        return frozenset(flag for chunk in self.scans.chunks() for flag in np.unique(chunk.flags).tolist())
 
     @property
     def memory(self) -> Sequence[bytes]:

@@ -159,7 +159,7 @@ def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601
     >>> check((0x8020, 0x0000, 0, 1000, 0, 0, 0, 0), Firmware(4, 1))
     ('CFG-01', 'CFG-07')
     """
-    return tuple(rule for rule, broken in INVALID_CONFIGURATIONS if broken(words, firmware, limits))
+    return tuple(rule for rule, is_broken in INVALID_CONFIGURATIONS if is_broken(words, firmware, limits))
 
 
 INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware, Limits], bool]], ...] = (

@@ -39,9 +39,9 @@ class Firmware:
         name, _, serial = text.strip().partition(" ")
         if name.lower() == "serial" and serial:
             return cls.of_serial(serial)
-        for known in KNOWN:
-            if str(known) == text.strip():
-                return known
+        for revision in KNOWN:
+            if str(revision) == text.strip():
+                return revision
         allowed = ", ".join(map(str, KNOWN))
         text = f"unknown 3601 firmware {text!r}; choose from {allowed}, or a serial number: serial 96317"
         raise SettingError("firmware", text)

@@ -67,7 +67,8 @@ class ImageForm:
         """
         places = self.places
         status = {
-            name: BitPlace(at.image, places[at.word], at.bit) for name, at in profile.groups["status"].items()
+            name: BitPlace(place.image, places[place.word], place.bit)
+            for name, place in profile.groups["status"].items()
         }
         groups = {**profile.groups, "status": status}
         quantities = tuple(
@@ -99,5 +100,5 @@ class ImageForm:
         if self.numbers is NumberFormat.SIGN_MAGNITUDE and not words[0] & _CONFIGURED:
             for msw, lsw in _NUMBERS_IN:
                 words[msw], words[lsw] = to_sign_magnitude(join_reported(words[msw], words[lsw]))
-        known = dict(zip(WORDS_3601.inputs, words, strict=True))
-        return [known.get(name, 0) for name in self.inputs]
+        values = dict(zip(WORDS_3601.inputs, words, strict=True))
+        return [values.get(name, 0) for name in self.inputs]

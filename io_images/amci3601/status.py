@@ -267,5 +267,5 @@ def view_with(further: Mapping[str, BitPlace]) -> type[StatusView]:
     """Return the view class of a module with further status bits, which become attributes."""
     if not further:
         return StatusView
-    bits = {name: _bit(at.word, 1 << at.bit) for name, at in further.items()}
+    bits = {name: _bit(place.word, 1 << place.bit) for name, place in further.items()}
     return type("StatusView", (StatusView,), {"__slots__": (), "_names": (*StatusView._names, *bits), **bits})

@@ -79,11 +79,11 @@ class Profile(ModuleWords):
         for name in self.untold:
             if name not in self.groups["command"]:
                 raise ValueError(f"{self.message}: untold: no command bit {name!r}")
-        further = {name: at for name, at in status.items() if name not in _KNOWN}
-        masks = {name: 1 << 16 * at.word + at.bit for name, at in status.items()}
+        further = {name: place for name, place in status.items() if name not in _KNOWN}
+        masks = {name: 1 << 16 * place.word + place.bit for name, place in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further)
-        own = {rule for rule, _ in self.further_refusals}
-        refusals = own.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
+        own_rules = {rule for rule, _ in self.further_refusals}
+        refusals = own_rules.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
         for name, value in (
             ("further", further),
             ("further_errors", errors),
@@ -95,23 +95,23 @@ class Profile(ModuleWords):
         self._check_refusals()
 
     def _check_status(self, status: Mapping[str, BitPlace]) -> None:
-        for name, at in status.items():
-            if at.image != "I" or at.word not in (0, 1) or _KNOWN.get(name, at) != at:
+        for name, place in status.items():
+            if place.image != "I" or place.word not in (0, 1) or _KNOWN.get(name, place) != place:
                 must = _KNOWN.get(name, "in word 0 or 1 of image I")
-                raise ValueError(f"{self.message}: status.{name}: {at}: must be {must}")
+                raise ValueError(f"{self.message}: status.{name}: {place}: must be {must}")
         for name in self.errors:
             if name not in status:
                 raise ValueError(f"{self.message}: errors: no status bit {name!r}")
 
     def _check_refusals(self) -> None:
         """Raise a ValueError for a refusal that a user of the module could not see."""
-        named = sum(self.masks.values())
+        listed_bits = sum(self.masks.values())
         for rule, _ in self.further_refusals:
             if rule not in self.rules:
                 raise ValueError(f"{self.message}: further_refusals: no rule {rule!r} in rules")
             sets = int(self.rules[rule].if_broken or self.rules[rule].sets)
-            if not sets or sets & ~named:
-                bits = numbers_of([sets & ~named & _WORD, (sets & ~named) >> 16]) or "none"
+            if not sets or sets & ~listed_bits:
+                bits = numbers_of([sets & ~listed_bits & _WORD, (sets & ~listed_bits) >> 16]) or "none"
                 raise ValueError(
                     f"{self.message}: rule {rule}: sets must be named status bits; without a name: {bits}"
                 )

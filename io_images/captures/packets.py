@@ -140,14 +140,14 @@ class Capture:
             fields = self._read(record.size, begin)
             if not fields:
                 return
-            seconds, fraction, captured, sent = record.unpack(fields)
+            seconds, fraction, captured, sent_bytes = record.unpack(fields)
             if captured > PACKET_MAX:
                 raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes; at most {PACKET_MAX:,}")
             data = self._read(captured, begin) if captured else b""
             if len(data) < captured:
                 return
             at_ns = seconds * NS_PER_S + fraction * unit_ns
-            yield Packet(at_ns, link_type, data, max(0, sent - captured))
+            yield Packet(at_ns, link_type, data, max(0, sent_bytes - captured))
 
     # -- pcapng -----------------------------------------------------------------------------------
 
@@ -157,13 +157,13 @@ class Capture:
             length_bytes = self._read(4, begin)
             if not length_bytes:
                 return
-            more = b""
+            extra = b""
             if kind == SECTION:
-                more = self._read(4, begin)
-                if not more:
+                extra = self._read(4, begin)
+                if not extra:
                     return
-                order, interfaces = _order(more, begin), []
-            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(more), order, begin)
+                order, interfaces = _order(extra, begin), []
+            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(extra), order, begin)
             if body is None:
                 return
             if kind == INTERFACE:
@@ -205,18 +205,18 @@ def _interface(body: bytes, order: str, begin: int) -> _Interface:
     if len(body) < 8:
         raise CaptureError(f"byte {begin}: an interface of {len(body)} bytes; it has 8 at least")
     link_type = Struct(f"{order}H").unpack_from(body)[0]
-    units, offset_s, at = 10**_US_DECIMALS, 0, 8
+    units, offset_s, offset = 10**_US_DECIMALS, 0, 8
     option = Struct(f"{order}HH")
-    while at + option.size <= len(body):
-        code, size = option.unpack_from(body, at)
-        value = body[at + 4 : at + 4 + size]
+    while offset + option.size <= len(body):
+        code, size = option.unpack_from(body, offset)
+        value = body[offset + 4 : offset + 4 + size]
         if code == OPTION_END or len(value) < size:
             break
         if code == OPTION_TSRESOL and size == 1:
             units = _units(value[0], begin)
         if code == OPTION_TSOFFSET and size == 8:
             offset_s = Struct(f"{order}q").unpack(value)[0]
-        at += 4 + -(-size // 4) * 4
+        offset += 4 + -(-size // 4) * 4
     return _Interface(link_type, units, offset_s)
 
 
@@ -232,12 +232,14 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
-    number, high, low, captured, sent = head.unpack_from(body)
+    number, high, low, captured, sent_bytes = head.unpack_from(body)
     if number >= len(interfaces):
         raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
     if captured > min(PACKET_MAX, len(body) - head.size):
-        there = len(body) - head.size
-        raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes in a block with room for {there:,}")
+        data_room = len(body) - head.size
+        raise CaptureError(
+            f"byte {begin}: a packet of {captured:,} bytes in a block with room for {data_room:,}"
+        )
     interface = interfaces[number]
     data = body[head.size : head.size + captured]
-    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent - captured))
+    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent_bytes - captured))

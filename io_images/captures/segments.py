@@ -53,27 +53,29 @@ class Segment:
 
 def segment_in(packet: Packet) -> Segment | None:
     """Return the TCP segment in a packet; None for anything else."""
-    at = _network_at(packet)
-    if at is None or at >= len(packet.data):
+    network_at = _network_at(packet)
+    if network_at is None or network_at >= len(packet.data):
         return None
-    version = packet.data[at] >> 4
+    version = packet.data[network_at] >> 4
     size = len(packet.data) + packet.cut
     network = {4: _ipv4, 6: _ipv6}.get(version)
-    payload = network(packet.data, at, size) if network is not None else None
+    payload = network(packet.data, network_at, size) if network is not None else None
     if payload is None:
         return None
     source, target, begin, end = payload
-    there = len(packet.data)
-    if min(end, there) - begin < _TCP.size or end > there + packet.cut:
+    captured_bytes = len(packet.data)
+    if min(end, captured_bytes) - begin < _TCP.size or end > captured_bytes + packet.cut:
         return None
-    source_port, target_port, sequence, expected, offset, flags = _TCP.unpack_from(packet.data, begin)
+    source_port, target_port, sequence, next_sequence, offset, flags = _TCP.unpack_from(packet.data, begin)
     data_at = begin + 4 * (offset >> 4)
     if not begin + 20 <= data_at <= end:
         return None
     ends = (_text(source), source_port), (_text(target), target_port)
-    data = packet.data[data_at:end] if end <= there else b""
-    acknowledged = expected if flags & ACK else None
-    return Segment(packet.at_ns, *ends, sequence, flags, data, acknowledged, end > max(there, data_at))
+    data = packet.data[data_at:end] if end <= captured_bytes else b""
+    acknowledged = next_sequence if flags & ACK else None
+    return Segment(
+        packet.at_ns, *ends, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
+    )
 
 
 def _text(address: bytes) -> str:
@@ -109,8 +111,8 @@ def _ipv4(data: bytes, at: int, size: int) -> Found | None:
     head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
     begin = at + 4 * (head & 0xF)
     end = at + total if total else size  # 0 means that the network card segments it later
-    whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
-    return (source, target, begin, end) if protocol == TCP and whole and begin >= at + 20 else None
+    is_whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
+    return (source, target, begin, end) if protocol == TCP and is_whole and begin >= at + 20 else None
 
 
 def _ipv6(data: bytes, at: int, whole: int) -> Found | None:

@@ -117,22 +117,22 @@ class Streams:
             ahead = _ahead(first, following)
             if 0 < ahead < _HALF:
                 break
-            at_ns, held = direction.waiting.pop(first)
+            at_ns, waiting_data = direction.waiting.pop(first)
             if data and at_ns > direction.passed_ns:  # later bytes are a chunk of their own
                 yield self._chunk(key, direction, data)
                 data = bytearray()
             old = (_RING - ahead) % _RING
-            self.repeated += min(old, len(held))
-            if old < len(held):
+            self.repeated += min(old, len(waiting_data))
+            if old < len(waiting_data):
                 direction.passed_ns = max(direction.passed_ns, at_ns)
-                data += held[old:]
-                following = direction.next = (following + len(held) - old) % _RING
+                data += waiting_data[old:]
+                following = direction.next = (following + len(waiting_data) - old) % _RING
         if data:
             yield self._chunk(key, direction, data)
 
     def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
-        fresh, direction.fresh, direction.lacking = direction.fresh, False, False
-        return Chunk(direction.passed_ns, *key, bytes(data), fresh)
+        is_fresh, direction.fresh, direction.lacking = direction.fresh, False, False
+        return Chunk(direction.passed_ns, *key, bytes(data), is_fresh)
 
     def _skip_gap(self, direction: _Direction) -> None:
         self._miss(direction, _nearest(direction.waiting, direction.next or 0))

@@ -124,9 +124,9 @@ class DriveConfiguration:
             levels: electrical levels, bit n = input n + 1 energized.
         """
         numbers = functions = 0
-        for at, (role, high) in enumerate(zip(self.roles, self.active_high, strict=True)):
-            if bool(levels >> at & 1) == high:
-                numbers |= 1 << at
+        for index, (role, high) in enumerate(zip(self.roles, self.active_high, strict=True)):
+            if bool(levels >> index & 1) == high:
+                numbers |= 1 << index
                 functions |= role
         return numbers, functions
 
@@ -245,14 +245,14 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
     start = _start(words, model)
     assert start is not None
     if model.layout is Layout.ANF2:
-        used = [
+        used_roles = [
             role.value if words[0] & bits else 0
             for role, bits in zip(model.terminals, ANF2_USED, strict=True)
         ]
         return DriveConfiguration(
             words=words,
-            roles=tuple(used),
-            active_high=tuple(bool(words[1] >> at & 1) for at in range(len(used))),
+            roles=tuple(used_roles),
+            active_high=tuple(bool(words[1] >> index & 1) for index in range(len(used_roles))),
             encoder_counted=bool(words[0] & 0x0300),
             backplane_proximity=bool(words[0] & 0x0080),
             output_format=NumberFormat.BINARY,
@@ -283,6 +283,6 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
     """Return ten words as the flash stores them: unsigned, without the requests in word 1."""
-    kept = [word & 0xFFFF for word in words[:WORDS]]
-    kept[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
-    return tuple(kept)
+    stored = [word & 0xFFFF for word in words[:WORDS]]
+    stored[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
+    return tuple(stored)

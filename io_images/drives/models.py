@@ -126,8 +126,8 @@ class Model:
 
     def unknown_commands(self, word_0: int) -> int:
         """Return the bits of command word 0 that belong to no command."""
-        known = sum(self.moved_commands.get(bit, bit.value) for bit in CommandBit)
-        return word_0 & 0xFFFF & ~known
+        known_bits = sum(self.moved_commands.get(bit, bit.value) for bit in CommandBit)
+        return word_0 & 0xFFFF & ~known_bits
 
     def status_words(self, status: int) -> tuple[int, int]:
         """Return the two status words of status bits at the places of the SMD family."""

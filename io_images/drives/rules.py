@@ -105,6 +105,6 @@ RULES: Mapping[str, DriveRule] = {row.id: row for row in ROWS}
 
 def rules_of(model: Model) -> list[DriveRule]:
     """Return the rules that a model can report, for its configuration words and its status bits."""
-    others = {row.id for row in CONFIGURATION_RULES} - {row.id for row in configuration_rules(model)}
+    other_ids = {row.id for row in CONFIGURATION_RULES} - {row.id for row in configuration_rules(model)}
     lacks = sum(bit for bit, place in model.moved_status.items() if not place)
-    return [row for row in ROWS if row.id not in others and row.sets & ~lacks]
+    return [row for row in ROWS if row.id not in other_ids and row.sets & ~lacks]

@@ -58,10 +58,10 @@ def status_view(image: Image, model: Model, number: NumberReader) -> DriveStatus
 def _view_of(model_name: str) -> type[DriveStatusView]:
     """Return the view class with a model's bits; bits of a 3601 that the model lacks are not attributes."""
     model = MODELS[model_name]
-    own = {name: _bit(at) for name, at in model.words.groups["status"].items()}
-    lacking = {name: _missing(name, model) for name in StatusView._names if name not in own}
-    names = {"__slots__": (), "_names": tuple(own)}
-    return type("DriveStatusView", (DriveStatusView,), {**lacking, **own, **names})
+    properties = {name: _bit(place) for name, place in model.words.groups["status"].items()}
+    lacking = {name: _missing(name, model) for name in StatusView._names if name not in properties}
+    names = {"__slots__": (), "_names": tuple(properties)}
+    return type("DriveStatusView", (DriveStatusView,), {**lacking, **properties, **names})
 
 
 def _bit(at: BitPlace) -> property:

@@ -110,7 +110,7 @@ class DriveTranslation:
         self._statuses = _places(STATUS, model.moved_status)
         functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
         self._capture = sum(
-            1 << at for at, use in enumerate(functions) if use is InputFunction.CAPTURE_ENCODER
+            1 << index for index, use in enumerate(functions) if use is InputFunction.CAPTURE_ENCODER
         )
         self.reset()
 
@@ -140,18 +140,22 @@ class DriveTranslation:
         bits = word0 | word1 << 16
         self.unfit = bool(bits & UNFIT) and self.model.layout is Layout.SMD
         self.enabled = not self.model.enable_bit or bool(bits & StatusBit.DRIVE_ENABLED)
-        msw = sum(at for at, bit in self._statuses if bits & bit)
+        msw = sum(reported for reported, bit in self._statuses if bits & bit)
         lsw = StatusLsw.IN_CAPTURE.value if word1 & self._capture else 0
         if self._acknowledges(bits):
             lsw |= StatusLsw.BLEND_ACK.value
         if self._set.input_format is NumberFormat.THOUSANDS:
             return [msw, lsw, *inputs[2:8]]
-        return [msw, lsw, *(word for at in (2, 4, 6) for word in split_reported(self.number(inputs, at)))]
+        return [
+            msw,
+            lsw,
+            *(word for word_index in (2, 4, 6) for word in split_reported(self.number(inputs, word_index))),
+        ]
 
     def status_names(self, inputs: Sequence[int]) -> list[str]:
         """Return the names of the status bits that are on."""
         names = self.model.words.groups["status"]
-        return [name for name, at in names.items() if inputs[at.word] >> at.bit & 1]
+        return [name for name, place in names.items() if inputs[place.word] >> place.bit & 1]
 
     def _acknowledges(self, bits: int) -> bool:
         """Return whether the drive has accepted the current block of a blend profile, as BLEND_ACK means."""
@@ -175,7 +179,7 @@ class DriveTranslation:
         registers = bool(words[0] & _JOGS and target)
         split = self._set.output_format.split
         outputs = [
-            signed_word(sum({bit for at, bit in self._commands if words[0] & at})),
+            signed_word(sum({bit for own_bit, bit in self._commands if words[0] & own_bit})),
             0,
             *split(target),
             *split(1000 * words[4] + words[5]),
@@ -218,4 +222,4 @@ class DriveTranslation:
 
 def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:
     """Return the rows with the bits at a model's places; a bit that it lacks is 0."""
-    return tuple((int(at), int(moved.get(bit, bit))) for at, bit in rows.items())
+    return tuple((int(row_bit), int(moved.get(bit, bit))) for row_bit, bit in rows.items())

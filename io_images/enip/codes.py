@@ -77,5 +77,7 @@ class CipRefusedError(ValueError):
     """The request gets an error status as reply."""
 
     def __init__(self, status: int, *more: int) -> None:
-        super().__init__(f"status {status:02X}h {' '.join(f'{each:04X}h' for each in more)}".rstrip())
+        super().__init__(
+            f"status {status:02X}h {' '.join(f'{extra_word:04X}h' for extra_word in more)}".rstrip()
+        )
         self.status, self.more = status, more

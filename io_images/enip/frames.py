@@ -23,15 +23,15 @@ def items_in(body: bytes) -> list[tuple[int, bytes]]:
     items: list[tuple[int, bytes]] = []
     if len(body) < 8:
         return items
-    number, at = int.from_bytes(body[6:8], "little"), 8
+    number, offset = int.from_bytes(body[6:8], "little"), 8
     for _ in range(number if number <= _ITEMS_MOST else 0):
-        if len(body) < at + 4:
+        if len(body) < offset + 4:
             return []
-        kind, size = struct.unpack_from("<HH", body, at)
-        at += 4 + size
-        if at > len(body):
+        kind, size = struct.unpack_from("<HH", body, offset)
+        offset += 4 + size
+        if offset > len(body):
             return []
-        items.append((kind, body[at - size : at]))
+        items.append((kind, body[offset - size : offset]))
     return items
 
 

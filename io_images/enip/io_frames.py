@@ -54,27 +54,27 @@ def io_path(data: bytes) -> IoPath:
     numbers: dict[str, int] = {}
     points: list[int] = []
     settings: bytes | None = None
-    at = 0
-    while at + 2 <= len(data):
-        kind, value, size = data[at], data[at + 1], 2
-        if kind == _KEY_SEGMENT and at + 2 + _KEY.size <= len(data):
+    offset = 0
+    while offset + 2 <= len(data):
+        kind, value, size = data[offset], data[offset + 1], 2
+        if kind == _KEY_SEGMENT and offset + 2 + _KEY.size <= len(data):
             size = 2 + _KEY.size
-            key = _KEY.unpack_from(data, at + 2)
+            key = _KEY.unpack_from(data, offset + 2)
         elif kind == _DATA_SEGMENT:
             size = 2 + 2 * value
-            settings = data[at + 2 : at + size]
+            settings = data[offset + 2 : offset + size]
         elif kind & ~1 in _LOGICAL:
             if kind & 1:
                 size = 4
-                value = int.from_bytes(data[at + 2 : at + size], "little")
+                value = int.from_bytes(data[offset + 2 : offset + size], "little")
             if _LOGICAL[kind & ~1] == "point":
                 points.append(value)
             else:
                 numbers[_LOGICAL[kind & ~1]] = value
         elif not 0 < kind < 0x10:  # a port: part of the route to this device
             raise CipRefusedError(BAD_SEGMENT)
-        at += size
-    if at != len(data):
+        offset += size
+    if offset != len(data):
         raise CipRefusedError(BAD_SEGMENT)
     return IoPath(key, numbers, tuple(points), settings)
 

@@ -128,13 +128,13 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
     is_bit = mask.bit_count() == 1
     while True:
         if dims:
-            number, inside = divmod(offset, kind.size)
-            if inside + size > kind.size or (kind == DWORD and not is_bit):
+            number, byte_offset = divmod(offset, kind.size)
+            if byte_offset + size > kind.size or (kind == DWORD and not is_bit):
                 return path
             if kind == DWORD:
-                return f"{path}[{32 * number + _bit(mask, inside)}]"
+                return f"{path}[{32 * number + _bit(mask, byte_offset)}]"
             path += _numbered(tag, number) if files else _subscripts(number, dims)
-            offset, dims = inside, ()
+            offset, dims = byte_offset, ()
         elif isinstance(kind, StructuredKind):
             part = _part_with(kind, offset, size, mask)
             if part is None:
@@ -223,4 +223,6 @@ def patched(old: bytes, data: bytes, keep: bytes) -> bytes:
     """
     if not keep:
         return data
-    return bytes(new & ~mask & 0xFF | was & mask for was, new, mask in zip(old, data, keep, strict=True))
+    return bytes(
+        new & ~mask & 0xFF | old_byte & mask for old_byte, new, mask in zip(old, data, keep, strict=True)
+    )

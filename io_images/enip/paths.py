@@ -72,18 +72,18 @@ def parse_path(data: bytes) -> Path:
     Raises:
         CipRefusedError: it is not a path.
     """
-    path, at = Path(), 0
-    while at < len(data):
-        kind = data[at]
+    path, offset = Path(), 0
+    while offset < len(data):
+        kind = data[offset]
         if kind == _SYMBOLIC:
-            at = _symbolic(path, data, at)
+            offset = _symbolic(path, data, offset)
         elif kind & 0xFC in _LOGICAL and kind & 3 != 3:
-            at = _logical(path, data, at)
-        elif kind == _KEY and at + _KEY_BYTES <= len(data):
-            at += _KEY_BYTES
-        elif 0 < kind < 0x10 and at + 2 <= len(data):
-            path.ports.append((kind, data[at + 1]))
-            at += 2
+            offset = _logical(path, data, offset)
+        elif kind == _KEY and offset + _KEY_BYTES <= len(data):
+            offset += _KEY_BYTES
+        elif 0 < kind < 0x10 and offset + 2 <= len(data):
+            path.ports.append((kind, data[offset + 1]))
+            offset += 2
         else:
             raise CipRefusedError(BAD_SEGMENT)
     return path

@@ -144,8 +144,8 @@ def _instruction(words: list[str]) -> UserInstruction:
         near = difflib.get_close_matches(name, USER_OPS, n=1)
         hint = f"; did you mean {near[0]}?" if near else f"; choose from {', '.join(USER_OPS)}"
         raise ValueError(f"{words[0]} is not a user instruction{hint}")
-    least = 1 if op.data is None else 3
-    if not least <= len(words) <= 3:
+    words_least = 1 if op.data is None else 3
+    if not words_least <= len(words) <= 3:
         raise ValueError(f"{' '.join(words)}: {name} takes an option and data, as in {_example(op)}")
     option = _number(name, "option", words[1]) if len(words) > 1 else 0
     if not op.options[0] <= option <= op.options[1]:

@@ -54,9 +54,9 @@ def handshake(blocks: Sequence[Image]) -> list[Image]:
     """
     images: list[Image] = []
     for block in blocks:
-        between = block.copy()
-        between[1] = CommandLsw.BLEND_PROGRAM.value
-        images += [block, between]
+        between_image = block.copy()
+        between_image[1] = CommandLsw.BLEND_PROGRAM.value
+        images += [block, between_image]
     return [*images[:-1], Image()]
 
 
@@ -88,14 +88,14 @@ def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
     segments: list[BlendSegment] = []
     for number in range(1, count + 1):
         kind, times, rate, length = draw(_LEGS)
-        before = segments[-1].speed if segments else starting_speed
+        previous_speed = segments[-1].speed if segments else starting_speed
         speed = min(SEGMENT_SPEED_MAX, starting_speed * times)
-        speed += bool(segments) and speed == before
-        least = _ramp(before, speed, rate)
+        speed += bool(segments) and speed == previous_speed
+        shortest = _ramp(previous_speed, speed, rate)
         if number == count:
-            least += _ramp(speed, starting_speed, final_deceleration)
+            shortest += _ramp(speed, starting_speed, final_deceleration)
         types.append(kind)
-        segments.append(BlendSegment(max(least, length), speed, rate))
+        segments.append(BlendSegment(max(shortest, length), speed, rate))
     return BlendProfile(BlendHeader(tuple(types), final_deceleration, final_type), tuple(segments))
 
 
@@ -153,8 +153,8 @@ def faulty_blends(
     unknown = [rule for rule in rules if rule not in BLEND_FAULTS]
     if unknown:
         raise ValueError(f"rule {unknown[0]!r} is none of blend programming: {', '.join(BLEND_FAULTS)}")
-    chosen = st.sampled_from(tuple(rules) or (*BLEND_FAULTS, ""))
-    return st.tuples(blend_profiles(starting_speed, most=most), chosen).flatmap(
+    rule_choices = st.sampled_from(tuple(rules) or (*BLEND_FAULTS, ""))
+    return st.tuples(blend_profiles(starting_speed, most=most), rule_choices).flatmap(
         lambda both: _spoiled(both[0].blocks(), both[1], starting_speed)
     )
 

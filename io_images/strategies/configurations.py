@@ -66,16 +66,16 @@ def _configuration(
 ) -> Configuration:
     """Draw all parts, even unused ones, since Hypothesis treats examples with fewer draws as simpler."""
     switch, proximity, marker = draw(kinds).value
-    has_encoder, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
+    has_encoder, feedback, steps, some_limits, inputs_used, active_high = draw(_OTHER_BITS)
     encoder = marker or has_encoder
     feedback = feedback and not encoder
-    used = used & ~HOME | switch * HOME
-    if not used & LIMITS:
-        used |= some_limits
+    inputs_used = inputs_used & ~HOME | switch * HOME
+    if not inputs_used & LIMITS:
+        inputs_used |= some_limits
     if not encoder and not firmware.capture_without_encoder:
-        used &= ~CAPTURE
+        inputs_used &= ~CAPTURE
     return Configuration(
-        inputs_used=used,
+        inputs_used=inputs_used,
         active_high=active_high,
         backplane_proximity=proximity,
         quadrature_encoder=encoder,
@@ -98,13 +98,13 @@ def faulty_configurations(
     Raises:
         ValueError: with this firmware, no words break one of these rules.
     """
-    known = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
+    breakable = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
     for rule in rules:
-        if rule not in known:
+        if rule not in breakable:
             raise ValueError(
-                f"rule {rule!r} is broken by no configuration of firmware {firmware}: {', '.join(known)}"
+                f"rule {rule!r} is broken by no configuration of firmware {firmware}: {', '.join(breakable)}"
             )
-    return st.sampled_from(rules or known).flatmap(lambda rule: _breaking(rule, firmware))
+    return st.sampled_from(rules or breakable).flatmap(lambda rule: _breaking(rule, firmware))
 
 
 def _can_break(rule: str, firmware: Firmware) -> bool:
@@ -114,8 +114,8 @@ def _can_break(rule: str, firmware: Firmware) -> bool:
 @cache
 def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfiguration]:
     base = configurations(firmware, homing=BASES.get(rule, HomingKind.HOME_SWITCH))
-    broken = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))
-    alone = broken.filter(lambda words: check(words, firmware) == (rule,))
+    broken_words = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))
+    alone = broken_words.filter(lambda words: check(words, firmware) == (rule,))
     return alone.map(lambda words: FaultyConfiguration(Image(words), rule))
 
 

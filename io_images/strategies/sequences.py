@@ -284,7 +284,7 @@ def _followers() -> st.SearchStrategy[Act]:
 def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
     fast = 5 * starting_speed
     move = Move(MoveKind.RELATIVE, 3000, fast, 100, 50).to_image()
-    wrong = [Hold().to_image(), Resume(fast, 100, 50).to_image()]
+    wrong_images = [Hold().to_image(), Resume(fast, 100, 50).to_image()]
     for changes in (
         {0: 0x0003},  # two commands at once
         {4: 0, 5: 0},  # no speed
@@ -298,13 +298,13 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
         {0: 0x4000},  # no command
     ):
         image = move.copy()
-        for at, word in changes.items():
-            image[at] = word
-        wrong.append(image)
-    alone = [acting("mistake", Showing(image)) for image in wrong]
+        for index, word in changes.items():
+            image[index] = word
+        wrong_images.append(image)
+    alone = [acting("mistake", Showing(image)) for image in wrong_images]
     # Hold during a move is not a mistake.
     during = [
         acting("mistake in a move", Showing(move, 20), Showing(image), waiting(IDLE.image))
-        for image in wrong[1:]
+        for image in wrong_images[1:]
     ]
     return st.sampled_from(alone + during)

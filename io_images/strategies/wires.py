@@ -42,9 +42,9 @@ def modbus_requests(unit: int = 1) -> st.SearchStrategy[bytes]:
 
 def _reads() -> st.SearchStrategy[bytes]:
     def ranges(function: int) -> st.SearchStrategy[bytes]:
-        there = READ_FUNCTIONS[function]
-        return st.integers(0, there - 1).flatmap(
-            lambda first: st.integers(1, there - first).map(
+        table_size = READ_FUNCTIONS[function]
+        return st.integers(0, table_size - 1).flatmap(
+            lambda first: st.integers(1, table_size - first).map(
                 lambda count: bytes((function, *first.to_bytes(2, "big"), *count.to_bytes(2, "big")))
             )
         )
@@ -104,22 +104,22 @@ def noise(most: int = 40) -> st.SearchStrategy[bytes]:
 def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
     """Return a frame with one defect: a wrong bit, a byte lost, doubled or added, or the end cut off."""
     frame = draw(frames)
-    at = draw(st.integers(0, len(frame) - 1))
+    position = draw(st.integers(0, len(frame) - 1))
     how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
     if how == "bit":
-        wrong = frame[at] ^ 1 << draw(st.integers(0, 7))
-        return frame[:at] + bytes((wrong,)) + frame[at + 1 :]
+        wrong_byte = frame[position] ^ 1 << draw(st.integers(0, 7))
+        return frame[:position] + bytes((wrong_byte,)) + frame[position + 1 :]
     if how == "lost":
-        return frame[:at] + frame[at + 1 :]
+        return frame[:position] + frame[position + 1 :]
     if how == "doubled":
-        return frame[:at] + frame[at : at + 1] + frame[at:]
+        return frame[:position] + frame[position : position + 1] + frame[position:]
     if how == "added":
-        return frame[:at] + bytes((draw(st.integers(0, 255)),)) + frame[at:]
-    return frame[: max(at, 1)]
+        return frame[:position] + bytes((draw(st.integers(0, 255)),)) + frame[position:]
+    return frame[: max(position, 1)]
 
 
 def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:
     """Return a strategy of at most `most` pieces: whole frames, damaged frames, and noise."""
-    whole = frames.map(lambda data: Piece(data, whole=True))
-    broken = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
-    return st.lists(whole | broken, max_size=most)
+    whole_pieces = frames.map(lambda data: Piece(data, whole=True))
+    broken_pieces = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
+    return st.lists(whole_pieces | broken_pieces, max_size=most)

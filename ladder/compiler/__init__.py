@@ -125,4 +125,4 @@ _cached = lru_cache(FUNCTIONS_KEPT)(_compiled)
 
 
 def _inside(code: CodeType) -> CodeType:
-    return next(each for each in code.co_consts if isinstance(each, CodeType))
+    return next(constant for constant in code.co_consts if isinstance(constant, CodeType))

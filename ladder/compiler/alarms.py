@@ -37,16 +37,16 @@ class _AlarmText(MemberText):
 
     def lasts(self, active: str) -> str:
         """Write the timing of a condition; return a variable that is true if it has lasted long enough."""
-        found = self.keep("False")
+        flag = self.keep("False")
         with self.block(f"if {active}:"):
             with self.block(f"if not {self['~active']}:"):
                 self.set(**{"~active": True, "~since_ns": "now"})
             elapsed = self.keep(f"(now - {self['~since_ns']}) // {_NS_PER_MS}")
             self.set(MinDurationACC=f"min({elapsed}, {DINT.highest})")
-            self._writer.line(f"{found} = {elapsed} >= {self['MinDurationPRE']}")
+            self._writer.line(f"{flag} = {elapsed} >= {self['MinDurationPRE']}")
         with self.block("else:"):
             self.set(MinDurationACC=0, **{"~active": False})
-        return found
+        return flag
 
 
 # --- ALMD
@@ -95,9 +95,9 @@ def write_alma(rungs: RungWriter, power: str, group: Group, source: Resolved, *o
         acknowledged = alarm.requested("AckAll")
         _write_limits(alarm, disabled, acknowledged)
         _write_rates(alarm, disabled, acknowledged)
-        for one, each in (("InAlarm", "InAlarm"), ("AnyInAlarmUnack", "InAlarmUnack")):
+        for summary, suffix in (("InAlarm", "InAlarm"), ("AnyInAlarmUnack", "InAlarmUnack")):
             names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
-            alarm.set(**{one: " or ".join(alarm[f"{name}{each}"] for name in names)})
+            alarm.set(**{summary: " or ".join(alarm[f"{name}{suffix}"] for name in names)})
 
 
 def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:

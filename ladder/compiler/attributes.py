@@ -39,5 +39,5 @@ def _write_bytes(rungs: RungWriter, target: Place | Group, fetched: str) -> None
     end = byte_end(rungs, target)
     assert end is not None
     count = rungs.values.keep(f"min(len({data}), {end.left})")
-    at = rungs.values.keep(end.at)
-    rungs.writer.line(f"{end.tag}.B[{at}:{at} + {count}] = {data}[:{count}]")
+    offset = rungs.values.keep(end.at)
+    rungs.writer.line(f"{end.tag}.B[{offset}:{offset} + {count}] = {data}[:{count}]")

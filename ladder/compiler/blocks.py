@@ -21,12 +21,12 @@ def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
         return
     block, frame = MemberText(rungs, group), rungs.values.stores() if arrays else ""
     names = names_of(kind)
-    given = f"({', '.join(block[name] for name in names)})"
-    call = ", ".join([str(rungs.values.site), given, *([f"frame={frame}"] if frame else [])])
-    found = rungs.values.keep(f"fetched({call})")
-    block.set(**{name: f"{found}[{place}]" for place, name in enumerate(names)})
+    arguments = f"({', '.join(block[name] for name in names)})"
+    call = ", ".join([str(rungs.values.site), arguments, *([f"frame={frame}"] if frame else [])])
+    outputs = rungs.values.keep(f"fetched({call})")
+    block.set(**{name: f"{outputs}[{place}]" for place, name in enumerate(names)})
 
 
 def names_of(kind: Structure) -> tuple[str, ...]:
     """Return the names of all members of a block's structure, including hidden members."""
-    return (*(each.name for each in kind.members), *(f"~{each.name}" for each in kind.hidden))
+    return (*(member.name for member in kind.members), *(f"~{member.name}" for member in kind.hidden))

@@ -25,7 +25,7 @@ from .value_writer import ValueWriter
 
 def parameters_of(values: ValueWriter, inouts: Sequence[str]) -> list[str]:
     """Return the parameters of an add-on routine's function."""
-    return ["now", *(each for root in (OWN, *inouts) for each in values.writer.handed(root))]
+    return ["now", *(argument for root in (OWN, *inouts) for argument in values.writer.handed(root))]
 
 
 def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:

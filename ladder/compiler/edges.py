@@ -28,7 +28,7 @@ def write_once(rungs: RungWriter, power: str, *operands: Resolved) -> None:
 
 def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None:
     """Write FBC or DDT."""
-    search, results = (_control(rungs, each) for each in operands[-2:])
+    search, results = (_control(rungs, operand) for operand in operands[-2:])
 
     def when_true() -> None:
         with rungs.writer.block(f"if not {search['EN']}:"):
@@ -36,8 +36,8 @@ def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None
 
     def when_false() -> None:
         search.set(EN=False, ER=False, FD=False)
-        for each in (search, results):
-            each.begin_again()
+        for control in (search, results):
+            control.begin_again()
 
     rungs.either(power, when_true, when_false)
 

@@ -43,8 +43,8 @@ class ControlText(MemberText):
     def check(self) -> None:
         """Write a fault if LEN or POS is negative."""
         length, position = self["LEN"], self["POS"]
-        given = f"{self._values.site}, {self._group.text!r}, {length}, {position}"
-        self._writer.line(f"if {length} < 0 or {position} < 0: negative_control({given})")
+        arguments = f"{self._values.site}, {self._group.text!r}, {length}, {position}"
+        self._writer.line(f"if {length} < 0 or {position} < 0: negative_control({arguments})")
 
     def begin_again(self) -> None:
         """Write the reset of DN and POS after the last element."""
@@ -131,11 +131,11 @@ def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
         return None
     region = region_of(operand, extent=True)
     texts = subscripts_kept(values, operand)
-    at, width = values.placed(spot, leaf, texts), spot.unit // 8
+    offset, width = values.placed(spot, leaf, texts), spot.unit // 8
     if width > 1:
-        at = str(int(at) * width) if at.isdigit() else f"({at}) * {width}"
+        offset = str(int(offset) * width) if offset.isdigit() else f"({offset}) * {width}"
     surely = 0 if region.whole else region.size
-    return ByteEnd(spot.ident, at, elements_left(rungs, region, texts, region.size), region.size, surely)
+    return ByteEnd(spot.ident, offset, elements_left(rungs, region, texts, region.size), region.size, surely)
 
 
 def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:

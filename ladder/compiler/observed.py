@@ -56,9 +56,9 @@ class NoteList:
 
     def further(self, line: int, number: int) -> int:
         """Return an additional place of a line, from 1; every compilation of the line gets the same one."""
-        found = self._places.setdefault((line, number), self.size)
-        self.size += found == self.size
-        return found
+        place = self._places.setdefault((line, number), self.size)
+        self.size += place == self.size
+        return place
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
         return first
     return tuple(
         [
-            notes[place] > above and (not further or all(notes[at] > least for at, least in further))
+            notes[place] > above and (not further or all(notes[number] > least for number, least in further))
             for place, above, further in reading
         ]
     )
@@ -115,17 +115,17 @@ def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
     if first is None or not reading:
         return False
     place, above, further = reading[-1]
-    return bool(notes[place] > above) and all(notes[at] > least for at, least in further)
+    return bool(notes[place] > above) and all(notes[number] > least for number, least in further)
 
 
 def lines_of(lowered: LoweredProgram) -> tuple[LineKey, ...]:
     """Return all lines whose power can be noted."""
-    found = {
+    lines = {
         (routine.name.upper(), line.number): None
         for routine in lowered.routines.values()
         for line in routine.lines
     }
-    return tuple(found)
+    return tuple(lines)
 
 
 def held_name(ident: str) -> str:

@@ -36,7 +36,7 @@ class _LoopText(MemberText):
 
     def scaled(self, value: str, low: str, high: str, least: str, most: str) -> str:
         """Return text for a number scaled from one range to another; the bounds are members or numbers."""
-        bounds = (self[each] if each[0].isalpha() else each for each in (low, high, least, most))
+        bounds = (self[limit] if limit[0].isalpha() else limit for limit in (low, high, least, most))
         return f"scaled({value}, {', '.join(bounds)})"
 
     def percent(self, value: str) -> str:

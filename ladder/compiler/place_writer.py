@@ -53,7 +53,7 @@ class PlaceWriter(ABC):
             if number == place.leaf.type.bits - 1 and place.leaf.type.is_signed:
                 return f"({whole} < 0)"
             return f"({whole} & {1 << number} != 0)"
-        if calculates(place.bit) and any(not isinstance(each, Constant) for each in place.indices):
+        if calculates(place.bit) and any(not isinstance(index, Constant) for index in place.indices):
             whole = self.keep(whole)  # see `terms`
         number_text = self.index(place.bit, place.leaf.type.bits, place.text)
         return f"({whole} >> {number_text} & 1 != 0)"
@@ -108,8 +108,8 @@ class PlaceWriter(ABC):
         spot = self.writer.layout.spot(leaf)
         if spot is None:
             return str(number)
-        at, base = str(spot.at(number)), self.writer.base(leaf, spot)
-        return f"{base} + {at}" if base else at
+        index, base = str(spot.at(number)), self.writer.base(leaf, spot)
+        return f"{base} + {index}" if base else index
 
     def flat(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> str:
         """Return text for the flat index of an element."""
@@ -182,7 +182,7 @@ class PlaceWriter(ABC):
 
     def _assign_packed(self, place: Place, text: str) -> None:
         """Write an assignment of a bool expression to a BOOL in bytes."""
-        fixed = all(isinstance(each, Constant) for each in place.indices)
+        fixed = all(isinstance(index, Constant) for index in place.indices)
         if not fixed and text not in ("True", "False"):
             text = self.keep(text)
         byte, mask = self.byte_of(place.leaf, self.subscripts(place.leaf, place.indices, place.text))
@@ -259,7 +259,7 @@ class PlaceWriter(ABC):
         parts = {root: ", ".join(self.writer.handed(root)) for root in (OWN, *layout.inouts)}
         return (
             "{"
-            + ", ".join(f"{root!r}: stretch({layout.frame!r}, {each})" for root, each in parts.items())
+            + ", ".join(f"{root!r}: stretch({layout.frame!r}, {part})" for root, part in parts.items())
             + "}"
         )
 

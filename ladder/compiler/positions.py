@@ -24,11 +24,14 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
     """Return code, including nested code, with new line numbers: line `n` gets `lines[n - 1]`."""
     first = line = lines[code.co_firstlineno - 1]
     table = bytearray()
-    at = 0
+    offset = 0
     for new, until in _stretches(code, lines):
-        table += _entries((until - at) // _BYTES_OF_UNIT, None if new is None else new - line)
-        at, line = until, line if new is None else new
-    inner = tuple(relocated(each, lines) if isinstance(each, CodeType) else each for each in code.co_consts)
+        table += _entries((until - offset) // _BYTES_OF_UNIT, None if new is None else new - line)
+        offset, line = until, line if new is None else new
+    inner = tuple(
+        relocated(constant, lines) if isinstance(constant, CodeType) else constant
+        for constant in code.co_consts
+    )
     return code.replace(co_linetable=bytes(table), co_firstlineno=first, co_consts=inner)
 
 
@@ -48,24 +51,24 @@ def _entries(units: int, difference: int | None) -> bytes:
     >>> _entries(2, 3).hex(), _entries(9, -1).hex(), _entries(1, None).hex(), _entries(1, 40).hex()
     ('e906', 'ef03e800', 'f8', 'e85001')
     """
-    found = bytearray()
+    encoded = bytearray()
     while units > 0:
         now = min(units, _MOST_UNITS)
         kind = _NO_LINE if difference is None else _LINE
-        found.append(0x80 | kind << 3 | now - 1)
+        encoded.append(0x80 | kind << 3 | now - 1)
         if difference is not None:
-            found += _signed(difference)
+            encoded += _signed(difference)
             difference = 0
         units -= now
-    return bytes(found)
+    return bytes(encoded)
 
 
 def _signed(number: int) -> bytes:
     """Encode a number in six bits per byte, lowest first, the sign in the lowest bit."""
-    rest = -number << 1 | 1 if number < 0 else number << 1
-    found = bytearray()
-    while rest > 0x3F:
-        found.append(0x40 | rest & 0x3F)
-        rest >>= 6
-    found.append(rest)
-    return bytes(found)
+    zigzag = -number << 1 | 1 if number < 0 else number << 1
+    encoded = bytearray()
+    while zigzag > 0x3F:
+        encoded.append(0x40 | zigzag & 0x3F)
+        zigzag >>= 6
+    encoded.append(zigzag)
+    return bytes(encoded)

@@ -103,7 +103,7 @@ class NotedRung:
         tests = [both(power, first), *others]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
         reached = self._rungs.values.keep(f"{ends}{len(run)}")
-        self._powers += [(*self._guards, (reached, at)) for at in range(len(run))]
+        self._powers += [(*self._guards, (reached, place)) for place in range(len(run))]
         after = self._rungs.kept(f"{reached} == {len(run)}")
         self._meaning[after] = (reached, len(run) - 1)
         return after
@@ -119,14 +119,14 @@ class NotedRung:
             legs = [self._series(leg, "True") for leg in branch.legs]
             self._writer.line(f"{out} = {either_of(legs)}")
             own = len(self._guards)
-            self._put(name for each in self._powers[begun:] for name, _ in each[own:])
+            self._put(name for powers in self._powers[begun:] for name, _ in powers[own:])
         self._guards = outer
         return out
 
     def _rests_without_power(self, node: Node) -> bool:
         """Whether a node does nothing on a false rung."""
         if isinstance(node, Parallel):
-            return all(self._rests_without_power(each) for leg in node.legs for each in leg)
+            return all(self._rests_without_power(element) for leg in node.legs for element in leg)
         return _acts_plainly(node) or bool(self._rungs.inline_run((node,)))
 
     # --- notes
@@ -138,11 +138,11 @@ class NotedRung:
 
     def _note(self) -> None:
         """Note the remaining variables (at least one) and remember how to read all of them."""
-        self._put((name for each in self._powers for name, _ in each), last=True)
+        self._put((name for powers in self._powers for name, _ in powers), last=True)
         self._notes.read(self._line.number, tuple(map(self._reading, self._powers)))
 
     def _reading(self, powers: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
-        (first, least), *further = ((self._places[name], at) for name, at in powers)
+        (first, least), *further = ((self._places[name], place) for name, place in powers)
         return first, least, tuple(further)
 
     def _put(self, names: Iterator[str], *, last: bool = False) -> None:

@@ -54,7 +54,7 @@ class ProgramText:
     def text(self) -> str:
         """The text as one function, for readers."""
         used = {name for part in self.parts for name in part.used()}
-        lines = [f"def program({', '.join(each for each in self.idents if each in used)}):"]
+        lines = [f"def program({', '.join(ident for ident in self.idents if ident in used)}):"]
         if self.parts:
             lines.append(f"{INDENT}global {', '.join(part.name for part in self.parts)}")
         for part in self.parts:
@@ -81,7 +81,7 @@ def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> P
             lines = _routine(lowered, routine, functions, name, called, notes(key), based=based)
             parts.append(FunctionText(name, routine, lines))
         written.update(waiting)
-    file = next((line.origin.file for each in lowered.routines.values() for line in each.lines), "")
+    file = next((line.origin.file for owner in lowered.routines.values() for line in owner.lines), "")
     idents = tuple(lowered.layout.idents)
     return ProgramText(idents, parts, file or f"<ladder {lowered.name}>", functions, listed)
 
@@ -129,7 +129,7 @@ def _routine(
     head = [f"def {name}({', '.join(parameters)}):"]
     names = ", ".join(sorted(writer.written))
     listed = textwrap.wrap(names, 100, break_long_words=False, break_on_hyphens=False)
-    head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
+    head += [f"{INDENT}nonlocal {part.rstrip(',')}" for part in listed]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
     if notes.places:
         head.append(f"{INDENT}{NOTES} = {NOTED}")

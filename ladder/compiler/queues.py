@@ -44,7 +44,7 @@ def _is_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
     """Whether a queue, and the structure that is loaded or unloaded, can be written as Python."""
     if has_elements(rungs, queue):
         return not isinstance(single, Group) and not (isinstance(single, Place) and single.bit is not None)
-    return all(isinstance(each, Group) and _in_bytes(rungs, each) for each in (queue, single))
+    return all(isinstance(group, Group) and _in_bytes(rungs, group) for group in (queue, single))
 
 
 def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
@@ -68,9 +68,9 @@ def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: st
     assert isinstance(queue, Group)
     place = f"{rungs.values.site}, {queue.text!r}"
     line(f"if {number} >= {goal.left} // {goal.size}: outside({number}, {goal.left} // {goal.size}, {place})")
-    at = keep(f"{goal.at} + {number} * {goal.size}")
+    offset = keep(f"{goal.at} + {number} * {goal.size}")
     taken = f"{origin.tag}.B[{origin.at}:{plus(origin.at, str(origin.size))}]"
-    line(f"{goal.tag}.B[{at}:{at} + {goal.size}] = {taken}")
+    line(f"{goal.tag}.B[{offset}:{offset} + {goal.size}] = {taken}")
 
 
 def _write_level(control: ControlText) -> None:
@@ -136,13 +136,13 @@ def _write_taken_structure(
         number = "0" if first else keep(f"{level} - 1")
         left = keep(f"{origin.left} // {size}")
         if not first:
-            given = f"{number}, {left}, {rungs.values.site}, {queue.text!r}"
-            line(f"if {number} >= {left}: outside({given})")
-        at = keep(origin.at if first else f"{origin.at} + {number} * {size}")
-        taken = f"{row}[{at}:{at} + {size}]"
+            arguments = f"{number}, {left}, {rungs.values.site}, {queue.text!r}"
+            line(f"if {number} >= {left}: outside({arguments})")
+        offset = keep(origin.at if first else f"{origin.at} + {number} * {size}")
+        taken = f"{row}[{offset}:{offset} + {size}]"
         line(f"{into} = {taken}")
         if first:
-            _write_moved_down(rungs, queue, (row, at, left), control, f"bytes({size})")
+            _write_moved_down(rungs, queue, (row, offset, left), control, f"bytes({size})")
         else:
             line(f"{taken} = bytes({size})")
     line(f"else: {into} = bytes({size})")
@@ -152,9 +152,9 @@ def _write_moved_down(
     rungs: RungWriter, queue: Resolved, place: tuple[str, str, str], control: ControlText, zero: str
 ) -> None:
     assert isinstance(queue, (Place, Group))
-    row, at, left = place
-    given = f"{rungs.values.site}, {queue.text!r}, {row}, {at}, {control['LEN']}, {left}, {zero}"
-    rungs.writer.line(f"move_down(faults, {given})")
+    row, offset, left = place
+    arguments = f"{rungs.values.site}, {queue.text!r}, {row}, {offset}, {control['LEN']}, {left}, {zero}"
+    rungs.writer.line(f"move_down(faults, {arguments})")
 
 
 # --- BSL, BSR
@@ -191,8 +191,8 @@ def _write_moved_bits(
 ) -> None:
     values = rungs.values
     length = values.keep(control["LEN"])
-    given = f"{elements.left}, {elements.left}, {values.site}, {elements.region.text!r}"
-    rungs.writer.line(f"if {length} > {elements.left} * {DINT.bits}: outside({given})")
+    arguments = f"{elements.left}, {elements.left}, {values.site}, {elements.region.text!r}"
+    rungs.writer.line(f"if {length} > {elements.left} * {DINT.bits}: outside({arguments})")
     unloaded = values.keep(
         f"shift_bits({elements.row}, {elements.at}, {length}, {values.read(source)}, {left})"
     )

@@ -125,8 +125,8 @@ class RungWriter:
 
     def _interpretation(self, *power: str) -> str:
         frame = self.values.stores()
-        given = [str(self.values.site), *power, *([f"frame={frame}"] if frame else [])]
-        return f"interpret({', '.join(given)})"
+        arguments = [str(self.values.site), *power, *([f"frame={frame}"] if frame else [])]
+        return f"interpret({', '.join(arguments)})"
 
     def _input(self, step: LoweredStep, power: str) -> str:
         if _is_inline(step):
@@ -163,7 +163,7 @@ def _acts_when_true(node: Node) -> bool:
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
     """Whether a node is an input of one expression; with `safe`, one that can't fault."""
     if isinstance(node, Parallel):
-        return all(_is_inline(each, safe=safe) for leg in node.legs for each in leg)
+        return all(_is_inline(element, safe=safe) for leg in node.legs for element in leg)
     spec = node.spec
     if (
         spec.kind is not InstructionKind.INPUT
@@ -172,5 +172,5 @@ def _is_inline(node: Node, *, safe: bool = False) -> bool:
         or not spec.inline(*node.operands)
     ):
         return False
-    operands = [each for each in node.operands if not isinstance(each, str)]
+    operands = [operand for operand in node.operands if not isinstance(operand, str)]
     return not any(map(calculates, operands)) and not (safe and any(map(can_fault, operands)))

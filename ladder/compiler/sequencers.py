@@ -28,12 +28,12 @@ def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolv
     position, length = keep(control["POS"]), keep(control["LEN"])
     wrong = keep(f"{length} <= 0 or not 0 <= {position} <= {length}")
     control.set(ER=wrong)
-    found = keep("False")
+    matched = keep("False")
     with rungs.writer.block(f"if not {wrong}:"):
         entry = keep(_element(rungs, table, position))
         value, bits = _integer(rungs, source), _integer(rungs, mask)
-        rungs.writer.line(f"{found} = ({value} ^ {entry}) & {bits} == 0")
-    return found
+        rungs.writer.line(f"{matched} = ({value} ^ {entry}) & {bits} == 0")
+    return matched
 
 
 def _write_step(rungs: RungWriter, control: ControlText) -> str:

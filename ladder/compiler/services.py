@@ -227,7 +227,9 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": log}
     named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
     named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
-    named |= {each.__name__: each for each in (copy_row, first_of, move_down, shift_bits, store_bytes)}
+    named |= {
+        service.__name__: service for service in (copy_row, first_of, move_down, shift_bits, store_bytes)
+    }
     named |= {"broken": BROKEN, "converted": converted}
     return named | CALLED
 
@@ -239,8 +241,8 @@ class Regions(dict[tuple[int, int], ArrayRegion]):
         self._operands = operands
 
     def __missing__(self, key: tuple[int, int]) -> ArrayRegion:
-        found = self[key] = region_of(self._operands[key])
-        return found
+        region = self[key] = region_of(self._operands[key])
+        return region
 
 
 def regions_of(lowered: LoweredProgram) -> Regions:

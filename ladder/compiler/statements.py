@@ -22,15 +22,15 @@ class StatementWriter:
 
     def body(self, body: Body) -> None:
         """Write statements."""
-        for each in body:
-            if isinstance(each, Act):
-                self._act(each.line)
-            elif isinstance(each, Arms):
-                self._arms(each)
-            elif isinstance(each, Selection):
-                self._selection(each)
+        for statement in body:
+            if isinstance(statement, Act):
+                self._act(statement.line)
+            elif isinstance(statement, Arms):
+                self._arms(statement)
+            elif isinstance(statement, Selection):
+                self._selection(statement)
             else:
-                self._loop(each)
+                self._loop(statement)
 
     def _act(self, line: LoweredLine) -> None:
         self._writer.begin(line)
@@ -112,7 +112,7 @@ class StatementWriter:
             self._inside("else:" if selection.choices else "if True:", selection.otherwise)
 
     def _in_range(self, value: str, low: Constant, high: Constant, width: int) -> str:
-        least, most = (self._rungs.values.term(each, width).text for each in (low, high))
+        least, most = (self._rungs.values.term(bound, width).text for bound in (low, high))
         return f"{value} == {least}" if least == most else f"{least} <= {value} <= {most}"
 
     # --- loops

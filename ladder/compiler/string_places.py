@@ -26,10 +26,10 @@ class StringPlace:
     def read(self, length: str, otherwise: str) -> str:
         """Return text for its characters, or `otherwise` if LEN is out of range; `length` is a new name."""
         if self.at.isdigit():
-            at, begin = str(int(self.at) // 4), str(int(self.at) + 4)
+            index, begin = str(int(self.at) // 4), str(int(self.at) + 4)
         else:
-            at, begin = f"{self.at} >> 2", f"{self.at} + 4"
-        valid = f"0 <= ({length} := {self.tag}.i[{at}]) <= {self.room}"
+            index, begin = f"{self.at} >> 2", f"{self.at} + 4"
+        valid = f"0 <= ({length} := {self.tag}.i[{index}]) <= {self.room}"
         return f"({self.tag}.bits[{begin}:{begin} + {length}] if {valid} else {otherwise})"
 
     def store(self, value: str, length: str) -> str:

@@ -28,10 +28,10 @@ class Term:
 
 def integer_operation(name: str, terms: list[Term], site: int) -> Term:
     """Return an integer operation without wrapping."""
-    texts = [each.text for each in terms]
+    texts = [term.text for term in terms]
     a = terms[0]
     b = terms[-1]
-    size = max(abs(each) for term in terms for each in (term.low, term.high))
+    size = max(abs(bound) for term in terms for bound in (term.low, term.high))
     if name in ("+", "-", "*"):
         low, high = _RANGES[name](a, b)
         return Term(f"({texts[0]} {name} {texts[1]})", low, high)

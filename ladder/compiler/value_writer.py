@@ -24,7 +24,7 @@ from ..model.types import LINT, LREAL, REAL, Elementary
 from .place_writer import PlaceWriter
 from .terms import CARRIES, Term, calculates, integer_operation, is_plain
 
-PYTHON_RELATION = {"=": "==", "<>": "!=", **{each: each for each in RELATIONS[2:]}}
+PYTHON_RELATION = {"=": "==", "<>": "!=", **{relation: relation for relation in RELATIONS[2:]}}
 
 _REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
 
@@ -115,13 +115,13 @@ class ValueWriter(PlaceWriter):
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
         """Return operands as numbers; one that can fault is evaluated before later operands write lines."""
-        found = []
+        terms = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
             if any(map(calculates, operands[position:])) and can_fault(operand):
                 term = replace(term, text=self.keep(term.text))
-            found.append(term)
-        return found
+            terms.append(term)
+        return terms
 
     def leaf_term(self, operand: Resolved, width: int = SINGLE) -> Term:
         """Return a constant or a place; DOUBLE keeps all digits of a constant."""
@@ -155,10 +155,12 @@ class ValueWriter(PlaceWriter):
 
     def real_operation(self, name: str, terms: list[Term], width: int) -> Term:
         """Return an operation in SINGLE or DOUBLE."""
-        texts = [each.text for each in terms]
+        texts = [term.text for term in terms]
         kind = "real" if width == SINGLE else "double"
         if name in ("+", "-", "*", "**"):
-            kept = [each if _simple(each) else self.keep(each) for each in texts]
+            kept = [
+                operand_text if _simple(operand_text) else self.keep(operand_text) for operand_text in texts
+            ]
             exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
             text = f"{kind}_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
         elif name in ("/", "MOD"):
@@ -201,7 +203,7 @@ class ValueWriter(PlaceWriter):
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
         mask = (1 << width) - 1
-        texts = [f"({self.term(each, width).text} & {mask})" for each in operands]
+        texts = [f"({self.term(operand, width).text} & {mask})" for operand in operands]
         self.set_flag("S:C", CARRIES[name](texts[0], texts[-1], mask))
 
     def store_wide(self, target: Place, term: Term) -> None:

@@ -162,7 +162,7 @@ def either_of(texts: list[str]) -> str:
     """Return the disjunction of conditions."""
     if "True" in texts:
         return "True"
-    live = [each for each in texts if each != "False"]
+    live = [text for text in texts if text != "False"]
     if not live:
         return "False"
     return live[0] if len(live) == 1 else f"({' or '.join(live)})"

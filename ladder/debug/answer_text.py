@@ -49,7 +49,7 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
             _line("  because ", way[-1]),
         ]
     else:
-        lines += [_line("  because ", each) for each in way]
+        lines += [_line("  because ", reason) for reason in way]
     if len(path) == 1:
         lines = []
     head = "Cause: " if lines else ""
@@ -74,7 +74,9 @@ def _also(link: CauseLink) -> str:
     """Return the other causes of the same kind and scan as the last one, which were also missing."""
     end = link.end
     others = [
-        each for each in _ends(link) if each is not end and (each.kind, each.scan) == (end.kind, end.scan)
+        other
+        for other in _ends(link)
+        if other is not end and (other.kind, other.scan) == (end.kind, end.scan)
     ]
     names = list(dict.fromkeys(map(_state, others)))[:MOST_ALSO]
     return f"; and {', '.join(names)}" if names else ""
@@ -82,8 +84,8 @@ def _also(link: CauseLink) -> str:
 
 def _ends(link: CauseLink) -> Iterator[CauseLink]:
     """Yield the last links of the other causes that were needed along the path."""
-    for each in link.path:
-        for group in each.causes:
+    for stage in link.path:
+        for group in stage.causes:
             if len(group) == 1 and group[0] not in link.path:
                 yield group[0].end
 
@@ -93,14 +95,14 @@ def _line(head: str, link: CauseLink, scan: str = "") -> str:
 
 
 def _whole(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
-    at = f"{seconds(link.now_ns)} s{scan}"
+    when = f"{seconds(link.now_ns)} s{scan}"
     if link.kind == "wait":
         site = link.site
         where = f": {site.spot}: {site.instruction}" if site is not None else ""
         if link.text.startswith("waits for "):
-            return f"{head}{link.name} {link.text} since {at}{where}{also}"
-        return f"{head}{link.name} continued at {at}: {_place(link)}{also}"
-    since = "" if _says_when(link) else f" since {at}"
+            return f"{head}{link.name} {link.text} since {when}{where}{also}"
+        return f"{head}{link.name} continued at {when}: {_place(link)}{also}"
+    since = "" if _says_when(link) else f" since {when}"
     place = " ".join(_place(link).split())
     return f"{head}{_state(link)}{since}{': ' if place else ''}{place}{also}"
 
@@ -149,5 +151,5 @@ def _place(link: CauseLink) -> str:
 def _values(link: CauseLink) -> str:
     """Return the values that a line of Python read, as ` [state.step = 'first']`."""
     read = link.operands[:MOST_VALUES] if link.kind == "line" else ()
-    listed = ", ".join(f"{each.name} = {shown(each.value)}" for each in read)
+    listed = ", ".join(f"{operand.name} = {shown(operand.value)}" for operand in read)
     return f" [{listed}]" if listed else ""

@@ -100,8 +100,8 @@ class Causes:
 
     def now_ns(self, scan: int) -> int:
         """Return the time of a scan."""
-        found = self.inputs(scan)
-        return 0 if found is None else found.now_ns
+        inputs = self.inputs(scan)
+        return 0 if inputs is None else inputs.now_ns
 
     def _changed_outside(self, cell: Cell, scan: int) -> bool:
         """Whether a cell changed between two scans: an input, or a tag that was set or forced."""
@@ -141,18 +141,18 @@ class Causes:
         Args:
             order: count only changes before this place in the scan; None for the whole scan.
         """
-        found = list(self._changes_in(cells, scan, order))
-        if found or scan == 0:
-            return found
+        changes = list(self._changes_in(cells, scan, order))
+        if changes or scan == 0:
+            return changes
         last = self._past.last_change_of(cells, scan - 1)
         return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
         """Return the EVENT that made a task due, in a scan or in the previous one."""
-        for at in (scan, scan - 1):
-            for each in reversed(self.execution(at).writes):
-                if each.cell.leaf is pending and each.after and each.by is not None:
-                    return [CellChange(at, each.cell, each)]
+        for number in (scan, scan - 1):
+            for write in reversed(self.execution(number).writes):
+                if write.cell.leaf is pending and write.after and write.by is not None:
+                    return [CellChange(number, write.cell, write)]
         return []
 
     def _changes_in(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
@@ -171,16 +171,19 @@ class Causes:
             return []
         entry, scan = write.by, origin.scan
         reads = list(self._reads_behind(entry, origin.cell))
-        groups = [*self._of_power(entry, scan), *([each] for each in self._changed_reads(entry, scan, reads))]
+        groups = [
+            *self._of_power(entry, scan),
+            *([cause] for cause in self._changed_reads(entry, scan, reads)),
+        ]
         groups += self._of_lost_write(origin.cell, entry, scan)
         if not any(groups):
-            groups = [[each] for each in self._latest(entry, scan, reads)]
+            groups = [[cause] for cause in self._latest(entry, scan, reads)]
         return [group for group in groups if group]
 
     def _of_lost_write(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
         """Return what took power from the instruction that wrote the cell last in the previous scan."""
         writes = reversed(self.execution(scan - 1).writes) if scan else ()
-        earlier = next((each.by for each in writes if each.cell.overlaps(cell)), None)
+        earlier = next((write.by for write in writes if write.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
             return []
         run = self.execution(scan).runs.get(earlier.run.key)
@@ -190,22 +193,22 @@ class Causes:
     def _reads_behind(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
         """Yield the reads that decided a cell; for a copied cell, only the same part of the source."""
         copied = self._source(entry, cell)
-        for each in entry.reads:
-            source = each.cell
+        for read in entry.reads:
+            source = read.cell
             if copied is not None and (source.leaf, source.index) == (copied.leaf, copied.index):
-                yield each.part(copied)
+                yield read.part(copied)
             elif copied is None and entry.step.name == "MOV" and source.leaf.type is cell.leaf.type:
-                yield each.part(Cell(source.leaf, source.index, source.mask or cell.mask))
+                yield read.part(Cell(source.leaf, source.index, source.mask or cell.mask))
             elif copied is None or source.leaf is not copied.leaf:
-                yield each
+                yield read
 
     def _source(self, entry: StepRun, cell: Cell) -> Cell | None:
         """Return the cell that was copied to a cell; None if it is not known."""
         if entry.copied is None:
             return None
         source, destination = entry.copied
-        rest = cell.leaf.path.upper().removeprefix(destination.path.upper())
-        leaf = self._engine.lowered.layout.leaves.get(f"{source.path}{rest}".upper())
+        suffix = cell.leaf.path.upper().removeprefix(destination.path.upper())
+        leaf = self._engine.lowered.layout.leaves.get(f"{source.path}{suffix}".upper())
         if leaf is None or leaf.type is not cell.leaf.type:
             return None
         index = cell.index - destination.first + source.first
@@ -221,40 +224,42 @@ class Causes:
     ) -> Iterator[Cause]:
         """Yield the reads of an instruction whose values differ from the previous scan."""
         before = self._previous(entry, scan)
-        earlier = {} if before is None else {each.cell: each.value for each in before.reads}
-        for each in entry.reads if reads is None else reads:
-            whole = Cell(each.cell.leaf, each.cell.index)
-            if each.cell in earlier:
-                differs = not same(earlier[each.cell], each.value)
+        earlier = {} if before is None else {previous.cell: previous.value for previous in before.reads}
+        for read in entry.reads if reads is None else reads:
+            whole = Cell(read.cell.leaf, read.cell.index)
+            if read.cell in earlier:
+                differs = not same(earlier[read.cell], read.value)
             else:
-                differs = whole in earlier and not same(each.cell.of(earlier[whole]), each.value)
-            if differs and not self._writes_itself(each, entry, scan):
-                yield Cause(each, entry)
+                differs = whole in earlier and not same(read.cell.of(earlier[whole]), read.value)
+            if differs and not self._writes_itself(read, entry, scan):
+                yield Cause(read, entry)
 
     def _writes_itself(self, read: Read, entry: StepRun, scan: int) -> bool:
         """Whether an instruction writes what it reads, such as ACC, in this scan or the previous one."""
         if _is_written_member(read, entry.step):
             return True
         own = entry.number, entry.instance
-        writes = chain.from_iterable(self.execution(at).writes for at in (scan, scan - 1) if at >= 0)
+        writes = chain.from_iterable(
+            self.execution(number).writes for number in (scan, scan - 1) if number >= 0
+        )
         return any(
-            each.by is not None
-            and each.cell.overlaps(read.cell)
-            and (each.by.number, each.by.instance) == own
-            for each in writes
+            write.by is not None
+            and write.cell.overlaps(read.cell)
+            and (write.by.number, write.by.instance) == own
+            for write in writes
         )
 
     def _of_power(self, entry: StepRun, scan: int) -> list[list[Cause]]:
         """Return the causes that gave power to an instruction, or took it away."""
         if entry.parent is not None:
-            copied = [[each] for contact in entry.ahead for each in self._changed_reads(contact, scan)]
+            copied = [[cause] for contact in entry.ahead for cause in self._changed_reads(contact, scan)]
             return copied or self._of_power(entry.parent, scan)
         groups: list[list[Cause]] = []
         before = self._previous(entry, scan)
         if before is not None and before.power != entry.power:
             groups += self._of_series(tuple(prefix(entry)), entry.run, before.run, scan)
         for head in entry.run.heads:
-            groups += [[each] for each in self._changed_reads(head, scan)]
+            groups += [[cause] for cause in self._changed_reads(head, scan)]
         if entry.run.caller is not None:
             groups += self._of_power(entry.run.caller, scan)
         return groups
@@ -263,19 +268,19 @@ class Causes:
         self, nodes: Sequence[Node], run: LineRun, before: LineRun, scan: int
     ) -> list[list[Cause]]:
         """Explain the power after nodes in series."""
-        parts = [each for each in nodes if _truth(each, run) is not _truth(each, before)]
-        if all(_truth(each, run) is not False for each in nodes):
-            return [group for each in parts for group in self._of_node(each, run, before, scan)]
-        blocking = [each for each in parts if _truth(each, run) is False]
-        return _alternatives([self._of_node(each, run, before, scan) for each in blocking])
+        parts = [node for node in nodes if _truth(node, run) is not _truth(node, before)]
+        if all(_truth(node, run) is not False for node in nodes):
+            return [group for part in parts for group in self._of_node(part, run, before, scan)]
+        blocking = [part for part in parts if _truth(part, run) is False]
+        return _alternatives([self._of_node(part, run, before, scan) for part in blocking])
 
     def _of_node(self, node: Node, run: LineRun, before: LineRun, scan: int) -> list[list[Cause]]:
         if isinstance(node, LoweredStep):
-            return [[each] for each in self._changed_reads(run.steps[id(node)], scan)]
+            return [[cause] for cause in self._changed_reads(run.steps[id(node)], scan)]
         now = _truth(node, run)
         legs = [leg for leg in node.legs if _series(leg, run) == now and _series(leg, before) != now]
-        found = [self._of_series(leg, run, before, scan) for leg in legs]
-        return _alternatives(found) if now else [group for each in found for group in each]
+        by_leg = [self._of_series(leg, run, before, scan) for leg in legs]
+        return _alternatives(by_leg) if now else [group for groups in by_leg for group in groups]
 
     # --- causes if nothing differs
 
@@ -284,19 +289,19 @@ class Causes:
         reads = [
             (read, by) for read, by in _dependencies(entry, own) if not self._writes_itself(read, by, scan)
         ]
-        found: dict[int, list[Cause]] = {}
+        by_order: dict[int, list[Cause]] = {}
         for read, by in reads:
             for origin in self._changes_in([read.cell], scan, by.order):
                 order = origin.write.order if origin.write else 0
-                found.setdefault(order, []).append(Cause(read, by, changed=False))
-        if found or not scan or not reads:
-            return found[max(found)] if found else []
+                by_order.setdefault(order, []).append(Cause(read, by, changed=False))
+        if by_order or not scan or not reads:
+            return by_order[max(by_order)] if by_order else []
         return self._latest_before(reads, scan)
 
     def _latest_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
         """Return the latest changes before a scan."""
         cells = list(dict.fromkeys(read.cell for read, _ in reads))
-        changed = {each.cell for each in self.origins(cells, scan - 1)}
+        changed = {origin.cell for origin in self.origins(cells, scan - 1)}
         return [Cause(read, by, changed=False) for read, by in reads if read.cell in changed]
 
 
@@ -308,20 +313,20 @@ def _is_written_member(read: Read, step: LoweredStep) -> bool:
     """Whether a read is a member of an instruction's structure that the instruction writes."""
     member = read.text.rpartition(".")[2].upper()
     return member not in _GIVEN and any(
-        isinstance(each, Group)
-        and read.cell.leaf.path.startswith(f"{each.path}.")
+        isinstance(operand, Group)
+        and read.cell.leaf.path.startswith(f"{operand.path}.")
         and use in BOTH_WAYS
         and (use is not Use.BLOCK or member.startswith(HIDDEN))
-        for each, use in zip(step.operands, step.uses, strict=False)
+        for operand, use in zip(step.operands, step.uses, strict=False)
     )
 
 
 def _dependencies(entry: StepRun, own: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
     """Yield what an instruction depends on: its operands, the conditions before it and around it."""
     if entry.power or entry.step.kind is InstructionKind.BOTH:
-        yield from ((each, entry) for each in own)
+        yield from ((read, entry) for read in own)
     for contact in entry.ahead:
-        yield from ((each, contact) for each in contact.reads)
+        yield from ((read, contact) for read in contact.reads)
     yield from _conditions(entry.parent or entry)
 
 
@@ -330,18 +335,18 @@ def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
     for step in filter(decides, steps_of(tuple(prefix(entry)), copies=False)):
         other = entry.run.steps.get(id(step))
         if other is not None and other.truth is entry.power:
-            yield from ((each, other) for each in other.reads)
+            yield from ((read, other) for read in other.reads)
             if step.spec.decides and other.power:  # a one-shot blocks because it already had power
                 yield from _conditions(other)
     for head in entry.run.heads:
-        yield from ((each, head) for each in head.reads)
+        yield from ((read, head) for read in head.reads)
     if entry.run.caller is not None:
         yield from _conditions(entry.run.caller)
 
 
 def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
     """Return options as groups; several options become one group in which one cause was enough."""
-    options = [each for each in options if each]
+    options = [option for option in options if option]
     if len(options) <= 1:
         return options[0] if options else []
     return [[cause for option in options for group in option for cause in group]]
@@ -358,7 +363,7 @@ def prefix(entry: StepRun) -> Iterator[Node]:
                 nodes = next(
                     leg
                     for leg in node.legs
-                    if any(each is entry.step or _has(each, entry.step) for each in leg)
+                    if any(element is entry.step or _has(element, entry.step) for element in leg)
                 )
                 break
             yield node
@@ -368,7 +373,7 @@ def prefix(entry: StepRun) -> Iterator[Node]:
 
 def _has(node: Node, step: LoweredStep) -> bool:
     return isinstance(node, Parallel) and any(
-        each is step or _has(each, step) for leg in node.legs for each in leg
+        element is step or _has(element, step) for leg in node.legs for element in leg
     )
 
 
@@ -389,5 +394,5 @@ def _truth(node: Node, run: LineRun) -> bool | None:
 
 
 def _series(nodes: Sequence[Node], run: LineRun) -> bool | None:
-    truths = [_truth(each, run) for each in nodes]
+    truths = [_truth(node, run) for node in nodes]
     return False if False in truths else None if None in truths else True

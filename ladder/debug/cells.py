@@ -17,8 +17,8 @@ def places_in(operand: object) -> Iterator[Place]:
     if isinstance(operand, Place):
         yield operand
     elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from places_in(each)
+        for inner in operand.operands:
+            yield from places_in(inner)
 
 
 @dataclass(frozen=True, slots=True)

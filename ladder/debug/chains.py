@@ -165,7 +165,7 @@ class Chains:
         causes = [cause for group in groups for cause in group]
         parts = [tuple(link for cause in group for link in self._causes_of(cause, scan)) for group in groups]
         if not any(parts):
-            parts = [(each,) for each in self._triggers(entry, scan)]
+            parts = [(trigger,) for trigger in self._triggers(entry, scan)]
         return linked(
             self._refusals(origin, value) or self._without_calls(parts, entry),
             kind=kind_at(site),
@@ -190,8 +190,8 @@ class Chains:
             if busy and origin.scan
             else []
         )
-        found = self.blocks.failed(path, begun[0].scan if begun else 0, origin.scan)
-        return [(found,)] if found else []
+        link = self.blocks.failed(path, begun[0].scan if begun else 0, origin.scan)
+        return [(link,)] if link else []
 
     def _triggers(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
         """Yield the reason why an instruction without conditions ran: the first scan, or its task."""
@@ -202,21 +202,21 @@ class Chains:
         while entry.run.caller is not None:
             entry = entry.run.caller
         tasks = self.lowered.schedule.tasks if self.lowered.schedule else ()
-        for each in tasks:
-            name = f"task {each.task.name}"
-            if all(program.main != entry.run.routine for program in each.programs):
+        for task in tasks:
+            name = f"task {task.task.name}"
+            if all(program.main != entry.run.routine for program in task.programs):
                 continue
-            if each.task.kind is TaskKind.PERIODIC:
-                text = f"every {time_text(each.task.rate_ns)}"
+            if task.task.kind is TaskKind.PERIODIC:
+                text = f"every {time_text(task.task.rate_ns)}"
                 yield CauseLink("task", name, None, scan, now_ns, text)
-            elif each.task.kind is TaskKind.EVENT:
-                yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
+            elif task.task.kind is TaskKind.EVENT:
+                yield from (self.of(origin, name) for origin in self.causes.triggers(task.pending, scan))
 
     def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
         """Yield the links of the latest changes of a value that an instruction read."""
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
-            yield from (self.of(each, cause.read.text) for each in origins)
+            yield from (self.of(origin, cause.read.text) for origin in origins)
         except ValueError:  # the scan can't be repeated
             yield CauseLink(
                 "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER
@@ -224,29 +224,29 @@ class Chains:
 
     def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Return the link of a change that a motion made after a scan; None for any other change."""
-        found = list(motions.movers(origin))
-        if not found:
+        moves = list(motions.movers(origin))
+        if not moves:
             return None
-        scan, done = origin.scan, found[0][2]
-        movers = (self.of_cell(cell, own, scan - (done == COMPLETE)) for cell, own, _ in found)
+        scan, done = origin.scan, moves[0][2]
+        movers = (self.of_cell(cell, own, scan - (done == COMPLETE)) for cell, own, _ in moves)
         return linked(
-            [(each,) for each in movers if each],
+            [(mover,) for mover in movers if mover],
             kind="rung",
             name=name,
             value=value,
             scan=scan,
             now_ns=self.causes.now_ns(scan),
-            text=done.format(", ".join(own.removesuffix(".IP") for _, own, _ in found)),
+            text=done.format(", ".join(own.removesuffix(".IP") for _, own, _ in moves)),
         )
 
     def _of_no_instruction(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
         """Return the link of a change that no instruction made: a sample of a consumed tag, or prescan."""
         assert origin.write is not None
         common = (name, value, origin.scan, now_ns)
-        for each in self.lowered.connections:
-            if f"{origin.cell.leaf.path}.".upper().startswith(f"{each.tag}.".upper()):
-                found = self.outside(origin, name, value)
-                return found or CauseLink("partner", *common, f"a sample of {each.tag}")
+        for connection in self.lowered.connections:
+            if f"{origin.cell.leaf.path}.".upper().startswith(f"{connection.tag}.".upper()):
+                link = self.outside(origin, name, value)
+                return link or CauseLink("partner", *common, f"a sample of {connection.tag}")
         if origin.write.mode and origin.scan:
             before = self.run_mode(origin.scan)
             text = f"the CPU went to run mode: its first scan begins with {origin.write.mode}"
@@ -259,8 +259,8 @@ class Chains:
         leaf, written = cell.leaf, self.causes.written(cell, scan)
         if leaf.is_image and not leaf.output and not written:
             value = self.causes.image(cell, scan)
-            found = self.outside(origin, name, value)
-            return found or CauseLink("input", name, value, scan, now_ns, where(cell))
+            link = self.outside(origin, name, value)
+            return link or CauseLink("input", name, value, scan, now_ns, where(cell))
         if not written:
             is_forced = self.causes.force(cell, scan) is not None
             text = "forced" if is_forced else "its force was removed"
@@ -270,8 +270,8 @@ class Chains:
             return CauseLink("force", name, value, scan, now_ns, f"forced to {shown(value)}")
         if leaf.slot is None:
             return CauseLink("operator", name, value, scan, now_ns, "set from outside of the program")
-        found = self.outside(origin, name, value)
-        return found or CauseLink("incident", name, value, scan, now_ns, f"slot {leaf.slot}")
+        link = self.outside(origin, name, value)
+        return link or CauseLink("incident", name, value, scan, now_ns, f"slot {leaf.slot}")
 
     def _is_set_outside(self, origin: CellChange) -> bool:
         """Whether a tag was set between two scans."""
@@ -320,9 +320,9 @@ class Chains:
         if outer is not entry or sites[entry.number].unit != "rung":
             return sites[outer.number].instruction
         texts = dict.fromkeys(
-            sites[each.by.number].instruction for each in causes if each.by.run is entry.run
+            sites[cause.by.number].instruction for cause in causes if cause.by.run is entry.run
         )
-        if causes and not any(each.changed for each in causes):
+        if causes and not any(cause.changed for cause in causes):
             return f"{sites[entry.number].instruction}, after {' '.join(texts)}".removesuffix(", after ")
         return " ".join(texts) or sites[entry.number].instruction
 
@@ -337,10 +337,10 @@ def where(cell: Cell) -> str:
 
 def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:
     """Return the values that the rung and the instruction read, without duplicates."""
-    changed = {each.read.cell for each in causes if each.changed}
-    found: dict[str, Operand] = {}
+    changed = {cause.read.cell for cause in causes if cause.changed}
+    operands: dict[str, Operand] = {}
     for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.by for cause in causes)):
         if run.order <= entry.order:
-            for each in run.reads:
-                found.setdefault(each.text, Operand(each.text, each.value, each.cell in changed))
-    return tuple(found.values())
+            for read in run.reads:
+                operands.setdefault(read.text, Operand(read.text, read.value, read.cell in changed))
+    return tuple(operands.values())

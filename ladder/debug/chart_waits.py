@@ -32,9 +32,9 @@ def _waits_of_step(chart: LoweredChart, node: ChartNode, tags: Tags) -> Iterator
         yield f"  step {node.name} is active; what ends it:"
     elif not active:
         yield f"  step {node.name} is not active; what begins it:"
-    for each in chart.transitions:
-        if node in (each.sources if active else each.targets):
-            yield f"    {_transition(each, tags)}"
+    for transition in chart.transitions:
+        if node in (transition.sources if active else transition.targets):
+            yield f"    {_transition(transition, tags)}"
 
 
 def _transition(each: ChartTransition, tags: Tags) -> str:

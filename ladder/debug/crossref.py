@@ -84,8 +84,10 @@ class CrossReference:
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of an address, its parts and what contains it; may raise a LadderError."""
         named = self._resolver.named(tag)
-        found = _mentions(self._lowered, lambda operand: overlap(named, operand, stretch=True))
-        return tuple(each for each in _once(found) if overlap(named, each.where, stretch=each.stretch))
+        mentions = _mentions(self._lowered, lambda operand: overlap(named, operand, stretch=True))
+        return tuple(
+            mention for mention in _once(mentions) if overlap(named, mention.where, stretch=mention.stretch)
+        )
 
     def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
         """Return the mentions, also in add-on instructions, that may write a value or a bit of it."""
@@ -98,11 +100,13 @@ class CrossReference:
             where = each.where
             if isinstance(where, Group):
                 return f"{path}.".startswith(f"{where.path.upper()}.")
-            at, bit = where.fixed_index, where.bit
+            fixed, bit = where.fixed_index, where.bit
             of_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
-            return where.leaf is leaf and (at in (None, index) or each.stretch) and of_bit
+            return where.leaf is leaf and (fixed in (None, index) or each.stretch) and of_bit
 
-        return tuple(each for each in _mentions(self._lowered, matches) if each.writes and written(each))
+        return tuple(
+            mention for mention in _mentions(self._lowered, matches) if mention.writes and written(mention)
+        )
 
     def __iter__(self) -> Iterator[Mention]:
         return iter(self.mentions)
@@ -150,9 +154,9 @@ def _in_routine(
     """Yield the mentions of a routine and of the add-on instructions that it calls."""
     for line in routine.lines:
         for step in line.all_steps:
-            for each in mentions_of(lowered.sites[step.site], step):
-                where = placed(each.where)
-                yield replace(each, where=where, text=where.text, instance=instance)
+            for mention in mentions_of(lowered.sites[step.site], step):
+                where = placed(mention.where)
+                yield replace(mention, where=where, text=where.text, instance=instance)
             for call in step.operands:
                 if isinstance(call, AddOnCall):
                     yield from _in_call(lowered, call, placed, matches, seen)
@@ -167,7 +171,7 @@ def _in_call(
 ) -> Iterator[Mention]:
     handed = {name: placed(operand) for name, operand in call.handed.items()}
     handed[OWN] = placed(call.instance)
-    known = (call.name, *((name, each.text) for name, each in handed.items()))
+    known = (call.name, *((name, argument.text) for name, argument in handed.items()))
     if known in seen or not any(map(matches, handed.values())):
         return
     seen.add(known)
@@ -186,11 +190,11 @@ def placed_in(
     if not leaf.root:
         return operand
     base = handed[leaf.root]
-    rest, shown = operand.path[len(leaf.root) :], operand.text[len(leaf.root) :]
+    suffix, shown = operand.path[len(leaf.root) :], operand.text[len(leaf.root) :]
     if leaf.root == OWN:
-        rest, shown = f".{operand.path}", f".{operand.text}"
-    path, text = base.path + rest, base.text + shown
-    inner = tuple(_placed_index(lowered, handed, each) for each in operand.indices)
+        suffix, shown = f".{operand.path}", f".{operand.text}"
+    path, text = base.path + suffix, base.text + shown
+    inner = tuple(_placed_index(lowered, handed, index) for index in operand.indices)
     missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # the first element stands for an array
     indices = base.indices + missing + inner
     array = operand.array or base.array
@@ -202,16 +206,18 @@ def placed_in(
 
 def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:
     if isinstance(index, Calculation):
-        return Calculation(index.name, tuple(_placed_index(lowered, handed, each) for each in index.operands))
+        return Calculation(
+            index.name, tuple(_placed_index(lowered, handed, operand) for operand in index.operands)
+        )
     return placed_in(lowered, handed, index) if isinstance(index, (Place, Group)) else index
 
 
 def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
     seen: set[str] = set()
-    for each in mentions:
-        if each.site.unit == "rung" or str(each) not in seen:
-            seen.add(str(each))
-            yield each
+    for mention in mentions:
+        if mention.site.unit == "rung" or str(mention) not in seen:
+            seen.add(str(mention))
+            yield mention
 
 
 def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
@@ -233,11 +239,11 @@ def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
         return [(call.instance, frozenset({Use.TIMER}))]
     if step.name == "JSR":
         jump: Call = step.operands[0]
-        into = [(each, frozenset({Use.NUMBER})) for each in jump.inputs]
-        return [*into, *((each, frozenset({Use.TARGET})) for each in jump.returns)]
+        into = [(operand, frozenset({Use.NUMBER})) for operand in jump.inputs]
+        return [*into, *((operand, frozenset({Use.TARGET})) for operand in jump.returns)]
     if step.name in ("SBR", "RET"):
         use = Use.TARGET if step.name == "SBR" else Use.NUMBER
-        return [(each, frozenset({use})) for each in step.operands]
+        return [(operand, frozenset({use})) for operand in step.operands]
     return [
         (operand, frozenset({use}))
         for operand, use in zip(step.operands, step.uses, strict=False)
@@ -248,13 +254,13 @@ def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
 def _places(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
     """Yield the places that an operand names, or reads in its subscripts."""
     if isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _places(each)
+        for part in operand.operands:
+            yield from _places(part)
     elif isinstance(operand, (Place, Group)):
         yield operand, False
         inner = [*operand.indices]
         if isinstance(operand, Place) and operand.bit is not None:
             inner.append(operand.bit)
-        for each in inner:
-            for place, _ in _places(each):
+        for part in inner:
+            for place, _ in _places(part):
                 yield place, True

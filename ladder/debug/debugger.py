@@ -221,9 +221,9 @@ class Debugger:
         images = image_bytes(engine.memory)
         engine.memory.outside = None
         engine.note(())
-        for each in scans:
-            journal.note(each)
-            repeat(engine, images, each)
+        for scan in scans:
+            journal.note(scan)
+            repeat(engine, images, scan)
             journal.begin(engine.memory, engine.scans)
             yield
         engine.memory.outside = self._outside
@@ -371,8 +371,8 @@ class Debugger:
             if not same(value, before):
                 self._on_tags[tag] = value
                 stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
-        at = self._engine
-        self.stops = tuple([BreakpointStop(at.scans - 1, at.now_ns, text) for text in stops])
+        engine = self._engine
+        self.stops = tuple([BreakpointStop(engine.scans - 1, engine.now_ns, text) for text in stops])
 
     def _is_true(self, line: LineKey) -> bool:
         engine = self._engine
@@ -524,14 +524,14 @@ class Debugger:
         """Return all routines as an SVG document, with the power of the latest scan."""
         from ..draw import captions_of, routines_svg  # imported here: most runs draw nothing
 
-        routines = [(self.routine_now(each.name), each.numbers) for each in self.program.routines]
-        truths = {each.name: self.truth(each.name) for each in self.program.routines}
+        routines = [(self.routine_now(routine.name), routine.numbers) for routine in self.program.routines]
+        truths = {routine.name: self.truth(routine.name) for routine in self.program.routines}
         return routines_svg(routines, width, truths, captions_of(self.program))
 
     def routine_now(self, routine: str) -> Routine:
         """Return a routine with the current PRE and ACC of timers and counters."""
-        found = self._routine(routine)
-        return with_values(found, self._engine.tags_of(program_of(found.name)), self.program.builtin)
+        stored = self._routine(routine)
+        return with_values(stored, self._engine.tags_of(program_of(stored.name)), self.program.builtin)
 
     @property
     def cross_reference(self) -> CrossReference:
@@ -592,10 +592,10 @@ class Debugger:
         return Inquiry(self._engine, self._past, self._journal.latest, self._forces, self.cross_reference)
 
     def _routine(self, name: str) -> Routine:
-        for each in self.program.routines:
-            if each.name.upper() == name.upper():
-                return each
-        names = ", ".join(each.name for each in self.program.routines)
+        for routine in self.program.routines:
+            if routine.name.upper() == name.upper():
+                return routine
+        names = ", ".join(known.name for known in self.program.routines)
         raise LadderError(f"no routine {name}; choose from {names}")
 
 

@@ -119,14 +119,14 @@ class Execution:
 
     def changes(self, cell: Cell) -> bool:
         """Whether the scan changed the value of a cell from beginning to end."""
-        own = [each for each in self.writes if each.cell.overlaps(cell)]
+        own = [write for write in self.writes if write.cell.overlaps(cell)]
         return bool(own) and not same(cell.of(own[0].before), cell.of(own[-1].after))
 
     def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
         """Return the last change of a cell before a place in the order of execution; None if none."""
-        for each in reversed(self.writes):
-            if (before is None or each.order < before) and each.changes(cell):
-                return each
+        for write in reversed(self.writes):
+            if (before is None or write.order < before) and write.changes(cell):
+                return write
         return None
 
 
@@ -146,7 +146,7 @@ class TracedMemory(WatchedMemory):
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
         if self.noted is None:
             return super().elements(leaf, begin, count)
-        return [self.read(leaf, at) for at in range(begin, begin + count)]
+        return [self.read(leaf, index) for index in range(begin, begin + count)]
 
     @override
     def write(self, leaf: Leaf, index: int, value: Value) -> None:

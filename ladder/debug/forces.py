@@ -115,28 +115,28 @@ class HeldBytes(TagBytes):
 
 def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any, ForcedValue]]:
     """Return the forced values in lists by identifier and index, and in bytes by view and index."""
-    found: dict[str, dict[Any, ForcedValue]] = {}
-    for each in held:
-        spot = layout.spot(each.leaf)
+    by_ident: dict[str, dict[Any, ForcedValue]] = {}
+    for forced in held:
+        spot = layout.spot(forced.leaf)
         if spot is not None and spot.view:
-            found.setdefault(spot.ident, {})[spot.view, spot.at(each.index)] = each
+            by_ident.setdefault(spot.ident, {})[spot.view, spot.at(forced.index)] = forced
         elif spot is not None:
-            found.setdefault(spot.ident, {})[spot.at(each.index)] = each
-        elif each.leaf.dims:
-            found.setdefault(each.leaf.ident, {})[each.index] = each
-    return found
+            by_ident.setdefault(spot.ident, {})[spot.at(forced.index)] = forced
+        elif forced.leaf.dims:
+            by_ident.setdefault(forced.leaf.ident, {})[forced.index] = forced
+    return by_ident
 
 
 def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
     """Return the forced values that have their own variables."""
-    return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
+    return tuple(forced for forced in held if not forced.leaf.dims and layout.spot(forced.leaf) is None)
 
 
 def names_of(held: Iterable[ForcedValue]) -> dict[str, Value]:
     """Return the names of the compiled program's variables for forces."""
     names: dict[str, Value] = {}
-    for each in held:
-        names[held_name(each.leaf.ident)] = each.value
-        if each.left is not None:
-            names[kept_name(each.leaf.ident)] = each.left
+    for forced in held:
+        names[held_name(forced.leaf.ident)] = forced.value
+        if forced.left is not None:
+            names[kept_name(forced.leaf.ident)] = forced.left
     return names

@@ -67,7 +67,7 @@ class Inquiry:
             return explain_change(lowered, tag, where, change, value)
         if reported is not None:
             return f"{tag} is {shown(value)} because the module reports it: it is an input image."
-        writers = [each for each in self._cross_reference.of(tag) if each.writes]
+        writers = [mention for mention in self._cross_reference.of(tag) if mention.writes]
         return explain_unchanged(tag, state_of(where, value), writers)
 
 

@@ -65,7 +65,7 @@ class Journal(Source):
 
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the numbers of scans that begin a chapter, backwards from a scan."""
-        return (each.scan for each in reversed(self._chapters) if each.scan <= scan)
+        return (chapter.scan for chapter in reversed(self._chapters) if chapter.scan <= scan)
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
         """Return the values before a scan that begins a chapter; its entries have the forces."""
@@ -74,9 +74,9 @@ class Journal(Source):
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
         """Return the entries of scans, up to the latest one."""
         chapters, place = self._chapters, self._place(first)
-        chosen = (chapters[at] for at in range(place, self._place(last) + 1))
+        chosen = (chapters[number] for number in range(place, self._place(last) + 1))
         entries = chain.from_iterable(
-            each.entries[max(0, first - each.scan) : last - each.scan + 1] for each in chosen
+            chapter.entries[max(0, first - chapter.scan) : last - chapter.scan + 1] for chapter in chosen
         )
         return min(last, self.latest) - first + 1, entries
 

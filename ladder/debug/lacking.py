@@ -76,18 +76,20 @@ class Lacking:
         if own:
             return
         if entry.power and entry.step.name == ":=":
-            yield from ((each, entry) for each in _blamed(entry))
+            yield from ((read, entry) for read in _blamed(entry))
         if entry.run.caller is not None:
             yield from self._of_run(entry.run.caller)
 
     def _false(self, node: Node, run: LineRun) -> list[tuple[Read, StepRun]]:
         """Return the reads of the false contacts of a part of a rung."""
         if isinstance(node, Parallel):
-            return _fewest([[pair for each in leg for pair in self._false(each, run)] for leg in node.legs])
+            return _fewest(
+                [[pair for element in leg for pair in self._false(element, run)] for leg in node.legs]
+            )
         entry = run.steps.get(id(node))
         if entry is None or not decides(node) or entry.truth is not False:
             return []
-        return [(each, entry) for each in _blamed(entry)]
+        return [(read, entry) for read in _blamed(entry)]
 
     def _of_absent(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
         """Yield what kept an instruction from running: a condition around it, or a call without power."""
@@ -95,7 +97,7 @@ class Lacking:
         for head, required in _heads(routine.body or (), line) or ():
             entry = self._run_of(head.steps[-1], instance)
             if entry is not None and bool(entry.truth) is not required:
-                yield from ((each, entry) for each in _blamed(entry))
+                yield from ((read, entry) for read in _blamed(entry))
                 return
         for caller in self._callers(key, instance):
             yield from self._of_run(caller)
@@ -123,7 +125,7 @@ def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredR
     """Return the name of an instruction's routine, in capitals, and its rung or line."""
     for key, routine in lowered.routines.items():
         for line in routine.lines:
-            if any(each is step for each in line.all_steps):
+            if any(candidate is step for candidate in line.all_steps):
                 return key, routine, line
     raise LookupError(step.name)
 
@@ -134,15 +136,15 @@ _Head = tuple[LoweredLine, bool]
 
 def _heads(body: Body, line: LoweredLine) -> list[_Head] | None:
     """Return the conditions around a line of structured text, outermost first; None if it is not there."""
-    for each in body:
-        if isinstance(each, Act):
-            if each.line is line:
+    for statement in body:
+        if isinstance(statement, Act):
+            if statement.line is line:
                 return []
             continue
-        for heads, inner in _bodies(each):
-            found = _heads(inner, line)
-            if found is not None:
-                return [*heads, *found]
+        for heads, inner in _bodies(statement):
+            inner_heads = _heads(inner, line)
+            if inner_heads is not None:
+                return [*heads, *inner_heads]
     return None
 
 
@@ -168,14 +170,14 @@ def _fewest(options: Sequence[list[_T]]) -> list[_T]:
 
 def _blamed(entry: StepRun) -> list[Read]:
     """Return the reads that make a condition false, or give an assigned expression the wrong value."""
-    values = {each.text: each.value for each in entry.reads}
+    values = {read.text: read.value for read in entry.reads}
     is_set = entry.step.name == ":="
-    expressions = [each for each in entry.step.operands if isinstance(each, Calculation)]
+    expressions = [operand for operand in entry.step.operands if isinstance(operand, Calculation)]
     if len(expressions) != 1:
         return list(entry.reads)
     required = is_set or not entry.truth
     texts = {place.text for place in _at_fault(expressions[0], required, values)}
-    return [each for each in entry.reads if each.text in texts] or list(entry.reads)
+    return [read for read in entry.reads if read.text in texts] or list(entry.reads)
 
 
 def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
@@ -187,7 +189,7 @@ def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Pl
     if part.name == "NOT":
         return _at_fault(part.operands[0], not required, values)
     if part.name in ("AND", "OR", "&"):
-        parts = [_at_fault(each, required, values) for each in part.operands]
+        parts = [_at_fault(operand, required, values) for operand in part.operands]
         all_needed = (part.name != "OR") is required
         return list(chain.from_iterable(parts)) if all_needed else _fewest(parts)
     if part.name in RELATIONS and _holds(part, values) is required:
@@ -198,12 +200,12 @@ def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Pl
 def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
     """Return whether a relation of plain operands holds; None if it is unknown."""
     sides = [
-        values.get(each.text) if isinstance(each, Place) else getattr(each, "value", None)
-        for each in part.operands
+        values.get(operand.text) if isinstance(operand, Place) else getattr(operand, "value", None)
+        for operand in part.operands
     ]
-    if any(not isinstance(each, (int, float)) for each in sides):
+    if any(not isinstance(side, (int, float)) for side in sides):
         return None
-    one, other = sides
-    assert one is not None
-    assert other is not None
-    return COMPARISONS[part.name](one, other)
+    left, right = sides
+    assert left is not None
+    assert right is not None
+    return COMPARISONS[part.name](left, right)

@@ -81,7 +81,7 @@ class CauseLink:
             if link not in seen:
                 seen.add(link)
                 yield link
-                ahead += [each for group in reversed(link.causes) for each in reversed(group)]
+                ahead += [cause for group in reversed(link.causes) for cause in reversed(group)]
 
     @property
     def first(self) -> CauseLink:
@@ -98,7 +98,7 @@ class CauseLink:
         A machine that cycles repeats links. Repeated links are omitted if the chain reaches what began the
         cycles. If it does not, the path ends with the first repeated link, of kind "round".
         """
-        found, began, known = [self], list[CauseLink](), {self._key}
+        links, began, known = [self], list[CauseLink](), {self._key}
         link, repeated = self, None
         while link.causes:
             ahead = chain.from_iterable(link.causes)
@@ -107,13 +107,13 @@ class CauseLink:
                 repeated = repeated or link
             else:
                 known.add(link._key)
-                (began if repeated else found).append(link)
+                (began if repeated else links).append(link)
         if repeated is None:
-            return tuple(found)
+            return tuple(links)
         if began and link is began[-1] and link.kind in ROOTS and link.kind != "unknown":
-            return (*found, *began)
+            return (*links, *began)
         round_before = f"{repeated.text}, as now: {ROUND}"
-        return (*found, replace(repeated, kind="round", text=round_before, causes=(), depth=1))
+        return (*links, replace(repeated, kind="round", text=round_before, causes=(), depth=1))
 
     def path_json(self) -> list[dict[str, Any]]:
         """Return the links of `path` as JSON values, in order; the last one is the cause."""
@@ -168,12 +168,13 @@ def _as_json(link: CauseLink, numbers: Mapping[CauseLink, int]) -> dict[str, Any
         "before": link.before,
         "scan": link.scan,
         "now_ns": link.now_ns,
-        "site": {name: each for name, each in place.items() if each not in ("", None)},
+        "site": {name: value for name, value in place.items() if value not in ("", None)},
         "text": link.text,
         "operands": [
-            {"name": each.name, "value": each.value, "changed": each.changed} for each in link.operands
+            {"name": operand.name, "value": operand.value, "changed": operand.changed}
+            for operand in link.operands
         ],
-        "causes": [[numbers[each] for each in group] for group in link.causes],
+        "causes": [[numbers[cause] for cause in group] for group in link.causes],
     }
 
 
@@ -190,23 +191,23 @@ def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
 
 def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, ...], ...]:
     """Return groups without duplicates, the shortest groups and the shortest alternatives first."""
-    found: dict[tuple[CauseLink, ...], None] = {}
+    unique_groups: dict[tuple[CauseLink, ...], None] = {}
     for group in groups:
         unique = tuple(dict.fromkeys(sorted(group, key=lambda link: link.depth)))
         if unique:
-            found.setdefault(unique)
-    return tuple(sorted(found, key=lambda group: group[0].depth))
+            unique_groups.setdefault(unique)
+    return tuple(sorted(unique_groups, key=lambda group: group[0].depth))
 
 
 def link_text(link: CauseLink, routine: str = "") -> str:
     """Return a link as text: `Run off (20.002 s, rung 3: XIC(Stop))`; omit the routine if it is `routine`."""
     site = link.site
-    at = f"{seconds(link.now_ns)} s"
+    when = f"{seconds(link.now_ns)} s"
     where = "" if site is None else site.spot if site.file and not site.routine else site.place
     if site is not None and site.routine and site.routine != routine:
         where = f"{site.routine} {where}"
     place = ": ".join(filter(None, (where, link.text)))
-    return f"{link.name} {_value(link.value)} ({', '.join(filter(None, (at, place)))})".replace("  ", " ")
+    return f"{link.name} {_value(link.value)} ({', '.join(filter(None, (when, place)))})".replace("  ", " ")
 
 
 def _value(value: Value | str | None) -> str:
@@ -238,8 +239,8 @@ def _branches(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) 
     seen.add(link)
     routine = link.site.routine if link.site else routine
     for place, group in enumerate(link.causes):
-        for number, each in enumerate(group):
+        for number, cause in enumerate(group):
             word = "or " if number else "and " if place else ""
-            first, *rest = _lines(each, routine, f"{indent}    ", seen)
+            first, *others = _lines(cause, routine, f"{indent}    ", seen)
             yield f"{indent}  <- {word}{first.strip()}"
-            yield from rest
+            yield from others

@@ -43,13 +43,13 @@ class Motions:
         if axis is None or origin.write is None:
             return origin
         prefixes = tuple(self._courses(axis, origin.cell))
-        for each in reversed(self.causes.execution(origin.scan).writes):
+        for write in reversed(self.causes.execution(origin.scan).writes):
             if (
-                each.by is not None
-                and each.cell.index == axis.index
-                and each.cell.leaf.path.startswith(prefixes)
+                write.by is not None
+                and write.cell.index == axis.index
+                and write.cell.leaf.path.startswith(prefixes)
             ):
-                return replace(origin, write=replace(origin.write, by=each.by))
+                return replace(origin, write=replace(origin.write, by=write.by))
         return origin
 
     def movers(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
@@ -70,21 +70,21 @@ class Motions:
     def _of_block(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
         """Yield the member of a 3601's block that a member of its axis mirrors."""
         path, _, host = cell.leaf.path.rpartition(".")
-        for each in self.lowered.axes.values():
-            if each.tag.path == path:
-                name = f"{each.state.path}.{'Step' if cell.mask or host.endswith('Status') else 'Position'}"
+        for axis in self.lowered.axes.values():
+            if axis.tag.path == path:
+                name = f"{axis.state.path}.{'Step' if cell.mask or host.endswith('Status') else 'Position'}"
                 yield Cell(self.lowered.layout.leaf(name), 0), name, BLOCK
 
     def _ended(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
         claims = tuple(f"{course}claim" for course in self._courses(axis, origin.cell))
-        for each in self.causes.execution(origin.scan).writes:
+        for write in self.causes.execution(origin.scan).writes:
             if (
-                each.cell.index == axis.index
-                and each.cell.leaf.path in claims
-                and each.before
-                and not each.after
+                write.cell.index == axis.index
+                and write.cell.leaf.path in claims
+                and write.before
+                and not write.after
             ):
-                yield int(each.before)
+                yield int(write.before)
 
     def _under_way(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
         """Yield the claims of courses under way; the high word of a claim is its instruction's number."""
@@ -100,7 +100,7 @@ class Motions:
 
     def _part(self, cell: Cell, parts: Iterable[MotionPart]) -> MotionPart | None:
         path = cell.leaf.path.rpartition(".")[0]
-        return next((each for each in parts if each.path == path and each.index == cell.index), None)
+        return next((part for part in parts if part.path == path and part.index == cell.index), None)
 
     def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
         """Yield member prefixes of courses: of the course that a status bit shows, or of all courses."""
@@ -128,8 +128,8 @@ def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write
     step = entry.step
     if Use.MOTION not in step.uses:
         return ""
-    groups = [each for each in step.operands if isinstance(each, Group)]
-    own = next(each for each in groups if each.type == MOTION_INSTRUCTION)
+    groups = [operand for operand in step.operands if isinstance(operand, Group)]
+    own = next(group for group in groups if group.type == MOTION_INSTRUCTION)
     name = f"{step.name}({','.join(dict.fromkeys((groups[0].text, own.text)))})"
     path, _, member = cell.leaf.path.rpartition(".")
     if value and (member == "ERR" or cell.mask == 1 << MOTION_BITS["ER"]):
@@ -140,5 +140,5 @@ def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write
 
 def _error_text(path: str, writes: Sequence[Write]) -> str:
     """Return the last error that was written to a member, after a colon; "" without one."""
-    errors = [int(each.after) for each in writes if each.cell.leaf.path == path and each.after]
+    errors = [int(write.after) for write in writes if write.cell.leaf.path == path and write.after]
     return f": ERR {errors[-1]}, {ERRORS[errors[-1]]}" if errors else ""

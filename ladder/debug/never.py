@@ -73,10 +73,10 @@ class Never:
         """Return the link of a value that has not changed; `seen` are the cells that led to it."""
         value = self._value(cell)
         if cell.leaf.is_input:
-            found = self.at_rest(cell, name, value, self.scan)
-            return found or self._root("input", name, value, f"slot {cell.leaf.slot}")
-        found = self._counted(cell, name, value) or self._of_block(cell, value, seen)
-        return found or self._of_writers(cell, name, value, seen)
+            chain = self.at_rest(cell, name, value, self.scan)
+            return chain or self._root("input", name, value, f"slot {cell.leaf.slot}")
+        chain = self._counted(cell, name, value) or self._of_block(cell, value, seen)
+        return chain or self._of_writers(cell, name, value, seen)
 
     def _of_read(self, read: Read, seen: tuple[Cell, ...]) -> CauseLink:
         cell, name = read.cell, read.text
@@ -84,8 +84,8 @@ class Never:
         if not origins:
             return self.of(cell, name, (*seen, cell))
         value = self._value(cell)
-        found = self._of_number(origins[0], name, seen) or self._counted(cell, name, value)
-        return found or self._of_block(cell, value, seen) or self.chain_of(origins[0], name)
+        chain = self._of_number(origins[0], name, seen) or self._counted(cell, name, value)
+        return chain or self._of_block(cell, value, seen) or self.chain_of(origins[0], name)
 
     def _of_block(self, cell: Cell, value: Value, seen: tuple[Cell, ...]) -> CauseLink | None:
         """Return what a busy block waits for, or its error; None for any other value."""
@@ -109,12 +109,14 @@ class Never:
         if len(seen) > DEEPEST:
             return None
         settings = [
-            each for each in write.by.reads if not isinstance(each.value, bool) and self._is_setting(each)
+            read for read in write.by.reads if not isinstance(read.value, bool) and self._is_setting(read)
         ]
         if not settings:
             return None
         site = self._engine.lowered.sites[write.by.number]
-        causes = [(self.of(each.cell, each.text, (*seen, origin.cell)),) for each in reversed(settings)]
+        causes = [
+            (self.of(setting.cell, setting.text, (*seen, origin.cell)),) for setting in reversed(settings)
+        ]
         return linked(
             causes, kind=kind_at(site), name=name, value=write.after,
             scan=origin.scan, now_ns=self.causes.now_ns(origin.scan), text=site.instruction, site=site,
@@ -134,7 +136,7 @@ class Never:
         if member.upper() not in ("DN", "Q") or value:
             return None
         counted, preset, enabled, up, down = (
-            self._member(path, each, cell.index) for each in ("ACC", "PRE", "EN", "CU", "CD")
+            self._member(path, suffix, cell.index) for suffix in ("ACC", "PRE", "EN", "CU", "CD")
         )
         if counted is None or preset is None:
             return None
@@ -189,13 +191,13 @@ class Never:
             now_ns=self.causes.now_ns(0),
             text=f"{' '.join(texts)} {was} false" if texts else f"{site.instruction} has not changed it",
             site=site,
-            operands=tuple(Operand(each.text, each.value, changed=False) for each, _ in lack),
+            operands=tuple(Operand(read.text, read.value, changed=False) for read, _ in lack),
         )
 
     def _possible_writers(self, cell: Cell, value: Value) -> list[Mention]:
         """Return the mentions that could change a value; add-on calls only if nothing else could."""
-        writers = [each for each in self._writers(cell) if _could_change(each, value)]
-        return [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
+        writers = [writer for writer in self._writers(cell) if _could_change(writer, value)]
+        return [writer for writer in writers if writer.step is None or writer.step.name != ADD_ON] or writers
 
     def _nearest_writer(self, writers: Sequence[Mention], own: Set[Cell]) -> tuple[Mention, Lack]:
         """Return the instruction that lacks the fewest values in the scan.
@@ -203,9 +205,9 @@ class Never:
         An instruction that lacks a value of the chain itself (`own`) explains nothing; it counts only if all
         instructions do.
         """
-        found = [(each, self._lack(each)) for each in writers]
-        others = [(each, lack) for each, lack in found if own.isdisjoint(read.cell for read, _ in lack)]
-        return min(others or found, key=lambda pair: (not pair[1], len(pair[1])))
+        lacks = [(writer, self._lack(writer)) for writer in writers]
+        others = [(writer, lack) for writer, lack in lacks if own.isdisjoint(read.cell for read, _ in lack)]
+        return min(others or lacks, key=lambda pair: (not pair[1], len(pair[1])))
 
     def _lack(self, mention: Mention) -> Lack:
         if self._lacking is None:
@@ -221,13 +223,13 @@ class Never:
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():
             origins = self.causes.origins([read.cell], self.scan)
-            at = origins[0].scan - 1 if origins else -1
-            before = self.causes.origins([read.cell], at) if at >= 0 else []
-            if not before or at - before[0].scan >= PULSE:
+            earlier = origins[0].scan - 1 if origins else -1
+            before = self.causes.origins([read.cell], earlier) if earlier >= 0 else []
+            if not before or earlier - before[0].scan >= PULSE:
                 continue
-            found = replace(self, scan=at, _lacking=None)._lack(mention)
-            if found and len(found) < len(best[1]):
-                best = at, found
+            lacking = replace(self, scan=earlier, _lacking=None)._lack(mention)
+            if lacking and len(lacking) < len(best[1]):
+                best = earlier, lacking
         return best
 
     def _unwritten(self, name: str, value: Value) -> CauseLink:

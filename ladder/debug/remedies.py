@@ -40,9 +40,9 @@ class InputChange:
     value: Value
 
     def __str__(self) -> str:
-        at = f" ({self.place})" if self.place else ""
+        where = f" ({self.place})" if self.place else ""
         does = ("goes off", "comes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
-        return f"{self.name}{at} {does}"
+        return f"{self.name}{where} {does}"
 
 
 def _becomes(value: Value) -> str:
@@ -79,12 +79,12 @@ def number(
             tried.
     """
     low, high = limits
-    near = {each + by for each in compared for by in (-1, 0, 1)}
+    near = {value + by for value in compared for by in (-1, 0, 1)}
     kind = type(now)
     tried = sorted(
-        {kind(each) for each in near if low <= each <= high} - {now}, key=lambda each: abs(each - now)
+        {kind(value) for value in near if low <= value <= high} - {now}, key=lambda each: abs(each - now)
     )
-    far = [kind(each) for each in (high, low) if each != now]
+    far = [kind(bound) for bound in (high, low) if bound != now]
     return Candidate(cell, name, place, now, tuple(dict.fromkeys([*tried[:MOST_VALUES], *far])))
 
 
@@ -118,8 +118,8 @@ class Remedies:
     def __str__(self) -> str:
         if self.found:
             is_bit = isinstance(self.requested, bool)
-            what = ("goes off", "comes on")[int(self.requested)] if is_bit else f"becomes {self.requested}"
-            return "\n".join(f"{self.tag} {what} {_condition(each)}" for each in self.found)
+            verb = ("goes off", "comes on")[int(self.requested)] if is_bit else f"becomes {self.requested}"
+            return "\n".join(f"{self.tag} {verb} {_condition(remedy)}" for remedy in self.found)
         if self.terminal:
             way = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
             return f"{self.tag} is an input itself, {self.terminal}: {way}, or force it"
@@ -135,12 +135,13 @@ class Remedies:
         """Return the answer as JSON values."""
         sets = [
             {
-                "scans": each.scans,
+                "scans": remedy.scans,
                 "inputs": [
-                    {"name": one.name, "place": one.place, "value": one.value} for one in each.changes
+                    {"name": change.name, "place": change.place, "value": change.value}
+                    for change in remedy.changes
                 ],
             }
-            for each in self.found
+            for remedy in self.found
         ]
         return {"wanted": self.requested, "sets": sets, "tried": self.tried, "complete": not self.left}
 
@@ -173,22 +174,22 @@ class Search:
 
     def among(self, candidates: Sequence[Candidate]) -> Remedies:
         """Return the smallest sets of inputs that work; no set contains another."""
-        found: list[Remedy] = []
-        names = tuple(each.name for each in candidates)
+        remedies: list[Remedy] = []
+        names = tuple(candidate.name for candidate in candidates)
         for size in range(MOST_INPUTS + 1):
             for chosen in combinations(candidates, size):
-                own = {each.name for each in chosen}
-                if any({one.name for one in known.changes} <= own for known in found):
+                own = {candidate.name for candidate in chosen}
+                if any({change.name for change in known.changes} <= own for known in remedies):
                     continue
                 if self.tried >= MOST_TRIES:
-                    return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=True)
-                found += self._with(chosen)
-        return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=False)
+                    return Remedies(self.tag, self.requested, tuple(remedies), names, self.tried, left=True)
+                remedies += self._with(chosen)
+        return Remedies(self.tag, self.requested, tuple(remedies), names, self.tried, left=False)
 
     def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
         """Yield the first combination of values that works, if any."""
-        for values in product(*(each.others for each in chosen)):
-            changes = [each.change(value) for each, value in zip(chosen, values, strict=True)]
+        for values in product(*(candidate.others for candidate in chosen)):
+            changes = [candidate.change(value) for candidate, value in zip(chosen, values, strict=True)]
             scans = self._try(changes)
             if scans is not None:
                 yield self._nearest(chosen, changes, scans)
@@ -200,12 +201,12 @@ class Search:
 
     def _nearest(self, chosen: Sequence[Candidate], changes: list[InputChange], scans: int) -> Remedy:
         """Return a remedy whose numbers are as close to their present values as possible."""
-        for at, each in enumerate(chosen):
-            if isinstance(each.now, bool):
+        for place, candidate in enumerate(chosen):
+            if isinstance(candidate.now, bool):
                 continue
-            short, far = each.now, changes[at].value
+            short, far = candidate.now, changes[place].value
             while (middle := _between(short, far)) is not None:
-                nearer = [*changes[:at], replace(changes[at], value=middle), *changes[at + 1 :]]
+                nearer = [*changes[:place], replace(changes[place], value=middle), *changes[place + 1 :]]
                 known = self._try(nearer)
                 if known is None:
                     short = middle

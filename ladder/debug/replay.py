@@ -142,9 +142,9 @@ class Replayer:
         """
         for start in islice(self.source.snapshots(end), self._stretches):
             if start <= end:
-                found = self._change_in(start, end, read)
-                if found is not None:
-                    return found
+                scan = self._change_in(start, end, read)
+                if scan is not None:
+                    return scan
                 end = start - 1
         return None
 
@@ -157,14 +157,14 @@ class Replayer:
 
         Results are cached, because `why` and a chain search for the same cells.
         """
-        until, found = self._found.get(tuple(cells), (-1, None))
-        none_left = found is None and self._stretches is not None and end < until
-        if end > until or none_left or (found is not None and found > end):
-            until, found = end, self._search(cells, end)
-            self._found[tuple(cells)] = until, found
+        until, scan = self._found.get(tuple(cells), (-1, None))
+        none_left = scan is None and self._stretches is not None and end < until
+        if end > until or none_left or (scan is not None and scan > end):
+            until, scan = end, self._search(cells, end)
+            self._found[tuple(cells)] = until, scan
             if len(self._found) > MOST_FOUND:
                 del self._found[next(iter(self._found))]
-        return found
+        return scan
 
     def _search(self, cells: Sequence[Cell], end: int) -> int | None:
         """Search for the last change.
@@ -174,36 +174,40 @@ class Replayer:
         """
 
         def read(engine: WatchedEngine) -> list[Value]:
-            return [each.of(engine.memory.read(each.leaf, each.index)) for each in cells]
+            return [cell.of(engine.memory.read(cell.leaf, cell.index)) for cell in cells]
 
-        starts = list(islice((each for each in self.source.snapshots(end) if each <= end), self._stretches))
+        starts = list(
+            islice((snapshot for snapshot in self.source.snapshots(end) if snapshot <= end), self._stretches)
+        )
         lasts = [end, *(start - 1 for start in starts)]
         begin = 0
         for changing in chain(self._changing_stretches(cells, starts), [len(starts)]):
             few = changing if changing - begin <= ONE_BY_ONE else begin + FIRST_ONE_BY_ONE
             searches = chain(
-                (self._change_in(starts[each], lasts[each], read) for each in range(begin, few)),
+                (self._change_in(starts[number], lasts[number], read) for number in range(begin, few)),
                 (
-                    self._change_in_many(starts[each - 1 : min(each + SIDE_BY_SIDE, changing)], cells, read)
-                    for each in range(few, changing, SIDE_BY_SIDE)
+                    self._change_in_many(
+                        starts[number - 1 : min(number + SIDE_BY_SIDE, changing)], cells, read
+                    )
+                    for number in range(few, changing, SIDE_BY_SIDE)
                 ),
                 (self._change_in(start, lasts[changing], read) for start in starts[changing : changing + 1]),
             )
-            found = next((each for each in searches if each is not None), None)
-            if found is not None:
-                return found
+            scan = next((result for result in searches if result is not None), None)
+            if scan is not None:
+                return scan
             begin = changing + 1
         return None
 
     def _changing_stretches(self, cells: Sequence[Cell], starts: Sequence[int]) -> Iterator[int]:
         """Yield the indices of the stretches whose two snapshots differ, latest first."""
-        places = [place_in_snapshot(self.engine.memory, each) for each in cells]
+        places = [place_in_snapshot(self.engine.memory, cell) for cell in cells]
         after: list[Value] | None = None
         for number, start in enumerate(starts if None not in places else ()):
             snapshot = self.source.snapshot(start)[0]
             values = [
-                each.of(snapshot[place[0]] if place[1] is None else snapshot[place[0]][place[1]])
-                for each, place in zip(cells, places, strict=True)
+                cell.of(snapshot[place[0]] if place[1] is None else snapshot[place[0]][place[1]])
+                for cell, place in zip(cells, places, strict=True)
                 if place is not None
             ]
             if after is not None and not same(values, after):
@@ -216,11 +220,11 @@ class Replayer:
         """Return the last change in the stretches that begin at all snapshots except the first."""
         stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
         for stretch, known in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
-            found: int | None = known.scan
+            scan: int | None = known.scan
             if not known.known:
-                found = self._change_in(stretch.first, stretch.last, read)
-            if found is not None:
-                return found
+                scan = self._change_in(stretch.first, stretch.last, read)
+            if scan is not None:
+                return scan
         return None
 
     def _stretch(self, start: int, end: int) -> ReplayStretch:
@@ -239,13 +243,13 @@ class Replayer:
         if count != last - start + 1:
             return None
         self._restore(start)
-        found, before = None, read(self.engine)
+        changed, before = None, read(self.engine)
         for self.at, inputs in enumerate(known, start):
             self._do(inputs)
             value = read(self.engine)
             if not same(value, before):
-                found, before = self.at, value
-        return found
+                changed, before = self.at, value
+        return changed
 
     def _run_to(self, scan: int, *, watched: bool) -> bool:
         start = self._start(scan)
@@ -275,9 +279,13 @@ class Replayer:
 
     def _start(self, scan: int) -> int | None:
         """Set the engine to the first scan to run, and return it; None if no snapshot is near enough."""
-        begins, at = next(self.source.snapshots(scan), None), self.at
-        if at is not None and at <= scan <= at + self._most and (begins is None or begins <= at + 1):
-            return at + 1
+        begins, current = next(self.source.snapshots(scan), None), self.at
+        if (
+            current is not None
+            and current <= scan <= current + self._most
+            and (begins is None or begins <= current + 1)
+        ):
+            return current + 1
         if begins is None or begins < scan - self._most:
             return None
         self._restore(begins)
@@ -334,10 +342,10 @@ def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
     """Return the inputs of scans as arrays; None if they are not plain."""
     import numpy as np  # most runs search nothing
 
-    images = [each.images for each in inputs if each.images is not None and each.is_plain]
+    images = [recorded.images for recorded in inputs if recorded.images is not None and recorded.is_plain]
     if not images or len(images) < len(inputs):
         return None
     words = (
         np.frombuffer(b"".join(rows), np.int16).reshape(len(rows), -1) for rows in zip(*images, strict=True)
     )
-    return PlainInputs(np.array([each.now_ns for each in inputs]), tuple(words))
+    return PlainInputs(np.array([recorded.now_ns for recorded in inputs]), tuple(words))

@@ -18,7 +18,7 @@ def with_values(routine: Routine, tags: Tags, specs: Mapping[str, Spec]) -> Rout
 
 
 def _series(series: Series, tags: Tags, specs: Mapping[str, Spec]) -> Series:
-    return tuple(_element(each, tags, specs) for each in series)
+    return tuple(_element(element, tags, specs) for element in series)
 
 
 def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element:

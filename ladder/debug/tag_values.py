@@ -52,7 +52,7 @@ class TagValues:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self.known = list(_all_values(layout))
-        self._names = NamesByPattern((without_ranges(each.name) for each in self.known), fold=True)
+        self._names = NamesByPattern((without_ranges(value.name) for value in self.known), fold=True)
 
     def matching(self, pattern: str) -> list[TagValue]:
         """Return the values that a pattern matches; raise a LadderError for an image, or if none matches."""
@@ -78,18 +78,18 @@ class TagValues:
                 f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
                 f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
             )
-        at = fixed_index_in(first_leaf(where).dims, where.indices)
-        if at is None:
+        index = fixed_index_in(first_leaf(where).dims, where.indices)
+        if index is None:
             raise LadderError(f"{address} is not a whole tag")
         if isinstance(where, Place):
             return [_placed(layout, resolver.full_name(str(address)), where)]
         name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
-        return list(_values(layout, where.path, name, where.type, at, where.dims))
+        return list(_values(layout, where.path, name, where.type, index, where.dims))
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
     """Return the values of patterns, each once; raise a LadderError for an image, or if a pattern fails."""
-    found: dict[str, TagValue] = {}
+    by_name: dict[str, TagValue] = {}
     values = TagValues(layout)
     for pattern in patterns:
         try:
@@ -100,14 +100,14 @@ def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
             raise
         except LadderError as error:
             raise _no_match(pattern, values.known) from error
-        for each in matches:
-            found.setdefault(each.name, each)
-    elements = {element_of(each.name, place) for each in found.values() for place in range(each.length)}
-    return [each for each in found.values() if each.name not in elements]
+        for match in matches:
+            by_name.setdefault(match.name, match)
+    elements = {element_of(value.name, place) for value in by_name.values() for place in range(value.length)}
+    return [value for value in by_name.values() if value.name not in elements]
 
 
 def _no_match(pattern: str, known: Sequence[TagValue]) -> LadderError:
-    names = {each.name.upper(): each.name for each in known}
+    names = {value.name.upper(): value.name for value in known}
     close = get_close_matches(pattern.upper(), names, 1)
     return LadderError(f"no tag matches {pattern!r}{f'; did you mean {names[close[0]]}?' if close else ''}")
 

@@ -58,10 +58,10 @@ class Trials:
         search = Search(tag, requested, lambda changes: self._try(changes, cell, requested))
         own: list[Candidate] = []
         reported: list[Candidate] = []
-        for each in islice(self.candidates(tag, requested), MOST_CANDIDATES):
-            (reported if each.place.endswith(REPORTED) else own).append(each)
-        found = search.among(own)
-        return found if found.found or not reported else search.among([*own, *reported])
+        for candidate in islice(self.candidates(tag, requested), MOST_CANDIDATES):
+            (reported if candidate.place.endswith(REPORTED) else own).append(candidate)
+        remedies = search.among(own)
+        return remedies if remedies.found or not reported else search.among([*own, *reported])
 
     def _begin(self) -> None:
         memory, last = self.live.memory, self.live.scans - 1
@@ -81,19 +81,19 @@ class Trials:
         engine.hold(self.live.memory.forces)
         self.past.at = None
         images = self.past.images
-        contents = [bytearray(each) for each in self._images]
-        for each in changes:
-            if each.cell.leaf.is_image:
-                data = contents[[leaf.ident for leaf in images].index(each.cell.leaf.ident)]
-                at = 2 * each.cell.index
-                word = int.from_bytes(data[at : at + 2], "little")
-                data[at : at + 2] = _merged(word, each).to_bytes(2, "little")
+        contents = [bytearray(image) for image in self._images]
+        for change in changes:
+            if change.cell.leaf.is_image:
+                data = contents[[leaf.ident for leaf in images].index(change.cell.leaf.ident)]
+                offset = 2 * change.cell.index
+                word = int.from_bytes(data[offset : offset + 2], "little")
+                data[offset : offset + 2] = _merged(word, change).to_bytes(2, "little")
             else:
-                self._set(each)
-        own, given = image_bytes(engine.memory), list(map(bytes, contents))
+                self._set(change)
+        own, patched = image_bytes(engine.memory), list(map(bytes, contents))
         for scan in range(1, self.scans + 1):
             now_ns = self.live.now_ns + scan * self._period_ns
-            repeat(engine, own, ScanInputs(now_ns, first=False, images=given))
+            repeat(engine, own, ScanInputs(now_ns, first=False, images=patched))
             if cell.read(engine.memory) == requested:
                 return scan
         return None
@@ -114,7 +114,9 @@ class Trials:
         compared = [] if isinstance(requested, bool) else [requested]
         read: dict[str, Place | Group] = {}
         reads = self._reads()
-        ahead: list[Place | Group] = [each.where for each in self.cross_reference.of(tag) if each.writes]
+        ahead: list[Place | Group] = [
+            mention.where for mention in self.cross_reference.of(tag) if mention.writes
+        ]
         while ahead:
             for line in self._lines_writing(ahead.pop(0)):
                 compared += self._constants(*line)
@@ -127,24 +129,24 @@ class Trials:
 
     def _reads(self) -> Mapping[_Line, list[Place | Group]]:
         """Return the operands that each rung or line reads, by routine and number."""
-        found = defaultdict[_Line, list[Place | Group]](list)
-        for each in self.cross_reference.mentions:
-            if each.reads:
-                found[_line_of(each)].append(each.where)
-        return found
+        by_line = defaultdict[_Line, list[Place | Group]](list)
+        for mention in self.cross_reference.mentions:
+            if mention.reads:
+                by_line[_line_of(mention)].append(mention.where)
+        return by_line
 
     def _lines_writing(self, where: Place | Group) -> list[_Line]:
         """Return the rungs and lines that may write an operand."""
-        writers = [each for each in self.cross_reference.mentions if each.writes]
-        found = {_line_of(each) for each in writers if overlap(where, each.where, stretch=True)}
-        return sorted(found, key=str)
+        writers = [mention for mention in self.cross_reference.mentions if mention.writes]
+        lines = {_line_of(writer) for writer in writers if overlap(where, writer.where, stretch=True)}
+        return sorted(lines, key=str)
 
     def _constants(self, routine: str, rung: int | None) -> Iterator[float]:
         """Yield the numbers in a rung or line."""
-        found = self.live.lowered.routines.get(routine.upper())
-        for line in found.lines if found is not None else ():
+        logic = self.live.lowered.routines.get(routine.upper())
+        for line in logic.lines if logic is not None else ():
             if line.number == rung:
-                yield from (each for step in line.steps for each in _numbers(step.operands))
+                yield from (value for step in line.steps for value in _numbers(step.operands))
 
     def _candidate(self, where: Place | Group, compared: Sequence[float]) -> Iterator[Candidate]:
         """Yield an operand as a candidate if it is an input."""
@@ -162,8 +164,8 @@ class Trials:
         """Return an input's place in the rack; "" for a tag that no rung writes, None if it is no input."""
         leaf = where.leaf
         if leaf.is_image and not leaf.output:
-            at = int(where.bit.value) if isinstance(where.bit, Constant) else None
-            place = self.name(leaf.slot or 0, where.fixed_index or 0, at)
+            bit_number = int(where.bit.value) if isinstance(where.bit, Constant) else None
+            place = self.name(leaf.slot or 0, where.fixed_index or 0, bit_number)
             return f"slot {leaf.slot}{REPORTED}" if place is None else place
         is_tag = leaf.slot is None and not leaf.path.startswith(("S:", "~"))
         return "" if is_tag and not self._lines_writing(where) else None
@@ -185,11 +187,11 @@ FARTHEST = 1e6
 
 
 def _numbers(operands: Iterable[Any]) -> Iterator[float]:
-    for each in operands:
-        if isinstance(each, Constant):
-            yield each.value
-        elif isinstance(each, Calculation):
-            yield from _numbers(each.operands)
+    for operand in operands:
+        if isinstance(operand, Constant):
+            yield operand.value
+        elif isinstance(operand, Calculation):
+            yield from _numbers(operand.operands)
 
 
 def _merged(word: int, change: InputChange) -> int:

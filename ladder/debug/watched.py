@@ -91,7 +91,7 @@ class WatchedMemory(Memory):
         """Replace all forces; return the forced values that have their own variables."""
         held = held_values(self.layout, forces)
         self.forces = forces
-        self.held = {(each.leaf.ident, each.index): each for each in held}
+        self.held = {(forced.leaf.ident, forced.index): forced for forced in held}
         lists = in_lists(self.layout, held)
         for ident, cell in self.cells.items():
             values = cell.cell_contents
@@ -257,13 +257,15 @@ class WatchedInterpreter(Interpreter):
     def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:
         """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
-        places = [place for each in read for place in places_in(each)]
-        shown_places = [each for place in places for each in (place, *self._beside(place))]
+        places = [place for operand in read for place in places_in(operand)]
+        shown_places = [watched for place in places for watched in (place, *self._beside(place))]
         site = self.site
         self.site = step.site
         try:
             return tuple(
-                {each.text: self.get(each) for each in shown_places if HIDDEN not in each.leaf.path}.items()
+                {
+                    place.text: self.get(place) for place in shown_places if HIDDEN not in place.leaf.path
+                }.items()
             )
         except LadderFault:
             return ()  # a subscript is out of range, so the step itself will fault

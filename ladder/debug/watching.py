@@ -117,7 +117,7 @@ class WatchedEngine(Engine):
     def _observed(self) -> Callable[[int], object]:
         """Return the compiled program with the present notes and forces."""
         if self._bound is None:
-            held = frozenset((each.leaf.ident, each.left is not None) for each in self._variables)
+            held = frozenset((variable.leaf.ident, variable.left is not None) for variable in self._variables)
             observation = Observation(held, self.noted, bool(self.memory.forces))
             self._bound, self._calling = self._compiled, self._calling_compiled
             if observation != UNOBSERVED:
@@ -180,8 +180,8 @@ class WatchedEngine(Engine):
         """Write the forced values to the memory."""
         self._unapplied = False
         memory = self.memory
-        for each in memory.held.values():
-            memory.write(each.leaf, each.index, memory.read(each.leaf, each.index))
+        for forced in memory.held.values():
+            memory.write(forced.leaf, forced.index, memory.read(forced.leaf, forced.index))
 
     def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
         interpreter = self.interpreter

@@ -17,12 +17,12 @@ from .watched import Change, shown
 
 def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
     """Return the changes of a place or of parts of a group, oldest first, without hidden members."""
-    return [each for each in history if HIDDEN not in each.leaf.path and _concerns(each, where)]
+    return [change for change in history if HIDDEN not in change.leaf.path and _concerns(change, where)]
 
 
 def most_relevant(changes: Sequence[Change], where: Place | Group) -> Change | None:
     """Return the most relevant change: the last, or for a timer or counter, the last of a status bit."""
-    bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
+    bits = [change for change in changes if change.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
 
@@ -31,7 +31,7 @@ def state_of(where: Place | Group, value: object) -> str:
     """Describe a tag's value; a timer's as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
     if not is_counted(where) or not isinstance(value, Mapping):
         return shown(value)
-    bits = [f"{name} = {shown(each)}" for name, each in value.items() if isinstance(each, bool)]
+    bits = [f"{name} = {shown(bit)}" for name, bit in value.items() if isinstance(bit, bool)]
     return f"{', '.join(bits)}, ACC = {value['ACC']} of PRE = {value['PRE']}"
 
 
@@ -58,7 +58,7 @@ def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> st
     """Return the sentence for an unchanged tag, with its possible writers."""
     if not writers:
         return f"{tag} is {shown(value)}: no rung writes it."
-    listed = "\n".join(f"    {each}" for each in writers)
+    listed = "\n".join(f"    {writer}" for writer in writers)
     return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
 
 
@@ -93,7 +93,7 @@ def explain_cause(lowered: LoweredProgram, change: Change) -> str:
     rung = lowered.routines[site.routine.upper()].lines[site.rung or 0].text
     lines = [f"{by}, whose rung was {str(change.power).lower()}:", f"    {rung}"]
     if not change.power:
-        lines += [f"  false was {each}" for each in change.blockers]
+        lines += [f"  false was {blocker}" for blocker in change.blockers]
     return "\n".join(lines)
 
 
@@ -101,7 +101,7 @@ def _by_statement(change: Change, head: str) -> Iterator[str]:
     """Yield a line with the values that a statement read, and one for each condition around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{head}, with {values}" if values else head
-    yield from (f"  inside of {each}" for each in reversed(change.inside))
+    yield from (f"  inside of {outer}" for outer in reversed(change.inside))
 
 
 def _element(change: Change) -> str:

@@ -166,7 +166,7 @@ def _statements_text(
 def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[NumberedLine]:
     """Yield lines of structured text, or elements of a chart, with their numbers; None shows all."""
     if routine.chart is not None:
-        yield from (each for each in chart_lines(routine.chart) if shown is None or each[0] in set(shown))
+        yield from (line for line in chart_lines(routine.chart) if shown is None or line[0] in set(shown))
         return
     chosen = set(routine.numbers if shown is None else shown)
     whole = chosen.issuperset(routine.numbers)

@@ -39,13 +39,13 @@ def action_lines(action: Action) -> list[str]:
     if action.body is None:
         return [cut(head, MOST_WIDE)]
     body = [line for line in block_lines(action.body) if line]
-    more = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
-    return [*(cut(line, MOST_WIDE) for line in (head, *body[:MOST_SHOWN])), *more]
+    left_out = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
+    return [*(cut(line, MOST_WIDE) for line in (head, *body[:MOST_SHOWN])), *left_out]
 
 
 def _actions_width(step: ChartStep) -> int:
     """Return the width of the texts of a step's actions; 0 without actions."""
-    longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
+    longest = max((len(line) for action in step.actions for line in action_lines(action)), default=0)
     return longest * CELL
 
 
@@ -60,12 +60,12 @@ class _Picture:
 
     def drawn(self) -> LivePicture:
         """Draw wires first, then the elements over them."""
-        for number, each in enumerate(self._chart.transitions):
-            self._wires(number, each)
+        for number, transition in enumerate(self._chart.transitions):
+            self._wires(number, transition)
         for step in self._chart.steps:
             self._step(step)
-        for number, each in enumerate(self._chart.transitions):
-            self._transition(number, each)
+        for number, transition in enumerate(self._chart.transitions):
+            self._transition(number, transition)
         width, height = self._lefts[-1] + EDGE, self._tops[-1] + EDGE
         label = f"Chart {self._ident}"
         return live_picture("rung chart", label, self._parts, self._names, width, height)
@@ -80,7 +80,7 @@ class _Picture:
         return self._box(step) + (_actions_width(step) + 4 * PAD + 40 if step.actions else 0)
 
     def _high(self, step: ChartStep) -> int:
-        return max(STEP_HIGH, sum(len(action_lines(each)) * LINE + 8 for each in step.actions))
+        return max(STEP_HIGH, sum(len(action_lines(action)) * LINE + 8 for action in step.actions))
 
     def _columns(self) -> list[int]:
         wide = [LEAST] * self._cells.columns
@@ -104,8 +104,8 @@ class _Picture:
             row = self._cells.transitions[number][1]
             high[row] = max(high[row], LINE + 4 + (LINE if target else 0))
         tops = [EDGE]
-        for each in high:
-            tops.append(tops[-1] + each + GAP)
+        for height in high:
+            tops.append(tops[-1] + height + GAP)
         return tops
 
     def _middle(self, column: int) -> int:
@@ -114,14 +114,16 @@ class _Picture:
     # --- elements
 
     def _tag(self, name: str, *members: str) -> str:
-        found = self._name_of(Address(name, tuple(map(MemberStep, members))))
-        if found is not None:
-            self._names[found] = None
-        return found or ""
+        tag = self._name_of(Address(name, tuple(map(MemberStep, members))))
+        if tag is not None:
+            self._names[tag] = None
+        return tag or ""
 
     def _group(self, kind: str, number: int, lit: str, title: str, inside: str) -> None:
-        at = f"data-at={attribute(f'{self._ident}.{number}')} data-lit={attribute(lit)}"
-        self._parts.append(f'<g class="element {kind}" {at}><title>{plain(title)}</title>{inside}</g>')
+        attributes = f"data-at={attribute(f'{self._ident}.{number}')} data-lit={attribute(lit)}"
+        self._parts.append(
+            f'<g class="element {kind}" {attributes}><title>{plain(title)}</title>{inside}</g>'
+        )
 
     def _step(self, step: ChartStep) -> None:
         column, row = self._cells.steps[step.name.upper()]
@@ -197,8 +199,8 @@ class _Picture:
             for name in each.targets
             if (number, name.upper()) not in self._cells.jumps
         ]
-        starts = [(self._middle(own), self._tops[at] + STEP_HIGH) for own, at in sources]
-        ends = [(self._middle(own), self._tops[at]) for own, at in targets]
+        starts = [(self._middle(own), self._tops[level] + STEP_HIGH) for own, level in sources]
+        ends = [(self._middle(own), self._tops[level]) for own, level in targets]
         self._joined(starts, (x, y), above)
         if len(ends) == 1:  # down in a separate column, then across just above the step
             self._joined(ends, (x, y), ends[0][1] - GAP // 2)
@@ -211,8 +213,8 @@ class _Picture:
         if len(ends) == 1:
             self._wire(f"M{x} {y}V{bar}H{ends[0][0]}V{ends[0][1]}")
             return
-        self._wire("".join(f"M{at} {to}V{bar}" for at, to in [*ends, point]))
-        self._double([x, *(at for at, _ in ends)], bar)
+        self._wire("".join(f"M{start_x} {to}V{bar}" for start_x, to in [*ends, point]))
+        self._double([x, *(start_x for start_x, _ in ends)], bar)
 
     def _double(self, middles: list[int], y: int) -> None:
         left, right = min(middles) - 12, max(middles) + 12
@@ -230,7 +232,12 @@ def chart_lines(chart: Chart) -> Iterator[tuple[int, str]]:
         for action in step.actions:
             yield action.number, f"    {action.head}"
             yield from ((0, f"        {line}") for line in action_lines(action)[1:])
-        for each in chart.after(step.name):
-            joined = f" with {', '.join(name for name in each.sources if name.upper() != step.name.upper())}"
-            yield each.number, f"  + {each.name}{joined if len(each.sources) > 1 else ''}: {each.condition}"
-            yield 0, f"    -> {', '.join(each.targets)}"
+        for leaving in chart.after(step.name):
+            joined = (
+                f" with {', '.join(name for name in leaving.sources if name.upper() != step.name.upper())}"
+            )
+            yield (
+                leaving.number,
+                f"  + {leaving.name}{joined if len(leaving.sources) > 1 else ''}: {leaving.condition}",
+            )
+            yield 0, f"    -> {', '.join(leaving.targets)}"

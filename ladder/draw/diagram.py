@@ -66,9 +66,11 @@ class _Sheet:
         self._sheet, self._ident, self._tag_of, self._top = sheet, ident, tag_of, top
         self.names: dict[str, None] = {}
         self._rows: dict[tuple[int, bool], dict[str, int]] = {}  # the pins on one side of an element, by name
-        least = [min((getattr(each, name) for each in sheet.elements), default=0) for name in ("x", "y")]
+        least = [
+            min((getattr(element, name) for element in sheet.elements), default=0) for name in ("x", "y")
+        ]
         self._left, self._above = least
-        boxes = [self._box(each) for each in sheet.elements]
+        boxes = [self._box(element) for element in sheet.elements]
         self.right = max((x + wide for x, _, wide, _ in boxes), default=0)
         self.bottom = max((y + high for _, y, _, high in boxes), default=top + TITLE)
         self._boxes = boxes
@@ -92,30 +94,30 @@ class _Sheet:
         """Yield the SVG: the title, the wires, then the elements over them."""
         title = f"Sheet {self._sheet.number}" + (f"  {self._sheet.comment}" if self._sheet.comment else "")
         yield self._text(EDGE, self._top + LINE, " ".join(title.split()), "heading")
-        for place, each in enumerate(self._sheet.wires):
-            yield self._wire(each, place)
+        for place, wire in enumerate(self._sheet.wires):
+            yield self._wire(wire, place)
         for number, element in enumerate(self._sheet.elements):
             yield self._element(element, number)
 
     # --- values
 
     def _tag(self, address: str) -> tuple[str, bool] | None:
-        found = self._tag_of(address) if address else None
-        if found is not None:
-            self.names[found[0]] = None
-        return found
+        tag = self._tag_of(address) if address else None
+        if tag is not None:
+            self.names[tag[0]] = None
+        return tag
 
     def _value(self, address: str, x: int, y: int, *, ends: bool) -> str:
-        found = self._tag(address)
-        if found is None:
+        tag = self._tag(address)
+        if tag is None:
             return ""
         anchor = ' text-anchor="end"' if ends else ""
-        return f'<text class="bit value" data-value-of={attribute(found[0])} x="{x}" y="{y}"{anchor}></text>'
+        return f'<text class="bit value" data-value-of={attribute(tag[0])} x="{x}" y="{y}"{anchor}></text>'
 
     def _lit(self, address: str) -> str:
         """Return the attribute that makes the page light an element from a bit."""
-        found = self._tag(address)
-        return f" data-lit={attribute(found[0])}" if found is not None and found[1] else ""
+        tag = self._tag(address)
+        return f" data-lit={attribute(tag[0])}" if tag is not None and tag[1] else ""
 
     # --- elements
 
@@ -127,11 +129,11 @@ class _Sheet:
     def _element(self, element: DrawnElement, number: int) -> str:
         x, y, wide, high = self._boxes[number]
         if element.kind == "text":
-            lines = (self._text(x, y + LINE * n, each, "caption") for n, each in enumerate(element.lines, 1))
+            lines = (self._text(x, y + LINE * n, line, "caption") for n, line in enumerate(element.lines, 1))
             return "".join(lines)
         inside = self._frame(element, x, y, wide, high)
-        found = self._tag(element.tag)
-        tag = found[0] if found else element.tag
+        named = self._tag(element.tag)
+        tag = named[0] if named else element.tag
         lit = "" if element.kind == "block" else self._lit(element.tag)
         title = plain(" ".join(element.lines))
         places = [f"{self._ident}.{place}" for place in element.places] or [f"{self._ident}.s{number}"]
@@ -142,7 +144,7 @@ class _Sheet:
         return text
 
     def _frame(self, element: DrawnElement, x: int, y: int, wide: int, high: int) -> str:
-        at = f'x="{x}" y="{y}" width="{wide}" height="{high}"'
+        bounds = f'x="{x}" y="{y}" width="{wide}" height="{high}"'
         if element.kind != "block":
             round_ = BOX // 2 if element.kind == "connector" else 2
             name = self._text(x + PAD, y + 16, element.lines[0], "name")
@@ -150,8 +152,11 @@ class _Sheet:
             outside = end + 4 if element.kind == "input" else end - 4
             literal = element.kind == "connector" or not element.tag
             value = "" if literal else self._value(element.tag, outside, y + 8, ends=element.kind != "input")
-            return f'<rect class="box" {at} rx="{round_}"/>{name}{value}'
-        parts = [f'<rect class="box" {at} rx="3"/>', self._text(x + PAD, y + 18, element.lines[0], "heading")]
+            return f'<rect class="box" {bounds} rx="{round_}"/>{name}{value}'
+        parts = [
+            f'<rect class="box" {bounds} rx="3"/>',
+            self._text(x + PAD, y + 18, element.lines[0], "heading"),
+        ]
         if len(element.lines) > 1:
             parts.append(self._text(x + PAD, y + 36, element.lines[1], "name"))
         parts += [self._pin(pin, x, y, n, ends=False) for n, pin in enumerate(element.inputs)]
@@ -159,9 +164,9 @@ class _Sheet:
         return "".join(parts)
 
     def _pin(self, pin: DrawnPin, x: int, y: int, row: int, *, ends: bool) -> str:
-        at = y + HEAD + PIN * row + PIN // 2
-        name = self._text(x - 6 if ends else x + 6, at + 4, pin.name, "caption", ends=ends)
-        return name + self._value(pin.value, x + 4 if ends else x - 4, at - 4, ends=not ends)
+        middle = y + HEAD + PIN * row + PIN // 2
+        name = self._text(x - 6 if ends else x + 6, middle + 4, pin.name, "caption", ends=ends)
+        return name + self._value(pin.value, x + 4 if ends else x - 4, middle - 4, ends=not ends)
 
     # --- wires
 
@@ -173,7 +178,9 @@ class _Sheet:
             return (x + wide if output else x), y + BOX // 2
         if (number, output) not in self._rows:
             pins = element.outputs if output else element.inputs
-            self._rows[number, output] = {each.name.upper(): n for n, each in reversed([*enumerate(pins)])}
+            self._rows[number, output] = {
+                candidate.name.upper(): n for n, candidate in reversed([*enumerate(pins)])
+            }
         row = self._rows[number, output].get(pin.upper(), 0)
         return (x + wide if output else x), y + HEAD + PIN * row + PIN // 2
 

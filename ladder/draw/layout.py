@@ -120,12 +120,12 @@ class _Placer:
 
     def _symbol(self, element: Instruction, x: int, y: int, width: int, last: int, number: int) -> None:
         sign, name = SYMBOLS[element.name], str(element.operands[0])
-        at = x + (width - len(sign)) // 2
-        self._wire(x, y, at - 1, last)
-        self._wire(at + len(sign), y, x + width - 1, number)
+        column = x + (width - len(sign)) // 2
+        self._wire(x, y, column - 1, last)
+        self._wire(column + len(sign), y, x + width - 1, number)
         label_x = x + (width - len(name)) // 2
         value = self._ruler.value(element)
-        self.picture.marks.append(Symbol(at, y, sign, name, label_x, number, last, value))
+        self.picture.marks.append(Symbol(column, y, sign, name, label_x, number, last, value))
 
     def _branch(self, branch: Branch, x: int, y: int, last: int, room: int | None) -> int:
         """Place a branch: its legs lead from the left vertical wire to the right one."""
@@ -143,8 +143,8 @@ class _Placer:
         marks = self.picture.marks
         right = x + width - 1
         marks += [Wire(x, y, x, entries[-1], last), Wire(right, y, right, exits[-1], number)]
-        marks += [Corner(x, each, True, last) for each in entries[1:]]
-        marks += [Corner(right, each, False, number) for each in exits if each != y]
+        marks += [Corner(x, entry, True, last) for entry in entries[1:]]
+        marks += [Corner(right, exit_row, False, number) for exit_row in exits if exit_row != y]
         self._wire(x, y, x, last)
         if y in exits:
             self._wire(right, y, right, number)
@@ -158,13 +158,13 @@ class _Placer:
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
             if number > 0:
                 self.picture.continued.append((x, y + row))
-            at, last = self._elements(line.series, x + (number > 0), y + row, last, leg.room)
+            column, last = self._elements(line.series, x + (number > 0), y + row, last, leg.room)
             end = x + width - 1 - (number < below)
-            self._wire(at, y + row, end, last)
+            self._wire(column, y + row, end, last)
             if number < below:
                 self.picture.continued.append((end + 1, y + row))
             else:
-                self.picture.gaps.append((at, y + row))
+                self.picture.gaps.append((column, y + row))
 
 
 def _leading_inputs(series: Series) -> int:

@@ -93,7 +93,7 @@ def live_rung(
             attributes += f' class="instruction"{ruler.attributes(instructions[number])}'
             title = f"<title>{plain(str(instructions[number]))}</title>"
         parts.append(f"<g{attributes}>{title}{group.markup()}</g>")
-    names = dict.fromkeys(name for each in instructions for name in ruler.names(each))
+    names = dict.fromkeys(name for instruction in instructions for name in ruler.names(instruction))
     gaps = tuple(((x + EDGE) * CELL, (y + 0.5) * ROW) for x, y in picture.gaps)
     return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names), gaps)
 
@@ -157,7 +157,7 @@ class _ValueRuler(Ruler):
                 return super().lines(instruction, room)[:-1]
         if instruction.name in BESIDE or texts is None:
             return super().lines(instruction, room)
-        shown_lines = [BoxLine("", " " * WIDE, now=texts.line(each)) for each in range(texts.lines)]
+        shown_lines = [BoxLine("", " " * WIDE, now=texts.line(number)) for number in range(texts.lines)]
         if self._operands:
             return *shown_lines, *super().lines(instruction, room)
         return BoxLine("", str(instruction.operands[0])), *shown_lines
@@ -203,7 +203,7 @@ class _ValueRuler(Ruler):
 
     def attributes(self, instruction: Instruction) -> str:
         names = tuple(dict.fromkeys(self.names(instruction)))
-        first = next((each for each in instruction.operands if isinstance(each, Address)), None)
+        first = next((operand for operand in instruction.operands if isinstance(operand, Address)), None)
         tag = "" if first is None else self._name(first) or str(first)
         return (
             f' data-instruction="{instruction.name}" data-tag={attribute(tag)}'
@@ -228,18 +228,18 @@ class _Group:
             self._rest.append(_PEN.draw(form, shape.kind))
 
     def markup(self) -> str:
-        paths = [f'<path class="{kind}" d="{"".join(each)}"/>' for kind, each in self._strokes.items()]
+        paths = [f'<path class="{kind}" d="{"".join(stroke)}"/>' for kind, stroke in self._strokes.items()]
         return "".join(paths + self._rest)
 
 
 def _value(value: Value) -> str:
     """Return the empty text element for a value: beside a symbol, in a box, or for a block's state."""
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
-    at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
+    position = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""
     if value.now:
-        return f'<text class="now" data-now={attribute(json.dumps(value.now))} {at}{anchor}></text>'
-    return f'<text class="{kind}" data-name={attribute(value.name)} {at}{anchor}></text>'
+        return f'<text class="now" data-now={attribute(json.dumps(value.now))} {position}{anchor}></text>'
+    return f'<text class="{kind}" data-name={attribute(value.name)} {position}{anchor}></text>'
 
 
 _PEN = Pen(ROW, EDGE)

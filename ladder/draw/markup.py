@@ -94,9 +94,9 @@ class Pen:
 
     def frame(self, frame: BoxFrame, kind: str) -> str:
         """Return a frame with rounded corners as an element."""
-        at = f'x="{units((self.left + frame.x) * CELL)}" y="{units((self.top + frame.y) * self.row)}"'
+        position = f'x="{units((self.left + frame.x) * CELL)}" y="{units((self.top + frame.y) * self.row)}"'
         size = f'width="{units(frame.width * CELL)}" height="{units(frame.height * self.row)}"'
-        return f'<rect class="{kind}" {at} {size} rx="3"/>'
+        return f'<rect class="{kind}" {position} {size} rx="3"/>'
 
     def letters(self, letters: Letters, kind: str) -> str:
         """Return a text with one column per character; "" if it is empty."""

@@ -119,7 +119,7 @@ class BlockTexts(NamedTuple):
     @property
     def lines(self) -> int:
         """Number of lines."""
-        return 1 + any(more for _when, _line, more in self.rows)
+        return 1 + any(second for _when, _line, second in self.rows)
 
     def line(self, number: int) -> list[tuple[str, str]]:
         """Return the conditions and texts of line 0 or 1."""
@@ -127,7 +127,9 @@ class BlockTexts(NamedTuple):
 
     def names(self) -> tuple[str, ...]:
         """Return the tags in conditions and lines."""
-        used = [each[1] for row in self.rows for text in row[1:] for each in _REFERENCE.finditer(text)]
+        used = [
+            reference[1] for row in self.rows for text in row[1:] for reference in _REFERENCE.finditer(text)
+        ]
         return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
 
 
@@ -152,12 +154,12 @@ class _TagReader(NamedTuple):
         try:
             known = state.when in ("", POWER)
             when = state.when if known else self._value(state.when).strip("{}")
-            line, more = (
+            line, second = (
                 _REFERENCE.sub(lambda each: self._value(*each.groups("")), text) for text in state[1:]
             )
         except LookupError:
             return None
-        return when, line, more
+        return when, line, second
 
     def _value(self, reference: str, unit: str = "") -> str:
         """Return a reference with a tag name, or a constant's text; LookupError if there is no operand."""

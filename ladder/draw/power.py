@@ -37,8 +37,8 @@ def branches_in(series: Series) -> int:
     >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
     3
     """
-    branches = [each for each in series if isinstance(each, Branch)]
-    return len(branches) + sum(branches_in(leg) for each in branches for leg in each.legs)
+    branches = [element for element in series if isinstance(element, Branch)]
+    return len(branches) + sum(branches_in(leg) for branch in branches for leg in branch.legs)
 
 
 def power(rung: Rung, truth: Sequence[bool] | None) -> str:
@@ -63,15 +63,15 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
     power_after[: len(truth)] = truth
     power_after[numbering.rail] = True
     _flow(rung.series, numbering.rail, numbering, power_after)
-    return "".join("01"[each] for each in power_after)
+    return "".join("01"[powered] for powered in power_after)
 
 
 def _flow(series: Series, last: int, numbering: Numbering, power_after: list[bool]) -> int:
     """Append the power after each branch of a series; return the number of the last element."""
-    for each in series:
-        if isinstance(each, Branch):
+    for element in series:
+        if isinstance(element, Branch):
             number = numbering.branch()
-            ends = [_flow(leg, last, numbering, power_after) for leg in each.legs]
+            ends = [_flow(leg, last, numbering, power_after) for leg in element.legs]
             power_after[number] = any(power_after[end] for end in ends)
             last = number
         else:

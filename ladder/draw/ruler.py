@@ -17,7 +17,7 @@ from ..model.spec import Spec
 from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 
-SYMBOLS = {each.name: each.symbol for each in SPECS if each.symbol}
+SYMBOLS = {spec.name: spec.symbol for spec in SPECS if spec.symbol}
 """Symbols of contacts and coils, which have one operand above."""
 
 _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Position"}
@@ -29,7 +29,7 @@ def _captions(spec: Spec) -> tuple[str, ...]:
     return spec.captions or tuple(shown.get(place, "") for place in range(max(shown, default=-1) + 1))
 
 
-CAPTIONS = {each.name: _captions(each) for each in SPECS}
+CAPTIONS = {spec.name: _captions(spec) for spec in SPECS}
 """Captions of the operands in a box, by instruction."""
 
 GAP = 1
@@ -78,7 +78,7 @@ class SeriesLayout:
     def width(self) -> int:
         """The columns, including marks."""
         last = len(self.lines) - 1
-        return max(line.size.width + (at > 0) + (at < last) for at, line in enumerate(self.lines))
+        return max(line.size.width + (place > 0) + (place < last) for place, line in enumerate(self.lines))
 
     @property
     def rows(self) -> list[int]:
@@ -96,10 +96,10 @@ class SeriesLayout:
 
 def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
     """Return operand captions by instruction, for the program's dialect and its add-on instructions."""
-    own = {name: _captions(each) for name, each in program.builtin.items()}
+    own = {name: _captions(definition) for name, definition in program.builtin.items()}
     add_ons = program.add_ons.values()
     return own | {
-        each.name: ("Instance", *(parameter.name for parameter in each.required)) for each in add_ons
+        add_on.name: ("Instance", *(parameter.name for parameter in add_on.required)) for add_on in add_ons
     }
 
 
@@ -148,10 +148,12 @@ class Ruler:
         if room is None or whole.size.width <= room:
             return SeriesLayout((whole,), None)
         inner = room - MARKS
-        return SeriesLayout(tuple(self._line(each, inner) for each in self._broken(series, inner)), inner)
+        return SeriesLayout(
+            tuple(self._line(elements, inner) for elements in self._broken(series, inner)), inner
+        )
 
     def _line(self, series: Series, room: int | None) -> LineLayout:
-        sizes = [self.size(each, room) for each in series]
+        sizes = [self.size(element, room) for element in series]
         size = Size(
             sum(size.width for size in sizes),
             max((size.above for size in sizes), default=0),
@@ -175,10 +177,12 @@ class Ruler:
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         """Return the lines of a box; a long operand takes several lines."""
         captions = self._captions.get(instruction.name, ())
-        named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
+        named = [
+            captions[place] if place < len(captions) else "" for place in range(len(instruction.operands))
+        ]
         taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
         longest = None if room is None else max(room - taken, SHORTEST)
-        entries = (self.entry(instruction, at, caption, longest) for at, caption in enumerate(named))
+        entries = (self.entry(instruction, place, caption, longest) for place, caption in enumerate(named))
         return tuple(line for entry in entries for line in entry)
 
     def entry(
@@ -187,7 +191,7 @@ class Ruler:
         """Return the lines of one operand, at most `longest` characters each."""
         operand = str(instruction.operands[number])
         parts = [operand] if longest is None else pieces(operand, longest)
-        return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
+        return [BoxLine(caption if place == 0 else "", part) for place, part in enumerate(parts)]
 
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
         """Return the conditions and texts of a block's state beside its title, see `draw.now`."""
@@ -204,15 +208,15 @@ def pieces(text: str, longest: int) -> list[str]:
     >>> pieces("Total*1000+Offset", 8)
     ['Total*', '1000+', 'Offset']
     """
-    found = [""]
+    lines = [""]
     for word in _PIECE.findall(text):
-        if len(found[-1]) + len(word) > longest and found[-1]:
-            found.append("")
+        if len(lines[-1]) + len(word) > longest and lines[-1]:
+            lines.append("")
         while len(word) > longest:
-            found[-1], word = word[:longest], word[longest:]
-            found.append("")
-        found[-1] += word
-    return found
+            lines[-1], word = word[:longest], word[longest:]
+            lines.append("")
+        lines[-1] += word
+    return lines
 
 
 def caption_width(lines: Sequence[BoxLine]) -> int:

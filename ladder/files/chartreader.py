@@ -39,7 +39,7 @@ from ..st import parse_statements
 from .linereader import LineReader
 
 _NAME = r"[A-Za-z_]\w*"
-_QUALIFIERS = "|".join(each.value for each in Qualifier)
+_QUALIFIERS = "|".join(qualifier.value for qualifier in Qualifier)
 _STEP = re.compile(rf"(INITIAL_STEP|STEP|STOP)\s+({_NAME})", re.IGNORECASE)
 _ACTION = re.compile(
     rf"ACTION\s+({_NAME})\s+({_QUALIFIERS})(?:\s+INDICATOR\s+(\S+?))?(?:\s+PRE\s*:=\s*(.+?))?\s*(;?)",
@@ -70,15 +70,15 @@ class ChartReader(LineReader):
         listed: dict[str, tuple[Address, ...]] = {}
         notes: list[str] = []
         while (line := self._peek()) is not None:
-            if found := _STEP.fullmatch(line):
-                steps.append(self._step(found[1].upper(), found[2]))
-            elif found := _TRANSITION.fullmatch(line):
-                transitions.append(self._transition(found))
-            elif found := _LISTED.fullmatch(line):
-                listed[found[1].upper()] = tuple(parse_address(each.strip()) for each in found[2].split(","))
+            if match := _STEP.fullmatch(line):
+                steps.append(self._step(match[1].upper(), match[2]))
+            elif match := _TRANSITION.fullmatch(line):
+                transitions.append(self._transition(match))
+            elif match := _LISTED.fullmatch(line):
+                listed[match[1].upper()] = tuple(parse_address(part.strip()) for part in match[2].split(","))
                 self._at += 1
-            elif found := _NOTE.fullmatch(line):
-                notes.append(found[1] or "")
+            elif match := _NOTE.fullmatch(line):
+                notes.append(match[1] or "")
                 self._at += 1
             else:
                 self._fail("INITIAL_STEP, STEP, STOP, TRANSITION, INPUTS, RETURNS or NOTE")
@@ -99,12 +99,12 @@ class ChartReader(LineReader):
         presets: list[tuple[str, Operand]] = []
         actions: list[Action] = []
         while (line := self._peek()) is None or line.upper() != "END_STEP":
-            if found := _PRESET.fullmatch(line or ""):
-                member = next(each for each in PRESETS if each.upper() == found[1].upper())
-                presets.append((member, self._expression(found[2])))
+            if match := _PRESET.fullmatch(line or ""):
+                member = next(preset for preset in PRESETS if preset.upper() == match[1].upper())
+                presets.append((member, self._expression(match[2])))
                 self._at += 1
-            elif found := _ACTION.fullmatch(line or ""):
-                actions.append(self._action(found))
+            elif match := _ACTION.fullmatch(line or ""):
+                actions.append(self._action(match))
             else:
                 self._fail("ACTION, an expression of PRE, LimitHigh or LimitLow, or END_STEP")
         self._at += 1
@@ -120,7 +120,7 @@ class ChartReader(LineReader):
 
     def _transition(self, found: re.Match[str]) -> Transition:
         number, origin = self._next()
-        sources, targets = (tuple(each.strip() for each in found[part].split(",")) for part in (2, 3))
+        sources, targets = (tuple(name.strip() for name in found[part].split(",")) for part in (2, 3))
         self._at += 1
         start, end = self._until("END_TRANSITION")
         lines = self._lines[start:end]
@@ -142,19 +142,19 @@ class ChartReader(LineReader):
 
 def expression_of(lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]) -> Operand:
     """Read an expression of structured text; a final semicolon is optional."""
-    found = _single(lines, numbers, file, specs)
-    if isinstance(found, Assignment):
-        return found.value
+    statement = _single(lines, numbers, file, specs)
+    if isinstance(statement, Assignment):
+        return statement.value
     site = Site(file=file, line=numbers[0], column=1)
-    raise RungTextError("an expression", repr(str(found)), site)
+    raise RungTextError("an expression", repr(str(statement)), site)
 
 
 def condition_of(
     lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]
 ) -> Operand | Instruction:
     """Read the condition of a transition: an expression, or a JSR."""
-    found = _single(lines, numbers, file, specs)
-    return found.instruction if isinstance(found, Invocation) else found.value
+    statement = _single(lines, numbers, file, specs)
+    return statement.instruction if isinstance(statement, Invocation) else statement.value
 
 
 _CALL = re.compile(r"\s*JSR\s*\(", re.IGNORECASE)
@@ -170,7 +170,7 @@ def _single(
     block = parse_statements(
         f"{head}{text}\n;", file=file, lines=[*first, *numbers, numbers[-1]], specs=specs
     )
-    found = [each for each in block if isinstance(each, (Assignment, Invocation))]
-    if len(found) == 1:
-        return found[0]
+    statements = [statement for statement in block if isinstance(statement, (Assignment, Invocation))]
+    if len(statements) == 1:
+        return statements[0]
     raise RungTextError("one expression", repr(text.strip()), Site(file=file, line=numbers[0], column=1))

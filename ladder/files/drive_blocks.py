@@ -145,10 +145,10 @@ XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.S
 def for_drives(text: str) -> str:
     """Return the text of the library with the rows applied."""
     parts = text.split("\nINSTRUCTION ")
-    places = {part.split(maxsplit=1)[0]: at for at, part in enumerate(parts)} | {"": 0}
+    places = {part.split(maxsplit=1)[0]: number for number, part in enumerate(parts)} | {"": 0}
     for block, line, instead in ROWS:
-        at = places[block]
-        before, found, after = parts[at].partition(line)
-        assert found, (block, line)
-        parts[at] = before + instead + after
+        place = places[block]
+        before, separator, after = parts[place].partition(line)
+        assert separator, (block, line)
+        parts[place] = before + instead + after
     return "\nINSTRUCTION ".join(parts)

@@ -56,12 +56,12 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
     lines = text.splitlines()
     places = _places(lines)
     changes = [_change(lines, places, edit) for edit in edits]
-    for program in dict.fromkeys(each.program for each in tags):
-        at = places.tags.get(program.upper())
-        if at is None:
+    for program in dict.fromkeys(tag.program for tag in tags):
+        line = places.tags.get(program.upper())
+        if line is None:
             raise LadderError(f"the file has no program {program}")
-        own = [f"TAG {each.name} : {each.type}" for each in tags if each.program == program]
-        changes.append((at, at, own))
+        own = [f"TAG {tag.name} : {tag.type}" for tag in tags if tag.program == program]
+        changes.append((line, line, own))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = new
     newline = "\r\n" if "\r\n" in text else "\n"
@@ -97,17 +97,17 @@ def _places(lines: list[str]) -> _Places:
             continue
         elif CONTROLLER_HEAD.fullmatch(line):
             is_controller = True
-        elif is_controller and (found := PROGRAM_HEAD.fullmatch(line)):
-            program = found.group(1)
+        elif is_controller and (match := PROGRAM_HEAD.fullmatch(line)):
+            program = match.group(1)
             places.tags[program.upper()] = number
         elif END_PROGRAM.fullmatch(line):
             program = ""
         elif TAG_LINE.fullmatch(line) or (PROGRAM_HEAD.fullmatch(line) and not is_controller):
             places.tags[program.upper()] = number
-        elif found := ROUTINE_HEAD.fullmatch(line):
-            name = scoped(program, found.group(1)).upper()
+        elif match := ROUTINE_HEAD.fullmatch(line):
+            name = scoped(program, match.group(1)).upper()
             places.heads[name] = number
-            if not found.group(2):
+            if not match.group(2):
                 places.rungs[name] = list(_rungs(lines, number))
                 number = places.rungs[name][-1].end if places.rungs[name] else number
     return places
@@ -116,14 +116,14 @@ def _places(lines: list[str]) -> _Places:
 def _rungs(lines: list[str], number: int) -> Iterator[_Lines]:
     """Yield the rungs of a routine, beginning with the line after its head."""
     comment = first = None
-    for at in range(number, len(lines)):
-        line = without_comment(lines[at])
+    for place in range(number, len(lines)):
+        line = without_comment(lines[place])
         if first is None and line.upper() == "END":
             return
         if first is None and not line:
-            comment = at if comment is None and lines[at].strip() else comment
+            comment = place if comment is None and lines[place].strip() else comment
             continue
-        first = at if first is None else first
+        first = place if first is None else first
         if line.endswith(";"):
-            yield _Lines(first if comment is None else comment, first, at + 1)
+            yield _Lines(first if comment is None else comment, first, place + 1)
             comment = first = None

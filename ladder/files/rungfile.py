@@ -132,10 +132,10 @@ def program_text(program: Program | Controller) -> str:
             f"{program.kind} {program.name} has routines in Python ({names}): they are not rung text"
         )
     if isinstance(program, Controller):
-        head, rest = f"CONTROLLER {program.name}", _tasks_and_programs(program)
+        head, body = f"CONTROLLER {program.name}", _tasks_and_programs(program)
     else:
-        head, rest = _head(program), _routines(program)
-    return "\n".join([head, *_options(program), "", *_declared(program), *rest]) + "\n"
+        head, body = _head(program), _routines(program)
+    return "\n".join([head, *_options(program), "", *_declared(program), *body]) + "\n"
 
 
 def _tasks_and_programs(controller: Controller) -> Iterator[str]:
@@ -202,12 +202,14 @@ def _rung_lines(routine: Routine) -> Iterator[str]:
 def instruction_text(definition: AddOn) -> str:
     """Return an add-on instruction as text."""
     lines = [f"INSTRUCTION {definition.name}{_comment_text(definition.comment)}"]
-    for each in definition.parameters:
-        required = " REQUIRED" if each.required else ""
-        kind = f"{each.type.name}{dims_text(each.dims)}"
-        at = f" AT {each.at}" if each.at else ""
-        more = f"{required}{at}{_initial_text(each.initial)}{_comment_text(each.comment)}"
-        lines.append(f"{each.way.value} {each.name} : {kind}{more}")
+    for parameter in definition.parameters:
+        required = " REQUIRED" if parameter.required else ""
+        kind = f"{parameter.type.name}{dims_text(parameter.dims)}"
+        overlay = f" AT {parameter.at}" if parameter.at else ""
+        attributes = (
+            f"{required}{overlay}{_initial_text(parameter.initial)}{_comment_text(parameter.comment)}"
+        )
+        lines.append(f"{parameter.way.value} {parameter.name} : {kind}{attributes}")
     for routine in definition.routines:
         lines += _routine_text(routine)
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"
@@ -217,7 +219,7 @@ def _types(logic: LadderLogic) -> Iterator[str]:
     """Yield structures and add-on instructions in order of dependency."""
     seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
     for name in LIBRARIES:
-        if any(is_of_library(each, name) for each in logic.add_ons.values()):
+        if any(is_of_library(add_on, name) for add_on in logic.add_ons.values()):
             seen.update(load_library(name).types)
             yield f"USE {name}"
 
@@ -236,15 +238,15 @@ def _types(logic: LadderLogic) -> Iterator[str]:
         yield f"TYPE {kind.name} ({', '.join(_member_text(member) for member in kind.members)})"
 
     inner = logic.programs if isinstance(logic, Controller) else []
-    for declaration in (each for scope in (logic, *inner) for each in scope.declarations):
+    for declaration in (item for scope in (logic, *inner) for item in scope.declarations):
         if isinstance(declaration, Tag | Alias) and declaration.type:
             yield from walk(declaration.type)
 
 
 def _member_text(member: Member) -> str:
-    at = f" AT {member.at}" if member.at else ""
+    overlay = f" AT {member.at}" if member.at else ""
     hidden = " HIDDEN" if member.hidden else ""
-    return f"{member.name} : {member.type.name}{dims_text(member.dims)}{at}{hidden}"
+    return f"{member.name} : {member.type.name}{dims_text(member.dims)}{overlay}{hidden}"
 
 
 def _initial_text(initial: object) -> str:
@@ -256,15 +258,15 @@ def _comment_text(comment: str) -> str:
 
 
 def _declarations(logic: LadderLogic) -> Iterator[str]:
-    for each in logic.declarations:
-        if isinstance(each, Tag):
-            text = f"TAG {declared(each)}{_initial_text(each.initial)}"
-        elif isinstance(each, SlotAlias):
-            text = f"SLOT {each.name} : {each.slot}"
+    for declaration in logic.declarations:
+        if isinstance(declaration, Tag):
+            text = f"TAG {declared(declaration)}{_initial_text(declaration.initial)}"
+        elif isinstance(declaration, SlotAlias):
+            text = f"SLOT {declaration.name} : {declaration.slot}"
         else:
-            bound = f" AS {each.type.name}" if each.type else ""
-            text = f"ALIAS {each.name} : {each.target}{bound}"
-        yield text + _comment_text(each.comment)
+            bound = f" AS {declaration.type.name}" if declaration.type else ""
+            text = f"ALIAS {declaration.name} : {declaration.target}{bound}"
+        yield text + _comment_text(declaration.comment)
 
 
 def _stubs(logic: LadderLogic) -> Iterator[str]:

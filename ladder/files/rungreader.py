@@ -171,34 +171,34 @@ class Reader(LineReader):
     def _dialect(self) -> str:
         """Read the DIALECT line."""
         line = self._peek() or ""
-        found = _DIALECT.fullmatch(line)
-        if found is None:
+        match = _DIALECT.fullmatch(line)
+        if match is None:
             return LOGIX
-        if found.group(1).lower() not in DIALECTS:
-            self._fail(f"a dialect ({', '.join(DIALECTS)})", found.group(1))
+        if match.group(1).lower() not in DIALECTS:
+            self._fail(f"a dialect ({', '.join(DIALECTS)})", match.group(1))
         self._at += 1
-        self._builtin = DIALECTS[found.group(1).lower()]
+        self._builtin = DIALECTS[match.group(1).lower()]
         self._update_specs()
-        return found.group(1).lower()
+        return match.group(1).lower()
 
     def _allowed(self) -> tuple[str, ...]:
         allowed = []
-        while (line := self._peek()) and (found := _ALLOW.fullmatch(line)):
-            allowed.append(found.group(1).strip())
+        while (line := self._peek()) and (match := _ALLOW.fullmatch(line)):
+            allowed.append(match.group(1).strip())
             self._at += 1
         return tuple(allowed)
 
     def _chart_options(self) -> ChartOptions:
         """Read the CHARTS line."""
-        found = _CHARTS.fullmatch(self._peek() or "")
-        if found is None:
+        match = _CHARTS.fullmatch(self._peek() or "")
+        if match is None:
             return DEFAULT_OPTIONS
         kinds = (ExecutionControl, RestartPosition, LastScan)
-        for word, kind in zip(found.groups(), kinds, strict=True):
+        for word, kind in zip(match.groups(), kinds, strict=True):
             if word.upper() not in kind.__members__:
                 self._fail(f"CHARTS with one of {', '.join(kind.__members__)}", word)
         self._at += 1
-        control, restart, last_scan = map(str.upper, found.groups())
+        control, restart, last_scan = map(str.upper, match.groups())
         return ChartOptions(ExecutionControl(control), RestartPosition(restart), LastScan(last_scan))
 
     def _controller(self) -> Controller:
@@ -206,11 +206,11 @@ class Reader(LineReader):
         controller = Controller(head.group(1), allow=self._allowed())
         controller.chart_options = self._chart_options()
         while (line := self._peek()) is not None:
-            if found := PROGRAM_HEAD.fullmatch(line):
+            if match := PROGRAM_HEAD.fullmatch(line):
                 self._at += 1
-                self._block(controller.program(found.group(1), main=found.group(2), fault=found.group(3)))
-            elif found := _TASK.fullmatch(line):
-                controller.add_task(self._task(found, _comment_of(self._lines[self._at])))
+                self._block(controller.program(match.group(1), main=match.group(2), fault=match.group(3)))
+            elif match := _TASK.fullmatch(line):
+                controller.add_task(self._task(match, _comment_of(self._lines[self._at])))
                 self._at += 1
             elif ROUTINE_HEAD.fullmatch(line):
                 self._fail("PROGRAM: in a controller a routine is in a program")
@@ -236,7 +236,7 @@ class Reader(LineReader):
         return Task(
             name,
             kind,
-            tuple(each.strip() for each in programs.split(",")) if programs else (),
+            tuple(program_name.strip() for program_name in programs.split(",")) if programs else (),
             rate_ns,
             int(priority or 10),
             bool(preempt),
@@ -270,7 +270,7 @@ class Reader(LineReader):
             routine: name of the single routine if statements follow the declarations.
         """
         self._add_ons, self._stubs, self._builtin = dict(program.add_ons), program.stubs, program.builtin
-        self._types |= {each.name: each for each in program.structures()}
+        self._types |= {structure.name: structure for structure in program.structures()}
         self._specs = program.specs
         if routine is not None:
             self._flat(program, 0, routine)
@@ -283,17 +283,17 @@ class Reader(LineReader):
 
     def _skip_comments(self, number: int) -> int:
         """Return the first line at or after `number` that is neither blank nor inside a comment."""
-        found = _COMMENTS.match(self._text, self._starts[number])
-        assert found is not None, "nothing is a match, too"
-        return max(number, bisect_right(self._starts, found.end()) - 1)
+        match = _COMMENTS.match(self._text, self._starts[number])
+        assert match is not None, "nothing is a match, too"
+        return max(number, bisect_right(self._starts, match.end()) - 1)
 
     def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
         line = self._peek()
-        found = pattern.fullmatch(line) if line else None
-        if found is None:
+        match = pattern.fullmatch(line) if line else None
+        if match is None:
             self._fail(expected)
         self._at += 1
-        return found
+        return match
 
     @contextmanager
     def _at_line(self, number: int) -> Iterator[None]:
@@ -309,23 +309,23 @@ class Reader(LineReader):
         if self._definition(line):
             program.use(*self._add_ons.values())
             return
-        if found := TAG_LINE.fullmatch(line):
-            kind, dims = self._type(found.group(2)), self._dims(found.group(3))
-            program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4), kind), comment))
-        elif found := _SLOT.fullmatch(line):
-            program.add(SlotAlias(found.group(1), int(found.group(2)), comment))
-        elif found := _STUB.fullmatch(line):
+        if match := TAG_LINE.fullmatch(line):
+            kind, dims = self._type(match.group(2)), self._dims(match.group(3))
+            program.add(Tag(match.group(1), kind, dims, self._initial(match.group(4), kind), comment))
+        elif match := _SLOT.fullmatch(line):
+            program.add(SlotAlias(match.group(1), int(match.group(2)), comment))
+        elif match := _STUB.fullmatch(line):
             if self._in_program:
                 self._fail("STUB before the programs of a controller")
             with self._at_line(self._at):
-                program.stub(found.group(1), found.group(2))
+                program.stub(match.group(1), match.group(2))
             self._stubs = {**program.stubs, **self._given.by_name}
             self._update_specs()
-        elif found := _ALIAS.fullmatch(line):
-            bound = self._structure(found.group(3)) if found.group(3) else None
-            program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
-        elif isinstance(program, Program) and (found := ROUTINE_HEAD.fullmatch(line)):
-            program.add_routine(self._routine(found))
+        elif match := _ALIAS.fullmatch(line):
+            bound = self._structure(match.group(3)) if match.group(3) else None
+            program.add(Alias(match.group(1), parse_address(match.group(2)), comment, bound))
+        elif isinstance(program, Program) and (match := ROUTINE_HEAD.fullmatch(line)):
+            program.add_routine(self._routine(match))
             return
         else:
             own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
@@ -334,14 +334,14 @@ class Reader(LineReader):
 
     def _definition(self, line: str) -> bool:
         """Read a definition of types or instructions; return whether there was one."""
-        if found := _USE.fullmatch(line):
-            self._use(found.group(1))
-        elif found := _TYPE.fullmatch(line):
-            members = tuple(self._member(each) for each in _split(found.group(2)))
+        if match := _USE.fullmatch(line):
+            self._use(match.group(1))
+        elif match := _TYPE.fullmatch(line):
+            members = tuple(self._member(member) for member in _split(match.group(2)))
             with self._at_line(self._at):
-                self._types[found.group(1)] = Structure(found.group(1), members)
-        elif found := INSTRUCTION_HEAD.fullmatch(line):
-            self._instruction(found.group(1))
+                self._types[match.group(1)] = Structure(match.group(1), members)
+        elif match := INSTRUCTION_HEAD.fullmatch(line):
+            self._instruction(match.group(1))
             return True
         else:
             return False
@@ -364,10 +364,10 @@ class Reader(LineReader):
         parameters: list[Parameter] = []
         routines: list[Routine] = []
         while (line := self._peek()) and not END_INSTRUCTION.fullmatch(line):
-            if found := ROUTINE_HEAD.fullmatch(line):
-                if found.group(1).upper() not in map(str.upper, ROUTINES):
-                    self._fail(f"one of the routines {', '.join(ROUTINES)}", found.group(1))
-                routines.append(self._routine(found))
+            if match := ROUTINE_HEAD.fullmatch(line):
+                if match.group(1).upper() not in map(str.upper, ROUTINES):
+                    self._fail(f"one of the routines {', '.join(ROUTINES)}", match.group(1))
+                routines.append(self._routine(match))
             else:
                 parameters.append(self._parameter(line))
         if line is None:
@@ -380,10 +380,10 @@ class Reader(LineReader):
         self._types[name] = definition.structure
 
     def _parameter(self, line: str) -> Parameter:
-        found = _PARAMETER.fullmatch(line)
-        if found is None:
+        match = _PARAMETER.fullmatch(line)
+        if match is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
-        way, name, kind_name, dims, required, at, initial = found.groups()
+        way, name, kind_name, dims, required, overlay, initial = match.groups()
         kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._at])
         parameter = Parameter(
@@ -394,17 +394,17 @@ class Reader(LineReader):
             bool(required),
             comment,
             self._initial(initial, kind),
-            at or "",
+            overlay or "",
         )
         self._at += 1
         return parameter
 
     def _member(self, text: str) -> Member:
-        found = _MEMBER.fullmatch(text.strip())
-        if found is None:
+        match = _MEMBER.fullmatch(text.strip())
+        if match is None:
             self._fail("members as name : TYPE", repr(text.strip()))
-        name, kind, dims, at, hidden = found.groups()
-        return Member(name, self._type(kind), self._dims(dims), at=at or "", hidden=bool(hidden))
+        name, kind, dims, overlay, hidden = match.groups()
+        return Member(name, self._type(kind), self._dims(dims), at=overlay or "", hidden=bool(hidden))
 
     def _type(self, name: str) -> DataType:
         for known, kind in self._types.items():
@@ -511,9 +511,9 @@ def _quoted(found: re.Match[str]) -> str:
 def _patterns(value: object, kind: DataType | None) -> object:
     """Replace numbers with a radix by the value that their bits have in the type of their place."""
     if isinstance(value, list):
-        return [_patterns(each, kind) for each in value]
+        return [_patterns(element, kind) for element in value]
     if isinstance(value, dict):
-        return {name: _patterns(each, _member_type(kind, name)) for name, each in value.items()}
+        return {name: _patterns(element, _member_type(kind, name)) for name, element in value.items()}
     if not isinstance(value, str) or not value.startswith(_MARK):
         return value
     radix, digits = value.removeprefix(_MARK).split("#")
@@ -529,4 +529,4 @@ def _member_type(kind: DataType | None, name: str) -> DataType | None:
 
 
 def _split(text: str) -> list[str]:
-    return [each for each in re.split(r",(?![^\[]*\])", text) if each.strip()]
+    return [part for part in re.split(r",(?![^\[]*\])", text) if part.strip()]

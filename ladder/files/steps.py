@@ -219,10 +219,10 @@ def _writer(words: Sequence[str]) -> Callable[[Image], None]:
 
 def _command(words: Sequence[str]) -> Callable[[Image], None]:
     image = Image()
-    rest = iter(words)
-    for word in rest:
+    remaining = iter(words)
+    for word in remaining:
         if word in _PARAMETERS:
-            _put(image, word, next(rest, ""))
+            _put(image, word, next(remaining, ""))
         else:
             _check_name(word, [*_COMMANDS, *_PARAMETERS, *_PLAIN, "words"], "command bit or parameter")
             place, mask = _COMMANDS[word]

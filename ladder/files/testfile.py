@@ -71,13 +71,13 @@ def read_test_file(path: Path) -> TestFile | None:
     flat = path.suffix == STRUCTURED_SUFFIX
     text = read_input_text(path, TextKind.STRUCTURED if flat else TextKind.RUNGS)
     lines = text.splitlines()
-    number = next((at for at, line in enumerate(lines) if line.split("//")[0].strip()), 0)
+    number = next((line_number for line_number, line in enumerate(lines) if line.split("//")[0].strip()), 0)
     head = _HEAD.fullmatch(lines[number]) if lines else None
     if head is None:
         return None
     body = "\n".join([*lines[:number], "", *lines[number + 1 :]])
-    found = {each[1]: body.count("\n", 0, each.start(1)) + 1 for each in _ROUTINE.finditer(body)}
-    routines = {path.stem: number + 1} if flat else found
+    headings = {match[1]: body.count("\n", 0, match.start(1)) + 1 for match in _ROUTINE.finditer(body)}
+    routines = {path.stem: number + 1} if flat else headings
     if not routines:
         site = Site(file=str(path), line=number + 1)
         raise LadderError.at(site, f"no routine whose name begins with {PREFIX}")
@@ -101,7 +101,7 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
         raise LadderError(f"program {owner.name} has no routine: there is nothing to test")
     flat = file.path.suffix == STRUCTURED_SUFFIX
     Reader(file.text, str(file.path)).add_to(owner, file.path.stem if flat else None)
-    calls = (parse_rung(f"JSR({each},0);", specs=owner.specs) for each in (first, routine))
+    calls = (parse_rung(f"JSR({name},0);", specs=owner.specs) for name in (first, routine))
     owner.add_routine(Routine(_MAIN, tuple(calls)))
     owner.main = _MAIN
     return both, routine if owner is both else scoped(owner.name, routine)
@@ -110,8 +110,8 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
 def _cyclic(controller: Controller) -> Program:
     """Return the program of a controller to which tests are added."""
     names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
-    known = {each.name.upper(): each for each in controller.programs}
-    found = [known[name.upper()] for name in names if name.upper() in known] or controller.programs
-    if not found:
+    known = {program.name.upper(): program for program in controller.programs}
+    programs = [known[name.upper()] for name in names if name.upper() in known] or controller.programs
+    if not programs:
         raise LadderError(f"controller {controller.name} has no program: there is nothing to test")
-    return found[0]
+    return programs[0]

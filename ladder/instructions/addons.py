@@ -88,5 +88,5 @@ ADD_ON_OFF_CALL = always(
 
 def with_off_calls(specs: Mapping[str, Spec]) -> dict[str, Spec]:
     """Return add-on specs by name in capitals, together with those of calls as on a false rung."""
-    off = (replace(each, name=f"{each.name}{OFF}") for each in specs.values())
-    return {**specs, **{each.name.upper(): each for each in off}}
+    off = (replace(spec, name=f"{spec.name}{OFF}") for spec in specs.values())
+    return {**specs, **{spec.name.upper(): spec for spec in off}}

@@ -25,8 +25,8 @@ def _assert(machine: Interpreter, condition: Resolved) -> None:
 def _values(machine: Interpreter, operand: Resolved) -> Iterator[tuple[str, str]]:
     """Yield the tags of an operand with their values."""
     if isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _values(machine, each)
+        for inner in operand.operands:
+            yield from _values(machine, inner)
     elif isinstance(operand, Place):
         value = machine.get(operand)
         yield operand.text, str(int(value) if isinstance(value, bool) else value)

@@ -88,10 +88,13 @@ def _clear(machine: Interpreter, chart: LoweredChart) -> None:
     machine.put(chart.reset, 0)
     for node in chart.nodes:
         _put(machine, node.bits, **dict.fromkeys(_OFF & node.bits.keys(), 0))
-    for each in chart.actions:
-        _put(machine, each.bits, A=0, Q=0, T=0, ns=0, owner=0, latch=0)
+    for chart_action in chart.actions:
+        _put(machine, chart_action.bits, A=0, Q=0, T=0, ns=0, owner=0, latch=0)
     if chart.options.restart is RestartPosition.INITIAL:
-        for bits in (*(each.bits for each in chart.nodes), *(each.bits for each in chart.actions)):
+        for bits in (
+            *(chart_node.bits for chart_node in chart.nodes),
+            *(entry.bits for entry in chart.actions),
+        ):
             _put(machine, bits, **dict.fromkeys({"Count", "TMax"} & bits.keys(), 0))
 
 
@@ -102,8 +105,8 @@ _OFF = frozenset(("X", "FS", "SA", "LS", "DN", "OV", "Reset", "T", "ns", "new"))
 def _reset(machine: Interpreter, chart: LoweredChart, target: ChartNode) -> None:
     """Continue at a step; the other steps and all actions end [1756-RM003, SFR]."""
     machine.put(chart.reset, 0)
-    for each in chart.actions:
-        _end(machine, chart, each)
+    for chart_action in chart.actions:
+        _end(machine, chart, chart_action)
     for node in chart.nodes:
         _put(machine, node.bits, **dict.fromkeys({"X", "SA", "new", "Reset"} & node.bits.keys(), 0))
     _activate(machine, target)
@@ -118,18 +121,21 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
 
 def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
     """Continue a chart with its active steps and their times; if no step is active, begin the chart."""
-    if not any(machine.get(each.bits["X"]) for each in chart.nodes):
+    if not any(machine.get(node.bits["X"]) for node in chart.nodes):
         return
     machine.put(chart.state, RESUMED)
-    for bits in (*(each.bits for each in chart.nodes), *(each.bits for each in chart.actions)):
+    for bits in (
+        *(node.bits for node in chart.nodes),
+        *(chart_action.bits for chart_action in chart.actions),
+    ):
         if "T" in bits and "ns" in bits:
             machine.put(bits["ns"], _number(machine, bits["T"]) * _MS)
 
 
 def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
     """End the actions of a nested chart; if charts restart at the initial step, return to it."""
-    for each in chart.actions:
-        _end(machine, chart, each)
+    for chart_action in chart.actions:
+        _end(machine, chart, chart_action)
     if chart.options.restart is RestartPosition.INITIAL:
         _clear(machine, chart)
         machine.put(chart.state, NEW)
@@ -213,11 +219,11 @@ def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
     """Run the last scan of a step, and make it inactive."""
     bits = node.bits
     _put(machine, bits, SA=0, LS=1)
-    for each in node.actions:
-        if each.qualifier in (Qualifier.P, Qualifier.P0):
-            _pulse(machine, each)
-        elif each.qualifier in (Qualifier.N, Qualifier.L, Qualifier.D):
-            _end(machine, chart, each)
+    for chart_action in node.actions:
+        if chart_action.qualifier in (Qualifier.P, Qualifier.P0):
+            _pulse(machine, chart_action)
+        elif chart_action.qualifier in (Qualifier.N, Qualifier.L, Qualifier.D):
+            _end(machine, chart, chart_action)
     if machine.get(bits["AlarmEn"]) and _number(machine, bits["T"]) < _number(machine, bits["LimitLow"]):
         _put(machine, bits, AlarmLow=1)
     _put(machine, bits, LS=0, X=0)

@@ -32,7 +32,7 @@ def _comparison(name: str, relation: str) -> Spec:
 
 def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) -> bool:
     width = width_of(low, test, high)
-    least, value, most = (machine.number(each, width) for each in (low, test, high))
+    least, value, most = (machine.number(operand, width) for operand in (low, test, high))
     if least <= most:
         return least <= value <= most
     return value >= least or value <= most
@@ -40,7 +40,7 @@ def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) ->
 
 def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved) -> str:
     width = width_of(low, test, high)
-    texts = [rungs.values.term(each, width).text for each in (low, test, high)]
+    texts = [rungs.values.term(operand, width).text for operand in (low, test, high)]
     if not _lim_is_inline(low, test, high):
         texts = [rungs.values.keep(text) for text in texts]
     least, value, most = texts
@@ -63,7 +63,7 @@ def _meq(machine: Interpreter, source: Resolved, mask: Resolved, compare: Resolv
 
 
 def _write_meq(rungs: RungWriter, source: Resolved, mask: Resolved, compare: Resolved) -> str:
-    texts = [rungs.values.filled(each, LINT.bits) for each in (source, mask, compare)]
+    texts = [rungs.values.filled(operand, LINT.bits) for operand in (source, mask, compare)]
     return f"(({texts[0]} ^ {texts[2]}) & {texts[1]} == 0)"
 
 

@@ -43,10 +43,10 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
         if not isinstance(number, Number) or number.value not in range(len(given) - 1):
             raise OperandError(f"{number} is not the number of inputs", f"must be 0 to {len(given) - 2}")
         count = int(number.value)
-    if count == 0 and [str(each) for each in given[2:]] == ["0"]:
+    if count == 0 and [str(operand) for operand in given[2:]] == ["0"]:
         given = given[:2]  # JSR(Sub,0,0) in some exports: neither inputs nor returns
-    inputs = tuple(_input(resolver, each) for each in given[2 : 2 + count])
-    return (Call(routine, inputs, tuple(_output(resolver, each) for each in given[2 + count :])),)
+    inputs = tuple(_input(resolver, operand) for operand in given[2 : 2 + count])
+    return (Call(routine, inputs, tuple(_output(resolver, operand) for operand in given[2 + count :])),)
 
 
 def _input(resolver: OperandResolver, operand: Operand) -> Resolved:
@@ -60,7 +60,7 @@ def _output(resolver: OperandResolver, operand: Operand) -> Place | Group:
 
 
 def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
-    inputs = [machine.value(each) for each in call.inputs]
+    inputs = [machine.value(operand) for operand in call.inputs]
     if call.routine not in machine.lowered.recursive:
         return machine.call(call.routine, inputs)
     machine.fault_log.called(machine.site)
@@ -86,7 +86,7 @@ def _once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
     """Write the code around a call; yield the code of the call itself."""
-    inputs = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(call.inputs))
+    inputs = "".join(f"{_plain(rungs, number, operand)}, " for number, operand in enumerate(call.inputs))
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
     else:
@@ -112,7 +112,7 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
 
 
 def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
-    """Return code for the value of an input or return parameter, given its number among those."""
+    """Return code for the value of an input or return parameter, given its index among them."""
     if isinstance(operand, Group):
         return f"passed({rungs.values.site}, {number})"
     return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it
@@ -141,7 +141,7 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
 
 
 def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
-    listed = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(values))
+    listed = "".join(f"{_plain(rungs, number, value)}, " for number, value in enumerate(values))
     rungs.writer.line(f"return ({listed})")
 
 
@@ -177,7 +177,7 @@ def _for(
 ) -> None:
     machine.put(index, wrap(machine.integer(initial), DINT.bits))
     while True:
-        count, last, by = (machine.integer(each) for each in (index, terminal, step))
+        count, last, by = (machine.integer(operand) for operand in (index, terminal, step))
         if count < last if by < 0 else count > last:
             return
         if _call(machine, call) is BROKEN:
@@ -264,7 +264,7 @@ JSR = action(
 RET = action(
     "RET",
     Use.PARAMETERS,
-    resolve=lambda resolver, operands: tuple(_input(resolver, each) for each in operands),
+    resolve=lambda resolver, operands: tuple(_input(resolver, operand) for operand in operands),
     run=lambda machine, *values: machine.leave(tuple(map(machine.value, values))),
     write=_write_ret,
     prove=lambda machine, power, *values: machine.return_from(power, machine.values_of(values)),
@@ -273,7 +273,7 @@ RET = action(
 SBR = condition(
     "SBR",
     Use.PARAMETERS,
-    resolve=lambda resolver, operands: tuple(_output(resolver, each) for each in operands),
+    resolve=lambda resolver, operands: tuple(_output(resolver, operand) for operand in operands),
     run=_sbr,
     write=_write_sbr,
     prove=lambda machine, power, *places: machine.enter_with(power, places),

@@ -59,7 +59,7 @@ def _compare(
     if search["EN"]:
         return
     search.set(EN=True, FD=False)
-    if any(each["LEN"] <= 0 or each["POS"] < 0 for each in (search, results)):
+    if any(group["LEN"] <= 0 or group["POS"] < 0 for group in (search, results)):
         search.set(ER=True)
         return
     here, there, numbers = _Bits(machine, source), _Bits(machine, reference), Elements(machine, result)
@@ -87,9 +87,9 @@ def _note(results: Control, numbers: Elements, bit: int) -> None:
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:
-    for each in operands[3:]:
-        assert isinstance(each, Group)
-        Control(machine, each).set(EN=False, DN=False)
+    for operand in operands[3:]:
+        assert isinstance(operand, Group)
+        Control(machine, operand).set(EN=False, DN=False)
 
 
 # --- DTR

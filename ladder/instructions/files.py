@@ -25,7 +25,7 @@ def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    ends = [byte_end(rungs, each) for each in (source, target)]
+    ends = [byte_end(rungs, operand) for operand in (source, target)]
     if ends[0] is not None and ends[1] is not None:
         _write_bytes(rungs, ends[0], ends[1], length)
         return
@@ -35,10 +35,10 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
     if copied_singly((source, target, length)):
         _write_singly(rungs, *regions)
         return
-    firsts = [_write_first(rungs, each) for each in regions]
+    firsts = [_write_first(rungs, region) for region in regions]
     count = rungs.values.term(length, LINT.bits).text
     site = rungs.values.site
-    stores = [rungs.values.store_of(each.parts[0].leaf) for each in regions]
+    stores = [rungs.values.store_of(region.parts[0].leaf) for region in regions]
     parts = [f"region[{site}, 0]", firsts[0], f"region[{site}, 1]", firsts[1], count]
     rungs.writer.line(f"copy({', '.join(parts + (stores if stores != ['None', 'None'] else []))})")
 
@@ -48,7 +48,7 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
     count = _byte_count(rungs, length, target, source)
     if count != "0":
         with _if_any(rungs, count):
-            slices = (f"{each.tag}.B[{each.at}:{plus(each.at, count)}]" for each in (target, source))
+            slices = (f"{end.tag}.B[{end.at}:{plus(end.at, count)}]" for end in (target, source))
             rungs.writer.line(" = ".join(slices))
 
 
@@ -57,11 +57,11 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: B
     ends = (target, *source)
     if isinstance(length, Constant):
         size = int(length.value) * target.size
-        listed = [str(size), *(each.left for each in ends if size > each.surely)]
+        listed = [str(size), *(end.left for end in ends if size > end.surely)]
     else:
         text = f"{rungs.values.term(length, LINT.bits).text} * {target.size}"
-        listed = [text, *(each.left for each in ends)]
-    if all(each.lstrip("-").isdigit() for each in listed):
+        listed = [text, *(end.left for end in ends)]
+    if all(item.lstrip("-").isdigit() for item in listed):
         return str(max(0, min(map(int, listed))))
     return rungs.values.keep(f"min({', '.join(dict.fromkeys(listed))})")
 
@@ -72,8 +72,8 @@ def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
 
 def _write_singly(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion) -> None:
     """Write code for the copy of a small structure as assignments."""
-    for one, other in zip(source.parts, target.parts, strict=True):
-        rungs.values.assign(_value_in(target, other), rungs.values.read(_value_in(source, one)))
+    for origin, goal in zip(source.parts, target.parts, strict=True):
+        rungs.values.assign(_value_in(target, goal), rungs.values.read(_value_in(source, origin)))
 
 
 def _value_in(region: ArrayRegion, part: FieldSlice) -> Place:
@@ -91,12 +91,12 @@ def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
 
 def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, length: int) -> bool:
     """Write code for a copy between lists of one type as slices; return whether that was possible."""
-    first, at = source.fixed_first, target.fixed_first
-    if plain(source) is None or plain(source) != plain(target) or first is None or at is None:
+    first, begin = source.fixed_first, target.fixed_first
+    if plain(source) is None or plain(source) != plain(target) or first is None or begin is None:
         return False
     if source.whole or target.whole:
-        return _write_row(rungs, (source, first), (target, at), length)
-    count = min(length, target.fixed_left(at), source.fixed_left(first))
+        return _write_row(rungs, (source, first), (target, begin), length)
+    count = min(length, target.fixed_left(begin), source.fixed_left(first))
     if count < 1:
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
@@ -104,7 +104,7 @@ def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, l
     from_view, to_view = _is_view(rungs, origin), _is_view(rungs, goal)
     if from_view != to_view:
         text = f"{text}.tolist()" if from_view else f'array("{goal.type.code}", {text})'
-    rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
+    rungs.writer.line(f"{_write_slice(rungs, goal, begin, count)} = {text}")
     return True
 
 

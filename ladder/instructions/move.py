@@ -155,8 +155,8 @@ def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Sp
 
     def write(rungs: RungWriter, a: Resolved, b: Resolved, target: Place) -> None:
         bits = target.type.bits
-        texts = [rungs.values.filled(each, bits) for each in (a, b)]
-        direct = all(_bits(each) == bits for each in (a, b))
+        texts = [rungs.values.filled(operand, bits) for operand in (a, b)]
+        direct = all(_bits(operand) == bits for operand in (a, b))
         rungs.values.store_bits(target, f"{texts[0]} {sign} {texts[1]}", direct=direct)
 
     return action(name, Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=run, write=write, **BINARY)

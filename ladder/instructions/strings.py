@@ -54,8 +54,8 @@ def _row(
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         *sources, target = operands
-        values = [_value(machine, each, width) for each in sources]
-        if any(each is None for each in values):
+        values = [_value(machine, source, width) for source in sources]
+        if any(value is None for value in values):
             return
         kind = [target.type, target.text] if typed and isinstance(target, Place) else []
         result = machine.characters(name)(machine.fault_log, machine.site, *values, *kind)
@@ -75,12 +75,12 @@ def _row(
             return
         *sources, target = operands
         texts = {} if rungs.notes.forced else rungs.writer.texts()
-        given = [_write_value(rungs, each, width, texts) for each in sources]
-        read = [text for text, each in zip(given, sources, strict=True) if isinstance(each, Group)]
+        arguments = [_write_value(rungs, source, width, texts) for source in sources]
+        read = [text for text, source in zip(arguments, sources, strict=True) if isinstance(source, Group)]
         typed_target = target if typed else None
-        call = _call(name, [str(rungs.values.site), *given], typed_target)
+        call = _call(name, [str(rungs.values.site), *arguments], typed_target)
         if name in _INLINE and _is_inline(name, sources[0], target):
-            call = _INLINE[name].format(*given, call=call)
+            call = _INLINE[name].format(*arguments, call=call)
         with _if_all(rungs, read):
             result = rungs.values.keep(call)
             with _if_all(rungs, [] if name in _NEVER_NONE else [result]):
@@ -94,7 +94,9 @@ def _row(
 
 def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
     layout = rungs.writer.layout
-    return all(layout.byte_spot(each.path) is not None for each in operands if isinstance(each, Group))
+    return all(
+        layout.byte_spot(operand.path) is not None for operand in operands if isinstance(operand, Group)
+    )
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:

@@ -77,14 +77,14 @@ class TimedCall:
 
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
-    for each in operands:
-        if isinstance(each, Group) and each.find_member("EN") and each.find_member("DN"):
-            assert isinstance(each.type, Structure)
-            noted = any(hidden.name == STARTED for hidden in each.type.hidden)
-            places = {name: each.find_member(name) for name in ("EN", "DN", "ER", "IP", "PC")}
+    for operand in operands:
+        if isinstance(operand, Group) and operand.find_member("EN") and operand.find_member("DN"):
+            assert isinstance(operand.type, Structure)
+            noted = any(hidden.name == STARTED for hidden in operand.type.hidden)
+            places = {name: operand.find_member(name) for name in ("EN", "DN", "ER", "IP", "PC")}
             bits = {name: place for name, place in places.items() if place}
-            started = each.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
-            return TimedCall(bits, each.find_member("ERR"), started)
+            started = operand.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
+            return TimedCall(bits, operand.find_member("ERR"), started)
     raise OperandError(
         "no operand has EN and DN, which would show that it is done", "let the stub say false or true"
     )
@@ -139,8 +139,8 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
         (timed,) = operands
         assert isinstance(timed, TimedCall)
         return _end(machine, power, stub, timed)
-    name, *given = operands
-    answer = machine.call(str(name), (power, *(_given(machine, each) for each in given)))  # type: ignore[arg-type]
+    name, *arguments = operands
+    answer = machine.call(str(name), (power, *(_given(machine, argument) for argument in arguments)))  # type: ignore[arg-type]
     return power if not answer else bool(answer[0])
 
 
@@ -150,11 +150,13 @@ def stub_spec(name: str, stub: Stub) -> Spec:
     def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
         if isinstance(stub, Power):
             return (stub,)
-        operands = tuple(_resolved(resolver, each) for each in given)
+        operands = tuple(_resolved(resolver, argument) for argument in given)
         if isinstance(stub, Ending):
             return stub, _timed(resolver, operands)
         assert isinstance(stub, InPython)  # a consumed tag is not an instruction, see `replaces`
-        shown = (str(text) if each is None else each for each, text in zip(operands, given, strict=True))
+        shown = (
+            str(text) if operand is None else operand for operand, text in zip(operands, given, strict=True)
+        )
         return stub, resolver.function(name, stub.function), *shown
 
     return Spec(name, InstructionKind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)

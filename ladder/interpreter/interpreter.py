@@ -162,15 +162,15 @@ class Interpreter(PlaceValues):
     # --- structured text
 
     def _body(self, body: Body, inputs: Sequence[Passed]) -> None:
-        for each in body:
-            if isinstance(each, Act):
-                self._line(each.line, inputs, statement=True)
-            elif isinstance(each, Arms):
-                self._arms(each, inputs)
-            elif isinstance(each, Selection):
-                self._selection(each, inputs)
+        for statement in body:
+            if isinstance(statement, Act):
+                self._line(statement.line, inputs, statement=True)
+            elif isinstance(statement, Arms):
+                self._arms(statement, inputs)
+            elif isinstance(statement, Selection):
+                self._selection(statement, inputs)
             else:
-                self._loop(each, inputs)
+                self._loop(statement, inputs)
 
     def _inside(self, _head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
         """Run the body of a statement."""
@@ -188,7 +188,7 @@ class Interpreter(PlaceValues):
         value = self.selected
         for ranges, body in selection.choices:
             for bounds in ranges:
-                low, high = (self.number(each, selection.width) for each in bounds)
+                low, high = (self.number(bound, selection.width) for bound in bounds)
                 if low <= value <= high:
                     self._inside(selection.line, body, inputs)
                     return
@@ -260,7 +260,7 @@ class Interpreter(PlaceValues):
             flat = flat * length + self.subscript(index, length, operand.text)
         flat *= count_of(operand.dims)
         name = operand.path
-        rest = leaf.rest[: len(leaf.rest) - len(leaf.path) + len(name)] if leaf.root else name
+        below = leaf.rest[: len(leaf.rest) - len(leaf.path) + len(name)] if leaf.root else name
         if leaf.root != name.upper():
             array = count_of(operand.dims or operand.array)
             left = array - flat % array
@@ -269,7 +269,7 @@ class Interpreter(PlaceValues):
         inner = count_of((*settled, *operand.dims)[leaf.outer :])
         if isinstance(operand, Place) and operand.bit is not None:
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
-        return self.argument_type(self.memory, path + rest, first * inner + flat, left, bit)
+        return self.argument_type(self.memory, path + below, first * inner + flat, left, bit)
 
     def value(self, operand: Resolved) -> Passed:
         """Return a value to pass to a routine; a structure or an array is passed as bytes."""
@@ -315,9 +315,11 @@ class Interpreter(PlaceValues):
         """
         if name is None:
             schedule = self.lowered.schedule
-            mains = [self.lowered.main] if schedule is None else [each.main for each in schedule.programs]
-            for each in (*filter(None, mains), *self.lowered.monitors):
-                self.prescan(each)
+            mains = (
+                [self.lowered.main] if schedule is None else [program.main for program in schedule.programs]
+            )
+            for routine in (*filter(None, mains), *self.lowered.monitors):
+                self.prescan(routine)
             return
         for step in self._each(self.lowered.routines.get(name)):
             self._prescan_step(step)

@@ -181,7 +181,7 @@ class PlaceValues:
                 return self.rounded(self.whole(self.condition(operand)), width)
             if width <= 0 and operand.name in BITWISE:
                 return self.rounded(self.number(operand, width_of(operand)), width)
-            values = [self.number(each, width) for each in operand.operands]
+            values = [self.number(inner, width) for inner in operand.operands]
             return self._calculate(operand.name, values, width)
         value = operand.value if isinstance(operand, Constant) else self.get(place_of(operand))
         return value if width > 0 else self.rounded(value, width)
@@ -258,7 +258,7 @@ class PlaceValues:
         if name not in ("+", "-", "NEG"):
             return False
         mask = (1 << width) - 1
-        values = [self.whole(self.number(each, width)) & mask for each in operands]
+        values = [self.whole(self.number(operand, width)) & mask for operand in operands]
         if name == "+":
             return values[0] + values[1] > mask
         return values[0] < values[1] if name == "-" else values[0] != 0
@@ -319,7 +319,7 @@ class PlaceValues:
         assert isinstance(condition, Calculation)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.compare(condition.name, *condition.operands)
-        values = [self.condition(each) for each in condition.operands]
+        values = [self.condition(operand) for operand in condition.operands]
         return _TRUTH[condition.name](*values)
 
     def filled(self, operand: Resolved) -> int:
@@ -365,7 +365,7 @@ _WHOLE: Mapping[str, Callable[..., int]] = {
     "XOR": lambda a, b: a ^ b,
     "NOT": lambda a: ~a,
     "NEG": lambda a: -a,
-    **{name: each.whole for name, each in FUNCTIONS.items() if each.whole is not None},
+    **{name: function.whole for name, function in FUNCTIONS.items() if function.whole is not None},
 }
 
 _REAL: Mapping[str, Callable[..., float]] = {
@@ -376,5 +376,5 @@ _REAL: Mapping[str, Callable[..., float]] = {
     "MOD": arithmetic.real_remainder,
     "**": arithmetic.power,
     "NEG": lambda a: -a,
-    **{name: each.real for name, each in FUNCTIONS.items()},
+    **{name: function.real for name, function in FUNCTIONS.items()},
 }

@@ -112,15 +112,15 @@ class AddOn:
         if self.name.upper() in BY_NAME:
             raise LadderError(f"{self.name} is an instruction already; give the add-on another name")
         seen = {name.upper() for name in ENABLES}
-        for each in self.parameters:
-            if each.name.upper() in seen:
-                raise LadderError(f"add-on {self.name}: {each.name} is declared twice")
-            seen.add(each.name.upper())
+        for parameter in self.parameters:
+            if parameter.name.upper() in seen:
+                raise LadderError(f"add-on {self.name}: {parameter.name} is declared twice")
+            seen.add(parameter.name.upper())
         if self.routine(LOGIC) is None:
             raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
         for routine in self.routines:
-            for at, text in self.wrong_in(routine):
-                raise LadderError(f"add-on {self.name}, routine {routine.name}, {at.place}: {text}", at)
+            for site, text in self.wrong_in(routine):
+                raise LadderError(f"add-on {self.name}, routine {routine.name}, {site.place}: {text}", site)
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
         """Return the add-on with other routines; the type of its instances stays the same."""
@@ -130,24 +130,24 @@ class AddOn:
 
     def wrong_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
         """Yield what an add-on's routine must not contain: the place, and the reason."""
-        known = {name.upper() for name in (*ENABLES, *(each.name for each in self.parameters))}
-        at = Site(routine=routine.name, unit=routine.unit)
+        known = {name.upper() for name in (*ENABLES, *(parameter.name for parameter in self.parameters))}
+        site = Site(routine=routine.name, unit=routine.unit)
         for place, rung in enumerate(routine.rungs):
             deep = too_deep(rung.series)
             if deep:
-                yield replace(at, rung=place), deep
+                yield replace(site, rung=place), deep
                 continue
             for instruction in instructions_of(rung.series):
                 for text in self._wrong_instruction(instruction, known):
-                    yield replace(at, rung=place, instruction=str(instruction)), f"{instruction}: {text}"
+                    yield replace(site, rung=place, instruction=str(instruction)), f"{instruction}: {text}"
         for statement in statements_in(routine.statements or ()):
             for text in self._wrong_statement(statement, known):
-                yield replace(at, rung=statement.line), f"{statement.head}: {text}"
+                yield replace(site, rung=statement.line), f"{statement.head}: {text}"
 
     def _wrong_statement(self, statement: Statement, known: set[str]) -> Iterator[str]:
         if isinstance(statement, Invocation):
             return self._wrong_instruction(statement.instruction, known)
-        addresses = (each for operand in operands_in(statement) for each in addresses_in(operand))
+        addresses = (address for operand in operands_in(statement) for address in addresses_in(operand))
         return self._wrong_names(addresses, known)
 
     def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
@@ -159,13 +159,13 @@ class AddOn:
     def _wrong_names(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
         for address in addresses:
             if address.name.upper() not in known and not _is_in_all(address):
-                names = ", ".join(each.name for each in self.parameters)
+                names = ", ".join(parameter.name for parameter in self.parameters)
                 yield f"no parameter or local tag {address.name}; choose from {names}"
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
         """Return a call: the instance's tag, then the required parameters in order."""
         if len(arguments) != len(self.required):
-            names = ", ".join(each.name for each in self.required)
+            names = ", ".join(parameter.name for parameter in self.required)
             raise LadderError(
                 f"{self.name} takes an instance and {len(self.required)} operands ({names}), "
                 f"{len(arguments)} are given"
@@ -175,12 +175,16 @@ class AddOn:
     @cached_property
     def required(self) -> tuple[Parameter, ...]:
         """The parameters with an argument, in call order."""
-        return tuple(each for each in self.parameters if each.required or each.way is ParameterMode.INOUT)
+        return tuple(
+            parameter
+            for parameter in self.parameters
+            if parameter.required or parameter.way is ParameterMode.INOUT
+        )
 
     @property
     def operand_types(self) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
         """Type and dimensions of the operands of a call."""
-        return ((self.structure, ()), *((each.type, each.dims) for each in self.required))
+        return ((self.structure, ()), *((parameter.type, parameter.dims) for parameter in self.required))
 
     @cached_property
     def spec(self) -> Spec:
@@ -199,9 +203,13 @@ class AddOn:
             if address.steps and isinstance(address.steps[0], SubscriptStep)
         }
         return tuple(
-            Tag(each.name, each.type, each.dims or ((OPEN,) if each.name.upper() in open_ones else ()))
-            for each in self.parameters
-            if each.way is ParameterMode.INOUT
+            Tag(
+                parameter.name,
+                parameter.type,
+                parameter.dims or ((OPEN,) if parameter.name.upper() in open_ones else ()),
+            )
+            for parameter in self.parameters
+            if parameter.way is ParameterMode.INOUT
         )
 
     @cached_property
@@ -209,15 +217,15 @@ class AddOn:
         """Type of an instance."""
         own = [Member(name, BOOL) for name in ENABLES]
         own += [
-            Member(each.name, each.type, each.dims, initial=each.initial, at=each.at)
-            for each in self.parameters
-            if each.way is not ParameterMode.INOUT
+            Member(parameter.name, parameter.type, parameter.dims, initial=parameter.initial, at=parameter.at)
+            for parameter in self.parameters
+            if parameter.way is not ParameterMode.INOUT
         ]
         return Structure(self.name, tuple(own))
 
     def routine(self, name: str) -> Routine | None:
         """Return a routine by name, in any case; None without one."""
-        return next((each for each in self.routines if each.name.upper() == name.upper()), None)
+        return next((routine for routine in self.routines if routine.name.upper() == name.upper()), None)
 
 
 def specs_of(
@@ -226,7 +234,7 @@ def specs_of(
     specs: Mapping[str, Spec] = BY_NAME,
 ) -> Mapping[str, Spec]:
     """Return all instruction specs by name in capitals: built-in ones, add-ons and stubs."""
-    own = with_off_calls({name: each.spec for name, each in add_ons.items()})
+    own = with_off_calls({name: add_on.spec for name, add_on in add_ons.items()})
     return {**specs, **own, **specs_of_stubs(stubs)}
 
 
@@ -271,17 +279,17 @@ class Copies:
 def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies:
     """Return the copies of a call, or raise a LadderError for a wrong operand."""
     inputs, outputs, handed = [], [], {}
-    for each, argument in zip(definition.required, call.operands[1:], strict=True):
-        here = instance.member(each.name)
-        if each.way is ParameterMode.INPUT:
-            inputs.append(_copy(each, argument, here))
+    for parameter, argument in zip(definition.required, call.operands[1:], strict=True):
+        here = instance.member(parameter.name)
+        if parameter.way is ParameterMode.INPUT:
+            inputs.append(_copy(parameter, argument, here))
             continue
         if not isinstance(argument, Address):
-            raise LadderError(f"{each.name} of {definition.name} needs a tag, not {argument}")
-        if each.way is ParameterMode.OUTPUT:
-            outputs.append(_copy(each, here, argument))
+            raise LadderError(f"{parameter.name} of {definition.name} needs a tag, not {argument}")
+        if parameter.way is ParameterMode.OUTPUT:
+            outputs.append(_copy(parameter, here, argument))
         else:
-            handed[each.name] = argument
+            handed[parameter.name] = argument
     return Copies(tuple(inputs), tuple(outputs), handed)
 
 

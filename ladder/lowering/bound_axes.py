@@ -78,10 +78,10 @@ def lower_axes(lowering: Lowering, axes: Axes | None, data: MotionData) -> list[
     lowering.enter("")
     if axes is not None:
         problems += _lower_blocks(lowering, axes)
-        for name, each in axes.ideal.items():
+        for name, axis_settings in axes.ideal.items():
             tag = _axis(lowering, name, problems)
             if tag is not None:
-                settings[tag.path.upper()] = each
+                settings[tag.path.upper()] = axis_settings
     _number(lowering.lowered, settings, data)
     return problems
 
@@ -109,9 +109,9 @@ def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
         tag = _axis(lowering, name, problems)
         if tag is None:
             continue
-        found = lowering.resolver.address(parse_address(state))
-        assert isinstance(found, Group)
-        bound[tag.path.upper()] = BoundAxis(settings, tag, found)
+        group = lowering.resolver.address(parse_address(state))
+        assert isinstance(group, Group)
+        bound[tag.path.upper()] = BoundAxis(settings, tag, group)
         images = ",".join(f"Local:{settings.slot}:{way}.Data[0]" for way in "IO")
         text = f"MOV(Local:{settings.slot}:I.Fault,{module}.Fault)Amci3601({module},{state},{images});"
         rungs.append(parse_rung(text, specs=specs_of(with_blocks({}, axes))))
@@ -149,8 +149,8 @@ def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data:
         numbers.setdefault(part.path.upper(), -number)
     lowered.presets |= _presets(systems) | _presets(controls)
     lowered.ideal = Ideal(
-        tuple((each, _settings(each.path.upper(), settings, data)) for each in axes),
-        tuple((each, _axes_of(each.path.upper(), numbers, data)) for each in systems),
+        tuple((axis, _settings(axis.path.upper(), settings, data)) for axis in axes),
+        tuple((system, _axes_of(system.path.upper(), numbers, data)) for system in systems),
         tuple(controls),
     )
 
@@ -185,16 +185,16 @@ def prescan_axes(engine: Any, first: bool) -> None:
 def run_axes(engine: Any) -> None:
     """Run the blocks, move the ideal axes, and update the tags of all axes."""
     machine, lowered = engine.interpreter, engine.lowered
-    bound = [Axis(machine, each) for each in lowered.axes.values()]
+    bound = [Axis(machine, lowered_axis) for lowered_axis in lowered.axes.values()]
     if bound:
         engine.call_routine(ROUTINE.upper(), ())
         machine.now_ns, machine.frame = engine.now_ns, {}
-        for each in bound:
-            show(each)
+        for axis in bound:
+            show(axis)
     if lowered.ideal is not None:
         update_systems(engine.memory, lowered.ideal, engine.now_ns)
         masters = {
-            number: (float(each.tag["~position"]), float(each.tag["ActualVelocity"]))
-            for number, each in enumerate(bound, 1)
+            number: (float(bound_axis.tag["~position"]), float(bound_axis.tag["ActualVelocity"]))
+            for number, bound_axis in enumerate(bound, 1)
         }
         update_axes(engine.memory, lowered.ideal, engine.now_ns, masters)

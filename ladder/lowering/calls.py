@@ -41,13 +41,13 @@ def handed_over(
     definition: AddOn, arguments: Mapping[str, Address], resolver: Resolver
 ) -> dict[str, Place | Group]:
     """Return the arguments of the InOuts by name in capitals, or raise an OperandError."""
-    inouts = {each.name: each for each in definition.inouts}
-    found = {}
+    inouts = {inout.name: inout for inout in definition.inouts}
+    passed = {}
     for name, argument in arguments.items():
         resolved = _passed(inouts[name], argument, resolver)
         _check(definition, inouts[name], argument, resolved)
-        found[name.upper()] = resolved
-    return found
+        passed[name.upper()] = resolved
+    return passed
 
 
 OWNER = "AMCI3601"

@@ -90,9 +90,9 @@ class ChartLowering:
     def routine(self) -> LoweredRoutine:
         """Lower the chart."""
         wrong = [*problems_of(self._tree)]
-        for each in wrong:
-            self._lowering.at(each.number, Origin(), each.element)
-            self._lowering.report(f"{each.element}: {each.text}", each.remedy)
+        for problem in wrong:
+            self._lowering.at(problem.number, Origin(), problem.element)
+            self._lowering.report(f"{problem.element}: {problem.text}", problem.remedy)
         chart = None if wrong else self._chart()
         if chart is None:
             return LoweredRoutine(self._name, (), {}, None, ())
@@ -101,7 +101,7 @@ class ChartLowering:
         return LoweredRoutine(self._name, tuple(self._lines), {}, self._parameters(), body, chart=chart)
 
     def _parameters(self) -> tuple[Place, ...] | None:
-        return tuple(self._lowering.target(each) for each in self._tree.inputs) or None
+        return tuple(self._lowering.target(operand) for operand in self._tree.inputs) or None
 
     # --- the chart's data
 
@@ -121,10 +121,12 @@ class ChartLowering:
             index, bits = lasting_number(step.name), self._bits(tag)
             node = ChartNode(index, step.number, step.name, bits, tag, step.stop)
             nodes[step.name.upper()] = node
-            node.actions = tuple(self._action(step, each, node, actions) for each in step.actions)
-        for each in actions:
-            each.resets = tuple(o for o in actions if o.tag.path == each.tag.path and o is not each)
-        transitions = tuple(self._transition(each, nodes) for each in self._tree.transitions)
+            node.actions = tuple(self._action(step, action, node, actions) for action in step.actions)
+        for lowered in actions:
+            lowered.resets = tuple(
+                other for other in actions if other.tag.path == lowered.tag.path and other is not lowered
+            )
+        transitions = tuple(self._transition(transition, nodes) for transition in self._tree.transitions)
         initial = self._tree.initial
         assert initial is not None
         return LoweredChart(
@@ -152,8 +154,8 @@ class ChartLowering:
     def _bits(self, tag: Group) -> dict[str, Place]:
         """Return the members of a step or action by name, bits of Status included."""
         assert isinstance(tag.type, Structure)
-        found = {each.name: tag.member(each.name) for each in tag.type.members}
-        return found | {each.name: tag.member(f"{HIDDEN}{each.name}") for each in tag.type.hidden}
+        bits = {member.name: tag.member(member.name) for member in tag.type.members}
+        return bits | {member.name: tag.member(f"{HIDDEN}{member.name}") for member in tag.type.hidden}
 
     def _action(
         self, step: ChartStep, action: Action, node: ChartNode, actions: list[ChartAction]
@@ -225,8 +227,8 @@ class ChartLowering:
         end = (
             self._set(chart.first, constant(0), "no further first pass"),
             *(
-                self._set(each, constant(0), "no time until the next pass")
-                for each in (chart.delta, chart.rest)
+                self._set(place, constant(0), "no time until the next pass")
+                for place in (chart.delta, chart.rest)
             ),
         )
         until = self._line("until no transition is true", CONDITION, Calculation("NOT", (chart.moved,)))
@@ -237,7 +239,7 @@ class ChartLowering:
         transitions = zip(chart.transitions, self._tree.transitions, strict=True)
         return (
             *(self._step(chart, node, tree) for node, tree in steps if not node.stop),
-            *(self._leaving(chart, each, tree) for each, tree in transitions),
+            *(self._leaving(chart, transition, tree) for transition, tree in transitions),
         )
 
     def _step(self, chart: LoweredChart, node: ChartNode, tree: ChartStep) -> Arms:
@@ -258,11 +260,11 @@ class ChartLowering:
         self, chart: LoweredChart, node: ChartNode, tree: ChartStep
     ) -> tuple[tuple[LoweredLine, Body], ...]:
         """Lower the actions that may be on while their step is inactive."""
-        lasting = tuple(each for each in node.actions if each.outlives)
+        lasting = tuple(action for action in node.actions if action.outlives)
         if not lasting:
             return ()
-        stored = [_is_not_0(each.bits["latch"]) for each in lasting if each.qualifier.is_stored]
-        after = _or(*(each.bits["A"] for each in lasting), *stored)
+        stored = [_is_not_0(action.bits["latch"]) for action in lasting if action.qualifier.is_stored]
+        after = _or(*(action.bits["A"] for action in lasting), *stored)
         if self._loops:
             after = _and(chart.first, after)
         self._at(tree.number, tree.origin)
@@ -270,8 +272,8 @@ class ChartLowering:
         return ((head, self._actions(chart, lasting, tree)),)
 
     def _actions(self, chart: LoweredChart, actions: tuple[ChartAction, ...], tree: ChartStep) -> Body:
-        origins = {each.number: each.origin for each in tree.actions}
-        return tuple(self._act(chart, each, origins[each.number]) for each in actions)
+        origins = {action.number: action.origin for action in tree.actions}
+        return tuple(self._act(chart, action, origins[action.number]) for action in actions)
 
     def _act(self, chart: LoweredChart, each: ChartAction, origin: Origin) -> Arms:
         self._at(each.number, origin)

@@ -85,16 +85,16 @@ def uses_of_stubs(lowered: LoweredProgram) -> Iterator[str]:
             yield step.name
         elif step.name == ALL_MESSAGES and isinstance(first, Group):
             yield first.path.upper() if first.path.upper() in lowered.stubs else ALL_MESSAGES
-    yield from (each.tag for each in lowered.connections)
+    yield from (connection.tag for connection in lowered.connections)
 
 
 def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
     """Return the motion instructions outside of add-ons, by ideal axis, group or coordinate system."""
-    found: dict[str, list[str]] = {}
+    by_axis: dict[str, list[str]] = {}
     for _, _, step, axis in _motion_steps(lowered, on_3601=False):
-        if not axis.frame and step.name not in found.setdefault(axis.path, []):
-            found[axis.path].append(step.name)
-    return found
+        if not axis.frame and step.name not in by_axis.setdefault(axis.path, []):
+            by_axis[axis.path].append(step.name)
+    return by_axis
 
 
 def _motion_steps(
@@ -130,8 +130,8 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
             if _EXCLUSIVE[use][0] in allowed:
                 continue
             if place in seen:
-                _, what, remedy = _EXCLUSIVE[use]
-                text = f"{operand.text} {what} in {seen[place].where} already"
+                _, phrase, remedy = _EXCLUSIVE[use]
+                text = f"{operand.text} {phrase} in {seen[place].where} already"
                 yield _problem(routine, line, text, remedy, "repeated-coil")
             else:
                 seen[place] = _site(routine, line)
@@ -207,17 +207,17 @@ def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tup
     """Return the problem with the chart or step that an SFR or SFP names; None if both exist."""
     chart = lowered.charts.get(routine)
     if chart is None:
-        names = ", ".join(each.name for each in lowered.charts.values()) or "none"
+        names = ", ".join(lowered_chart.name for lowered_chart in lowered.charts.values()) or "none"
         return f"no sequential function chart {routine}", f"charts are {names}"
     if isinstance(target, Group) and chart.node_of(target) is None:
-        names = ", ".join(each.name for each in chart.nodes)
+        names = ", ".join(node.name for node in chart.nodes)
         return f"{target.text} is not a step of chart {chart.name}", f"its steps are {names}"
     return None
 
 
 def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None:
     tasks = lowered.schedule.tasks if lowered.schedule is not None else ()
-    events = [each.task.name for each in tasks if each.task.kind is TaskKind.EVENT]
+    events = [task.task.name for task in tasks if task.task.kind is TaskKind.EVENT]
     if name in map(str.upper, events):
         return None
     return f"no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
@@ -228,7 +228,7 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
         return None
     target = lowered.routines.get(call.routine)
     if target is None:
-        names = [each.name for each in lowered.routines.values()]
+        names = [routine.name for routine in lowered.routines.values()]
         names += list(lowered.functions)
         return f"no routine {call.routine}", f"routines are {', '.join(names)}"
     parameters = target.parameters or ()
@@ -246,21 +246,21 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
         for step in line.all_steps:
             if step.name != "RET":
                 continue
-            at = f"RET in {target.unit} {line.number} of {target.name} returns"
+            place = f"RET in {target.unit} {line.number} of {target.name} returns"
             if len(step.operands) < len(call.returns):
-                text = f"{at} {len(step.operands)} values, {len(call.returns)} are expected"
+                text = f"{place} {len(step.operands)} values, {len(call.returns)} are expected"
                 return text, "make RET and JSR agree"
             wrong = _other_type(zip(step.operands, call.returns, strict=False))
             if wrong:
-                return f"{at} {wrong[0]}, {wrong[1]} is expected", "make RET and JSR agree"
+                return f"{place} {wrong[0]}, {wrong[1]} is expected", "make RET and JSR agree"
     return None
 
 
 def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
     """Return the given and the expected type of the first structures or arrays that differ."""
-    for given, taken in pairs:
-        kinds = _whole(given), _whole(taken)
-        if kinds[0] != kinds[1] and (isinstance(given, Group) or isinstance(taken, Group)):
+    for passed, taken in pairs:
+        kinds = _whole(passed), _whole(taken)
+        if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(taken, Group)):
             return kinds
     return None
 
@@ -287,7 +287,7 @@ def calls_of(routine: LoweredRoutine) -> list[str]:
 
 def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
     """Return the directly or indirectly recursive routines, in capitals."""
-    found = set()
+    recursive = set()
     for name, routine in lowered.routines.items():
         reached: set[str] = set()
         open_names = calls_of(routine)
@@ -297,8 +297,8 @@ def recursive_routines(lowered: LoweredProgram) -> frozenset[str]:
                 reached.add(called)
                 open_names += calls_of(lowered.routines[called])
         if name in reached:
-            found.add(name)
-    return frozenset(found)
+            recursive.add(name)
+    return frozenset(recursive)
 
 
 MOST_CALLS = 50
@@ -312,13 +312,13 @@ def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
     todo = list(lowered.routines)
     while todo:
         name = todo[-1]
-        called = [each for each in calls_of(lowered.routines[name]) if each in ends]
-        unknown = [each for each in called if each not in depths]
+        called = [callee for callee in calls_of(lowered.routines[name]) if callee in ends]
+        unknown = [callee for callee in called if callee not in depths]
         if name not in depths and unknown:
             todo += unknown
             continue
         todo.pop()
-        depths[name] = 1 + max((depths[each] for each in called), default=0)
+        depths[name] = 1 + max((depths[callee] for callee in called), default=0)
         if depths[name] > MOST_CALLS:
             site = Site(routine=lowered.routines[name].name)
             text = f"its calls go more than {MOST_CALLS} deep"
@@ -339,14 +339,14 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
     """Yield problems of copies of single bytes that may end in the middle of an output image's word."""
-    longest = max((each.size for each in lowered.layout.images if each.output), default=0)
+    longest = max((image.size for image in lowered.layout.images if image.output), default=0)
     if not longest:
         return
     handed = _outputs_handed(lowered)
     for routine, line, step in _all_steps(lowered):
         if step.uses[:2] != (Use.SOURCE, Use.DESTINATION):
             continue
-        source, target = (region_of(each) for each in step.operands[:2])
+        source, target = (region_of(operand) for operand in step.operands[:2])
         length = step.operands[2]
         room = longest if target.whole else target.fixed_left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room
@@ -361,19 +361,19 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
     """Return the InOuts that get words of an output image: add-on and InOut, in capitals."""
-    found: set[tuple[str, str]] = set()
+    handed: set[tuple[str, str]] = set()
     while True:
-        more = {
+        added = {
             (call.name, name)
             for _, _, step in _all_steps(lowered)
             for call in step.operands
             if isinstance(call, AddOnCall)
             for name, operand in call.handed.items()
-            if _in_outputs(first_leaf(operand), found)
+            if _in_outputs(first_leaf(operand), handed)
         }
-        if more <= found:
-            return found
-        found |= more
+        if added <= handed:
+            return handed
+        handed |= added
 
 
 def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:

@@ -63,7 +63,7 @@ class Controller(LadderLogic):
         self._refuse_if_built()
         if not name.isidentifier() or not name.isascii():
             raise LadderError(f"{name!r} is not a program name: letters, digits and _ are allowed")
-        if name.upper() in (each.name.upper() for each in self.programs):
+        if name.upper() in (existing.name.upper() for existing in self.programs):
             raise LadderError(f"there are two programs {name}")
         program = Program(name, main=main, fault=fault)
         program.join(self)
@@ -103,17 +103,17 @@ class Controller(LadderLogic):
     def add_task(self, task: Task) -> None:
         """Add a task with a new name, or raise a LadderError."""
         self._refuse_if_built()
-        if task.name.upper() in (each.name.upper() for each in self.tasks):
+        if task.name.upper() in (existing.name.upper() for existing in self.tasks):
             raise LadderError(f"there are two tasks {task.name}")
         self.tasks.append(task)
 
     @override
     def copied(self) -> Self:
-        found = super().copied()
-        found.programs = [each.copied() for each in self.programs]
-        for each in found.programs:
-            each.join(found)
-        return found
+        result = super().copied()
+        result.programs = [original.copied() for original in self.programs]
+        for program in result.programs:
+            program.join(result)
+        return result
 
     # --- reading
 
@@ -121,9 +121,9 @@ class Controller(LadderLogic):
     @override
     def routines(self) -> list[Routine]:
         return [
-            replace(each, name=scoped(program.name, each.name))
+            replace(routine, name=scoped(program.name, routine.name))
             for program in self.programs
-            for each in program.routines
+            for routine in program.routines
         ]
 
     @property
@@ -140,7 +140,7 @@ class Controller(LadderLogic):
         """Overlaps of each task by name: how often it became due before it had run."""
         schedule = self.build().schedule
         tasks = schedule.tasks if schedule else ()
-        return {each.task.name: int(self.engine.memory.read(each.overlaps)) for each in tasks}
+        return {task.task.name: int(self.engine.memory.read(task.overlaps)) for task in tasks}
 
     # --- building
 
@@ -152,7 +152,7 @@ class Controller(LadderLogic):
         problems = list(self._wrong_tasks())
         tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
         if not problems:
-            roots = [each.roots(each.name) for each in self.programs]
+            roots = [scope.roots(scope.name) for scope in self.programs]
             lowering.lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
@@ -162,19 +162,19 @@ class Controller(LadderLogic):
     def _all_declarations(self) -> Iterator[Declaration]:
         yield from self.declarations
         for program in self.programs:
-            for each in program.declarations:
-                yield replace(each, name=scoped(program.name, each.name))
+            for declaration in program.declarations:
+                yield replace(declaration, name=scoped(program.name, declaration.name))
 
     def _names_of_programs(self) -> list[str]:
-        return [each.name for each in self.programs]
+        return [program.name for program in self.programs]
 
     def _wrong_tasks(self) -> Iterator[Problem]:
         where = f"controller {self.name}"
         if not self.programs:
             yield Problem(where, "", "no program", "add a program")
-        known = {each.upper() for each in self._names_of_programs()}
+        known = {own.upper() for own in self._names_of_programs()}
         taken: dict[str, str] = {}
-        continuous = [each.name for each in self.tasks if each.kind is TaskKind.CONTINUOUS]
+        continuous = [existing.name for existing in self.tasks if existing.kind is TaskKind.CONTINUOUS]
         if len(continuous) > 1:
             names = " and ".join(continuous)
             yield Problem(where, "", f"tasks {names} are continuous", "give all but one a rate")

@@ -48,9 +48,9 @@ class RungEdit(NamedTuple):
 
 def normalized(edit: RungEdit, program: LadderLogic) -> RungEdit:
     """Return an edit with its texts as programs print them; raise a RungTextError if one is not a rung."""
-    texts = tuple(str(parse_rung(each, specs=program.specs)) for each in edit.texts)
-    routines = (each for each in program.routines if each.name.upper() == edit.routine.upper())
-    rungs = next((each.rungs for each in routines), ())
+    texts = tuple(str(parse_rung(text, specs=program.specs)) for text in edit.texts)
+    routines = (routine for routine in program.routines if routine.name.upper() == edit.routine.upper())
+    rungs = next((routine.rungs for routine in routines), ())
     keeps = 0 <= edit.rung < len(rungs) and texts[:1] == (str(rungs[edit.rung]),)
     return edit._replace(texts=texts, keeps=keeps)
 
@@ -85,8 +85,8 @@ def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[Fi
             yield FileChange(f"{edit.routine} rung {edit.rung}", why)
         new = edit.texts if edit.rung == BEFORE_FIRST else edit.texts[1:]
         place = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
-        yield from (FileChange(each, f"it is new at {place} of {edit.routine}") for each in new)
-    yield from (FileChange(f"tag {each.name}", "it is new") for each in tags)
+        yield from (FileChange(name, f"it is new at {place} of {edit.routine}") for name in new)
+    yield from (FileChange(f"tag {tag.name}", "it is new") for tag in tags)
 
 
 class Mistake(NamedTuple):
@@ -134,7 +134,7 @@ class RungIndex:
                 self.jumps.setdefault(name, []).extend(number for step in line.steps if step.name in _JUMPS)
                 for place in _places(line):
                     self.places.setdefault(place, []).append((name, number))
-        self.warnings = {(each.text, each.rung) for each in program.warnings}
+        self.warnings = {(warning.text, warning.rung) for warning in program.warnings}
 
 
 class EditedProgram:
@@ -174,17 +174,19 @@ class EditedProgram:
         self._changed: dict[str, LoweredRoutine] = {}
         self._lowering = program.lowering(self._layout, self._running.main)
         by_routine: dict[str, dict[int, RungEdit]] = {}
-        for each in edits:
-            by_routine.setdefault(each.routine.upper(), {})[each.rung] = each
+        for edit in edits:
+            by_routine.setdefault(edit.routine.upper(), {})[edit.rung] = edit
         for name, own in by_routine.items():
             self._routine(name, own)
-        self.missing = list(self._missing()) if any(each.site.tag for each in self._lowering.problems) else []
+        self.missing = (
+            list(self._missing()) if any(problem.site.tag for problem in self._lowering.problems) else []
+        )
         self._check_whole()
 
     @property
     def is_right(self) -> bool:
         """Whether no mistake was found."""
-        return not (self.mistakes or self.missing or any(each.mistakes for each in self.rungs))
+        return not (self.mistakes or self.missing or any(rung.mistakes for rung in self.rungs))
 
     def _tag(self, new: NewTag) -> Tag:
         full = scoped(new.program, new.name)
@@ -199,16 +201,18 @@ class EditedProgram:
 
     def _routine(self, name: str, edits: dict[int, RungEdit]) -> None:
         """Read and resolve the edited rungs of a routine, and renumber the others."""
-        found = next((each for each in self._program.routines if each.name.upper() == name), None)
-        if found is None or found.chart is not None or found.statements is not None:
+        routine = next(
+            (candidate for candidate in self._program.routines if candidate.name.upper() == name), None
+        )
+        if routine is None or routine.chart is not None or routine.statements is not None:
             raise LadderError(f"no routine {name} of rungs")
-        last = len(found.rungs) - 1
+        last = len(routine.rungs) - 1
         for number in edits:
             if not BEFORE_FIRST <= number <= last:
-                raise LadderError(f"routine {found.name} has no rung {number}: {BEFORE_FIRST} to {last}")
-        program = program_of(found.name)
+                raise LadderError(f"routine {routine.name} has no rung {number}: {BEFORE_FIRST} to {last}")
+        program = program_of(routine.name)
         self._lowering.enter(program)
-        self._lowering.begin(found)
+        self._lowering.begin(routine)
         lines: list[LoweredLine] = []
         kept = self._kept.setdefault(name, {})
         edited = self._edited.setdefault(name, [])
@@ -222,7 +226,7 @@ class EditedProgram:
                 line = running.lines[number]
                 kept[number] = line if line.number == len(lines) else replace(line, number=len(lines))
                 lines.append(kept[number])
-        labels = self._labels(found.name, lines)
+        labels = self._labels(routine.name, lines)
         self._changed[name] = replace(running, lines=tuple(lines), labels=labels)
 
     def _labels(self, name: str, lines: Iterable[LoweredLine]) -> dict[str, int]:
@@ -250,8 +254,10 @@ class EditedProgram:
             checked.rung, checked.text = rung, str(rung)
             before = len(self._lowering.problems)
             line = self._lowering.line(checked.number, rung)
-            for each in self._lowering.problems[before:]:
-                checked.mistakes.append(Mistake(f"{each.text}; {each.remedy}", element_of(rung, each)))
+            for problem in self._lowering.problems[before:]:
+                checked.mistakes.append(
+                    Mistake(f"{problem.text}; {problem.remedy}", element_of(rung, problem))
+                )
             yield line
 
     def _check_whole(self) -> None:
@@ -267,7 +273,7 @@ class EditedProgram:
         """Return all routines, each with its edited lines and other lines that an edit may make wrong."""
         lines = {name: list(own) for name, own in self._edited.items()}
         places = {place for own in self._edited.values() for line in own for place in _places(line)}
-        others = {at for place in places for at in self._index.places.get(place, ())}
+        others = {index for place in places for index in self._index.places.get(place, ())}
         others |= {(name, number) for name in self._edited for number in self._index.jumps.get(name, ())}
         for name, number in others:
             kept = self._kept.get(name)
@@ -284,11 +290,11 @@ class EditedProgram:
 
     def _note(self, problem: Problem, *, warns: bool) -> None:
         text = f"{problem.text}; {problem.remedy}"
-        for each in self.rungs:
-            place = each.edit.routine.upper(), each.number
+        for rung in self.rungs:
+            place = rung.edit.routine.upper(), rung.number
             if (problem.site.routine.upper(), problem.site.rung) == place:
-                noted = Mistake(text, None if each.rung is None else element_of(each.rung, problem))
-                (each.warnings if warns else each.mistakes).append(noted)
+                noted = Mistake(text, None if rung.rung is None else element_of(rung.rung, problem))
+                (rung.warnings if warns else rung.mistakes).append(noted)
                 return
         if not warns:
             self.mistakes.append(f"{problem.where}: {text}")
@@ -312,17 +318,17 @@ class EditedProgram:
         program = self._program
         guesses = program.guesses(missing, known)
         owned: dict[str, str] = {}
-        for each in self.rungs:
-            if each.rung is not None:
-                scope = program_of(each.edit.routine)
-                guesses.read_all([(scope, Routine("Edited", (each.rung,)))])
+        for rung in self.rungs:
+            if rung.rung is not None:
+                scope = program_of(rung.edit.routine)
+                guesses.read_all([(scope, Routine("Edited", (rung.rung,)))])
                 owned |= {name: scope for name in guesses.found if name not in owned}
         for name, guess in guesses.found.items():
             kind = guess.type(f"{guess.name}_type")
             if guess.dims or kind.name.upper() not in types_of(program):
                 continue  # an array or a structure: declared in the text
             decided = guess.root.votes or guess.root.members or not isinstance(kind, Elementary)
-            types = (kind.name, *(each for each in NUMBERS if each != kind.name))
+            types = (kind.name, *(other for other in NUMBERS if other != kind.name))
             yield MissingTag(
                 guess.name, owned[name], types if not decided and kind.name in NUMBERS else types[:1]
             )
@@ -330,14 +336,14 @@ class EditedProgram:
 
 def types_of(program: LadderLogic) -> dict[str, DataType]:
     """Return the types that a new tag may have, by name in capitals."""
-    own = {each.name: each for each in program.structures()}
-    blocks = {each.name: each.structure for each in program.add_ons.values()}
+    own = {structure.name: structure for structure in program.structures()}
+    blocks = {add_on.name: add_on.structure for add_on in program.add_ons.values()}
     return {name.upper(): kind for name, kind in {**PREDEFINED_TYPES, **own, **blocks}.items()}
 
 
 def element_of(rung: Rung, problem: Problem) -> int | None:
     """Return the number of the instruction that a problem is about; None for the whole rung."""
-    for number, each in enumerate(instructions_of(rung.series)):
-        if problem.site.instruction and str(each) == problem.site.instruction:
+    for number, instruction in enumerate(instructions_of(rung.series)):
+        if problem.site.instruction and str(instruction) == problem.site.instruction:
             return number
     return None

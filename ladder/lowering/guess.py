@@ -53,21 +53,21 @@ class Guess:
         here, there = self.root, other.root
         todo = [(here, there)]
         while todo:
-            one, two = todo.pop()
-            if one is two:
+            kept, absorbed = todo.pop()
+            if kept is absorbed:
                 continue
-            two.twin = one
-            one.bit = max(one.bit, two.bit)
-            for kinds, more in ((one.votes, two.votes), (one.weak, two.weak)):
-                for kind in more:
+            absorbed.twin = kept
+            kept.bit = max(kept.bit, absorbed.bit)
+            for kinds, added in ((kept.votes, absorbed.votes), (kept.weak, absorbed.weak)):
+                for kind in added:
                     add_kind(kinds, kind)
-            for name, member in two.members.items():
-                if name in one.members:
-                    mine = one.members[name]
-                    mine.lengths = _longest(mine.lengths, member.lengths)
-                    todo.append((mine.root, member.root))
+            for name, member in absorbed.members.items():
+                if name in kept.members:
+                    own = kept.members[name]
+                    own.lengths = _longest(own.lengths, member.lengths)
+                    todo.append((own.root, member.root))
                 else:
-                    one.members[name] = member
+                    kept.members[name] = member
 
     @property
     def is_bare(self) -> bool:
@@ -96,7 +96,7 @@ class Guess:
         lengths = self.lengths
         if self.copied and (lengths or not self.single):
             lengths = [max([self.copied, *lengths[:1]]), *lengths[1:]]
-        return tuple(max(1, each) for each in lengths[:3])
+        return tuple(max(1, length) for length in lengths[:3])
 
     def type(self, path: str) -> DataType:
         """Return its type; `path` is the name of a new structure with its members."""
@@ -125,18 +125,18 @@ class Guess:
         """Whether a use of the tag or of a member requires a structure."""
         here = self.root
         asks = here.needed is not None or here.weak == [STRING]
-        return asks or any(each.asks_for_structure for each in here.members.values())
+        return asks or any(member.asks_for_structure for member in here.members.values())
 
     @property
     def needed(self) -> DataType | None:
         """The structure that a use requires, None without one."""
-        return next((each for each in self.root.votes if isinstance(each, Structure)), None)
+        return next((vote for vote in self.root.votes if isinstance(vote, Structure)), None)
 
     def _with_members(self, needed: DataType, path: str) -> DataType:
         """Add the undocumented members in use to an axis type; return any other type unchanged."""
         if not isinstance(needed, Structure) or not is_axis(needed):
             return needed
-        added = tuple(each for each in self.own_members(path) if needed.member(each.name) is None)
+        added = tuple(member for member in self.own_members(path) if needed.member(member.name) is None)
         return replace(needed, members=needed.members + added) if added else needed
 
     def fits(self, member: Member | None) -> bool:
@@ -146,20 +146,20 @@ class Guess:
         return BOOL not in self.root.votes or member.type is BOOL
 
     def _structure(self, path: str) -> Structure:
-        for each in self.structures if ":" not in self.name else ():
-            if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
-                return each
+        for structure in self.structures if ":" not in self.name else ():
+            if all(guess.fits(structure.member(guess.name)) for guess in self.members.values()):
+                return structure
         return Structure(path, tuple(self.own_members(path)))
 
     def own_members(self, path: str) -> Iterator[Member]:
         """Yield the members in use, with their types; `path` is the name of their structure."""
-        for each in self.members.values():
-            yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
+        for member in self.members.values():
+            yield Member(member.name, member.type(f"{path}_{member.name}"), member.dims)
 
 
 def add_kind(kinds: list[DataType], kind: DataType) -> None:
     """Add a type once: a tag may have thousands of uses."""
-    if all(each is not kind for each in kinds):
+    if all(other is not kind for other in kinds):
         kinds.append(kind)
 
 

@@ -30,8 +30,10 @@ class ParameterPairs:
         for program, routine, call in self._calls:
             inputs, returns = _parts(call)
             for side in self._sides.get((program, routine), ()):
-                for one, other in zip(inputs if side.name == "SBR" else returns, side.operands, strict=False):
-                    yield program, one, other
+                for outer, inner in zip(
+                    inputs if side.name == "SBR" else returns, side.operands, strict=False
+                ):
+                    yield program, outer, inner
 
 
 def _parts(call: Instruction) -> tuple[tuple[Operand, ...], tuple[Operand, ...]]:

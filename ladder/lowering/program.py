@@ -94,14 +94,14 @@ class Program(LadderLogic):
 
     @override
     def copied(self) -> Self:
-        found = super().copied()
-        found._routines, found._functions = [*self._routines], {**self._functions}
-        return found
+        result = super().copied()
+        result._routines, result._functions = [*self._routines], {**self._functions}
+        return result
 
     @property
     def names(self) -> list[str]:
         """Names of all routines; routines in Python are last."""
-        return [each.name for each in self._routines] + list(self._functions)
+        return [routine.name for routine in self._routines] + list(self._functions)
 
     @property
     def first(self) -> str | None:
@@ -150,12 +150,16 @@ class Program(LadderLogic):
             lowering.routine(routine)
         known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
         there = set(map(str.upper, self.names))
-        missing = [each for each in (self.main, self.fault) if each and each.upper() not in there]
+        missing = [
+            own_routine
+            for own_routine in (self.main, self.fault)
+            if own_routine and own_routine.upper() not in there
+        ]
         return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
 
     def roots(self, scope: str = "") -> ProgramRoutines:
         """Return its main and fault routine, under full names in capitals."""
-        main, fault = (each and scoped(scope, each).upper() for each in (self.first, self.fault))
+        main, fault = (name and scoped(scope, name).upper() for name in (self.first, self.fault))
         return ProgramRoutines(self.name, main, fault)
 
     @override

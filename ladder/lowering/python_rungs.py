@@ -45,9 +45,9 @@ class RungMaker:
             else:
                 series = _checked(series_of(elements))
         except (LadderError, RecursionError) as error:
-            what = "lists are nested too deep" if isinstance(error, RecursionError) else error
+            reason = "lists are nested too deep" if isinstance(error, RecursionError) else error
             site = Site(file=origin.file, line=origin.line, rung=len(self.rungs))
-            raise LadderError.at(site, f"rung {len(self.rungs)}: {what}") from None
+            raise LadderError.at(site, f"rung {len(self.rungs)}: {reason}") from None
         self.rungs.append(Rung(series, comment, origin))
 
 
@@ -60,13 +60,13 @@ def _checked(series: Series) -> Series:
 
 def series_of(elements: Sequence[object]) -> Series:
     """Return the series that Python values stand for."""
-    found: list[Element] = []
-    for each in elements:
-        if isinstance(each, tuple):
-            found.extend(series_of(each))
+    series: list[Element] = []
+    for element in elements:
+        if isinstance(element, tuple):
+            series.extend(series_of(element))
         else:
-            found.append(_element(each))
-    return tuple(found)
+            series.append(_element(element))
+    return tuple(series)
 
 
 def _element(given: object) -> Element:
@@ -79,8 +79,8 @@ def _element(given: object) -> Element:
         return Instruction("XIC", (given.operand,))
     if isinstance(given, str):
         return Instruction("XIC", (operand_of(given),))
-    what = f"the expression {given}" if isinstance(given, Expression) else repr(given)
-    raise LadderError(f"{what} is not part of a rung; write a tag, an instruction, or a list as a branch")
+    shown = f"the expression {given}" if isinstance(given, Expression) else repr(given)
+    raise LadderError(f"{shown} is not part of a rung; write a tag, an instruction, or a list as a branch")
 
 
 def make(name: str, *given: object) -> Instruction:

@@ -24,27 +24,27 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
     before it. Changes that the later program already has are left out.
     """
     old, new = _texts(before), _texts(after)
-    found: dict[tuple[str, int], list[str]] = {}
+    by_place: dict[tuple[str, int], list[str]] = {}
     conflicts = 0
-    for routine, number, given, _ in sorted(edits, key=lambda each: each.rung):
+    for routine, number, replacement, _ in sorted(edits, key=lambda each: each.rung):
         own, rungs = old.get(routine.upper(), []), new.get(routine.upper(), [])
-        at, is_there, is_same = _place(own, rungs, number)
-        texts = list(given)
+        place, is_there, is_same = _place(own, rungs, number)
+        texts = list(replacement)
         if is_there:
-            texts = _without_known(texts, own, rungs, number, at)
+            texts = _without_known(texts, own, rungs, number, place)
         keeps = number != BEFORE_FIRST and texts[:1] == [own[number]]
         if keeps:  # the rung stays, and new rungs follow it
-            texts[:1] = rungs[at : at + 1] if is_there else []
+            texts[:1] = rungs[place : place + 1] if is_there else []
         if is_there:
-            conflicts += not is_same and texts != [rungs[at]] and not keeps
+            conflicts += not is_same and texts != [rungs[place]] and not keeps
         else:
             conflicts += bool(texts)
-            texts = [*found.get((routine, at), _rung_at(rungs, at)), *texts]
-        found[routine, at] = texts
+            texts = [*by_place.get((routine, place), _rung_at(rungs, place)), *texts]
+        by_place[routine, place] = texts
     moved_edits = tuple(
-        RungEdit(routine, at, tuple(texts))
-        for (routine, at), texts in found.items()
-        if texts != _rung_at(new.get(routine.upper(), []), at)
+        RungEdit(routine, position, tuple(texts))
+        for (routine, position), texts in by_place.items()
+        if texts != _rung_at(new.get(routine.upper(), []), position)
     )
     return MovedEdits(moved_edits, conflicts)
 
@@ -61,15 +61,15 @@ def _without_known(texts: list[str], own: list[str], rungs: list[str], number: i
 
 
 def _texts(program: LadderLogic) -> dict[str, list[str]]:
-    return {each.name.upper(): [str(rung) for rung in each.rungs] for each in program.routines}
+    return {routine.name.upper(): [str(rung) for rung in routine.rungs] for routine in program.routines}
 
 
 def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
     """Return the number of the next rung in a later routine; None if it was removed."""
     if number + 1 >= len(old):
         return len(new)
-    at, is_there, _ = _place(old, new, number + 1)
-    return at if is_there else None
+    place, is_there, _ = _place(old, new, number + 1)
+    return place if is_there else None
 
 
 def _place(old: Sequence[str], new: Sequence[str], number: int) -> tuple[int, bool, bool]:
@@ -81,6 +81,6 @@ def _place(old: Sequence[str], new: Sequence[str], number: int) -> tuple[int, bo
         return BEFORE_FIRST, True, True
     for tag, first, end, start, stop in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         if first <= number < end:
-            at = start + number - first
-            return (at, True, tag == "equal") if at < stop else (stop - 1, False, False)
+            place = start + number - first
+            return (place, True, tag == "equal") if place < stop else (stop - 1, False, False)
     raise AssertionError(number)

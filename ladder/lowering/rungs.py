@@ -169,8 +169,8 @@ class Lowering:
 
     def at(self, number: int, origin: Origin, text: str) -> None:
         """Start a rung or a line of structured text."""
-        at = self._site  # `replace` takes three times as long
-        self._site = Site(at.program, at.routine, number, "", at.unit, origin.file, origin.line)
+        site = self._site  # `replace` takes three times as long
+        self._site = Site(site.program, site.routine, number, "", site.unit, origin.file, origin.line)
         self._rung_text = text
 
     def line(self, number: int, rung: Rung) -> LoweredLine:
@@ -200,8 +200,10 @@ class Lowering:
 
     def site(self, text: str) -> int:
         """Number an instruction of the current rung or line."""
-        at = self._site
-        self.lowered.sites.append(Site(at.program, at.routine, at.rung, text, at.unit, at.file, at.line))
+        site = self._site
+        self.lowered.sites.append(
+            Site(site.program, site.routine, site.rung, text, site.unit, site.file, site.line)
+        )
         return len(self.lowered.sites) - 1
 
     def step(self, instruction: Instruction) -> LoweredStep:
@@ -246,7 +248,9 @@ class Lowering:
         self._note_handed(frame, instance, handed)
         if definition.name.upper() == OWNER:
             self._note_model(definition, instance, handed["OUTPUTS"], call)
-        names = {each.name: routine_name(definition, each.name).upper() for each in definition.routines}
+        names = {
+            routine.name: routine_name(definition, routine.name).upper() for routine in definition.routines
+        }
         lowered = AddOnCall(
             definition.name.upper(),
             replace(instance, text=str(call.operands[0])),
@@ -270,7 +274,7 @@ class Lowering:
     ) -> None:
         """Set a networked drive's model in the instance that owns its words; report blocks without one."""
         number = model_number(self.lowered.layout.modules.get(first_leaf(outputs).slot or 0))
-        if any(each.name == MODEL for each in definition.parameters):
+        if any(parameter.name == MODEL for parameter in definition.parameters):
             index = instance.member(MODEL).fixed_index
             if number and index is not None:
                 self.lowered.presets[instance.member(MODEL).leaf.path, index] = number
@@ -305,17 +309,17 @@ class Lowering:
         return instance
 
     def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
-        given = instruction.operands
+        arguments = instruction.operands
         if spec.resolve is not None:
-            return spec.resolve(self, given)
+            return spec.resolve(self, arguments)
         operands = [
             self.checked(use, operand)
-            for use, operand in zip(spec.operands, given, strict=False)
+            for use, operand in zip(spec.operands, arguments, strict=False)
             if use is not Use.PRESET
         ]
         if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
             operands = list(map(as_number, operands))
-        self._presets(spec, given, operands)
+        self._presets(spec, arguments, operands)
         if spec.check is not None:
             spec.check(*operands)
         return tuple(operands)
@@ -371,7 +375,7 @@ class Lowering:
 
     def note_flags(self, operand: Operand) -> None:
         """Enable the status flags if an operand names one."""
-        if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
+        if any(address.name.upper() in _KEPT_FLAGS for address in addresses_in(operand)):
             self.lowered.flags = True
 
     def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
@@ -531,5 +535,8 @@ def _passes(operand: Operand) -> str:
 
 
 def _signature(definition: AddOn) -> str:
-    named = [f"{each.name} : {each.type.name} ({each.way.value})" for each in definition.required]
+    named = [
+        f"{parameter.name} : {parameter.type.name} ({parameter.way.value})"
+        for parameter in definition.required
+    ]
     return ", ".join(["the instance", *named])

@@ -216,11 +216,11 @@ class LadderLogic(ABC):
 
     def copied(self) -> Self:
         """Return an unbuilt copy that accepts more declarations; this program is not changed."""
-        found = copy(self)
-        found.forget()
-        found.declarations, found.add_ons = [*self.declarations], {**self.add_ons}
-        found.stubs, found._names = {**self.stubs}, {*self._names}
-        return found
+        result = copy(self)
+        result.forget()
+        result.declarations, result.add_ons = [*self.declarations], {**self.add_ons}
+        result.stubs, result._names = {**self.stubs}, {*self._names}
+        return result
 
     def forget(self) -> None:
         """Discard what was built; the next use builds it again."""
@@ -271,8 +271,8 @@ class LadderLogic(ABC):
         guesses = self.guesses(missing, known_type)
         guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
-            Tag(each.name, each.type(re.sub(r"\W", "_", f"{each.name}_type")), each.dims)
-            for each in guesses.found.values()
+            Tag(guess.name, guess.type(re.sub(r"\W", "_", f"{guess.name}_type")), guess.dims)
+            for guess in guesses.found.values()
         ]
         for tag in self.declared_missing:
             self.add(tag)
@@ -291,8 +291,8 @@ class LadderLogic(ABC):
 
     def structures(self) -> list[Structure]:
         """Return the structures among the types of its tags."""
-        found = (each.type for each in self.declarations if isinstance(each, Tag))
-        return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
+        kinds = (declaration.type for declaration in self.declarations if isinstance(declaration, Tag))
+        return [kind for kind in dict.fromkeys(kinds) if isinstance(kind, Structure)]
 
     def declare(
         self,
@@ -362,9 +362,9 @@ class LadderLogic(ABC):
     def use(self, *add_ons: AddOn) -> None:
         """Add add-on instructions; raise a LadderError if another one has the same name."""
         self._refuse_if_built()
-        for each in add_ons:
-            if self.add_ons.setdefault(each.name.upper(), each) != each:
-                raise LadderError(f"there are two add-on instructions {each.name}")
+        for add_on in add_ons:
+            if self.add_ons.setdefault(add_on.name.upper(), add_on) != add_on:
+                raise LadderError(f"there are two add-on instructions {add_on.name}")
 
     def _refuse_if_built(self) -> None:
         if self._lowered is not None:
@@ -427,21 +427,25 @@ class LadderLogic(ABC):
         engine = self.interpret()
         memory, leaves = engine.memory, engine.lowered.layout.leaves.values()
         before = {
-            each.path: memory.values(each) for each in leaves if is_retained(engine.lowered.layout, each)
+            retained.path: memory.values(retained)
+            for retained in leaves
+            if is_retained(engine.lowered.layout, retained)
         }
         with suppress(LadderFault):
             engine.interpreter.prescan()
-        found: list[str] = []
+        reset: list[str] = []
         old: Any
         new: Any
-        for leaf in (each for each in leaves if each.path in before):
-            old, new = (each if leaf.dims else [each] for each in (before[leaf.path], memory.values(leaf)))
-            found += [
+        for leaf in (retained for retained in leaves if retained.path in before):
+            old, new = (
+                stored if leaf.dims else [stored] for stored in (before[leaf.path], memory.values(leaf))
+            )
+            reset += [
                 element_text(leaf.path, leaf.dims, index)
-                for index, (one, other) in enumerate(zip(old, new, strict=True))
-                if one and not other
+                for index, (old_value, new_value) in enumerate(zip(old, new, strict=True))
+                if old_value and not new_value
             ]
-        return found
+        return reset
 
     # --- running
 
@@ -524,9 +528,9 @@ class LadderLogic(ABC):
 
     def text(self, routine: str) -> str:
         """Return the text of a routine, or raise a LadderError."""
-        for each in self.routines:
-            if each.name.upper() == routine.upper():
-                return each.text
+        for candidate in self.routines:
+            if candidate.name.upper() == routine.upper():
+                return candidate.text
         raise LadderError(f"no routine {routine} in {self.kind} {self.name}")
 
 
@@ -536,8 +540,8 @@ def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
     >>> shortened(["Feed", "Clamp", "Table"], 2)
     'Feed, Clamp, and 1 more'
     """
-    more = [f"and {len(names) - most:,} more"] * (len(names) > most)
-    return ", ".join([*names[:most], *more])
+    others = [f"and {len(names) - most:,} more"] * (len(names) > most)
+    return ", ".join([*names[:most], *others])
 
 
 def times(count: int) -> str:
@@ -552,7 +556,10 @@ def times(count: int) -> str:
 def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
     """Return the tags of scopes by name in capitals; a later scope hides earlier ones."""
     return {
-        each.name.upper(): each for scope in scopes for each in scope.declarations if isinstance(each, Tag)
+        declaration.name.upper(): declaration
+        for scope in scopes
+        for declaration in scope.declarations
+        if isinstance(declaration, Tag)
     }
 
 

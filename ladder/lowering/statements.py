@@ -82,14 +82,14 @@ class StatementLowering:
 
     def body(self, block: Block) -> Body:
         """Lower statements; `taken` returns their lines."""
-        found: list[Any] = []
-        for each in block:
-            if isinstance(each, Region):
-                found += self.body(each.body)
-            elif not isinstance(each, Empty):
-                lower = _LOWER[type(each)]
-                found.append(lower(self, each))
-        return tuple(found)
+        lowered: list[Any] = []
+        for statement in block:
+            if isinstance(statement, Region):
+                lowered += self.body(statement.body)
+            elif not isinstance(statement, Empty):
+                lower = _LOWER[type(statement)]
+                lowered.append(lower(self, statement))
+        return tuple(lowered)
 
     # --- lines
 
@@ -166,7 +166,7 @@ class StatementLowering:
 
         line = self._line(statement, statement.head, find)
         width = width_of(*self._operands(line))
-        choices = tuple((_ranges(each), self.body(each.body)) for each in statement.choices)
+        choices = tuple((_ranges(choice), self.body(choice.body)) for choice in statement.choices)
         return Selection(line, width, choices, self.body(statement.otherwise or ()))
 
     def _loop_body(self, block: Block) -> Body:
@@ -187,8 +187,8 @@ class StatementLowering:
     def _refuse_count(self, start: LoweredLine) -> None:
         operands = self._operands(start)
         if operands and not (isinstance(operands[0], Place) and operands[0].type.is_integer):
-            what = described(operands[0])
-            self._lowering.report(f"FOR counts in {what}, an integer is needed", "use a SINT, INT or DINT")
+            counter = described(operands[0])
+            self._lowering.report(f"FOR counts in {counter}, an integer is needed", "use a SINT, INT or DINT")
 
     def _counting(self, statement: For, step: Operand) -> Resolved:
         """Return the condition of a pass of FOR: the count has not passed the last value."""
@@ -266,7 +266,7 @@ class StatementLowering:
 
 
 def _ranges(choice: Choice) -> tuple[tuple[Constant, Constant], ...]:
-    return tuple((constant(each.low.value), constant(each.high.value)) for each in choice.labels)
+    return tuple((constant(label.low.value), constant(label.high.value)) for label in choice.labels)
 
 
 _LOWER: Mapping[type[Statement], Callable[[StatementLowering, Any], Any]] = {

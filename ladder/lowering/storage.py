@@ -47,7 +47,7 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     for step in lowered.all_steps:
         uses.step(step)
     layout = lowered.layout
-    layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])
+    layout.make_bytes([unused.name.upper() for unused in layout.unused if _is_large(unused)])
     if uses.gain:
         chosen: dict[str, list[str]] = defaultdict(list)
         for owner, name in uses.chosen(lowered):
@@ -100,8 +100,8 @@ class _Uses:
     def _operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
         if isinstance(operand, (Calculation, Call)):
             parts = operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
-            for each in parts:
-                self._operand(each, step, whole=True)
+            for part in parts:
+                self._operand(part, step, whole=True)
         elif isinstance(operand, Place):
             self._array(operand, step)
             self._subscripts(
@@ -129,15 +129,15 @@ class _Uses:
         """Count the use of a number, or of an array in a copy from or to another type."""
         root = _root_of(operand)
         others = step.operands[: len(_COPY)] if step.uses[: len(_COPY)] == _COPY else ()
-        if any(operand is each for each in others) and others[0].type != others[1].type:
+        if any(operand is other for other in others) and others[0].type != others[1].type:
             self.gain[root] += _CONVERTED_NS * _count(operand, step)
         else:
             self.loss[root] += _VALUE_NS
 
     def _subscripts(self, indices: Iterable[Resolved], step: LoweredStep) -> None:
-        for each in indices:
-            if not isinstance(each, Constant):
-                self._operand(each, step, whole=False)
+        for index in indices:
+            if not isinstance(index, Constant):
+                self._operand(index, step, whole=False)
 
     def _call(self, call: AddOnCall) -> None:
         self.calls.append(call)
@@ -168,7 +168,7 @@ class _Uses:
         gains: dict[_Root, int] = defaultdict(int)
         for root in roots:
             gains[self._top(root)] += self.gain[root] - self.loss[root]
-        unfit = {self._top(each) for each in roots if each in self.unfit or not _fits(lowered, each)}
+        unfit = {self._top(name) for name in roots if name in self.unfit or not _fits(lowered, name)}
         for root in roots:
             top = self._top(root)
             if gains[top] > 0 and top not in unfit:

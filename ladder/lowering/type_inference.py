@@ -173,8 +173,8 @@ class Guesses:
             self._again = True
             if not any(guess.asks_for_structure for guess in self.found.values()):
                 break
-        for program, one, other in self._parameters:
-            self._alike(program, one, other)
+        for program, outer, inner in self._parameters:
+            self._alike(program, outer, inner)
         for copied, into in self._copies:
             if copied.is_bare != into.is_bare and (copied.root.members or into.root.members):
                 copied.same_as(into)
@@ -193,12 +193,16 @@ class Guesses:
     def _alike(self, program: str, one: Operand, other: Operand) -> None:
         """Give two operands the same type if one of them is a structure."""
         kinds = self._kind(program, one), self._kind(program, other)
-        kind = next((each for each in kinds if isinstance(each, Structure)), None)
+        kind = next((candidate for candidate in kinds if isinstance(candidate, Structure)), None)
         if not isinstance(one, Address) or not isinstance(other, Address):
             return
-        found = [self._address(program, each, kind, None) for each in (one, other)]
-        if found[0] is not None and found[1] is not None and (found[0].root.members or found[1].root.members):
-            found[0].same_as(found[1])
+        guesses = [self._address(program, operand, kind, None) for operand in (one, other)]
+        if (
+            guesses[0] is not None
+            and guesses[1] is not None
+            and (guesses[0].root.members or guesses[1].root.members)
+        ):
+            guesses[0].same_as(guesses[1])
 
     # --- instructions and statements
 
@@ -209,7 +213,7 @@ class Guesses:
         used = list(zip(instruction.operands, chain(uses, repeat(Use.PARAMETERS)), strict=False))
         others = [operand for operand, use in used if use not in _NAMES and not _is_of_structure(use)]
         partner = self._partner(program, others)
-        found: dict[int, Guess] = {}
+        guesses: dict[int, Guess] = {}
         for place, (operand, use) in enumerate(used):
             self._inside(program, operand)
             if isinstance(operand, Operation):
@@ -221,10 +225,10 @@ class Guesses:
             else:
                 here = self._address(program, operand, *self._required(use, instruction, partner))
                 if here is not None:
-                    found[place] = here
+                    guesses[place] = here
                     self._extent(here, operand, use, instruction)
-        if 0 in found and 1 in found:
-            self._pair(instruction, found[0], found[1])
+        if 0 in guesses and 1 in guesses:
+            self._pair(instruction, guesses[0], guesses[1])
 
     def _uses(self, name: str) -> Sequence[Use]:
         if name == "JSR":
@@ -255,8 +259,8 @@ class Guesses:
         owner = BY_CLASS.get(str(kind).upper())
         if owner is None or not isinstance(instance, Address) or not isinstance(name, Address):
             return
-        found = self._kind(program, beside)
-        likely = found if isinstance(found, Elementary) and found is not BOOL else DINT
+        beside_kind = self._kind(program, beside)
+        likely = beside_kind if isinstance(beside_kind, Elementary) and beside_kind is not BOOL else DINT
         self._address(program, instance, owner, None)
         self._address(program, instance.member(name.name), None, likely)
         known = owner.member(name.name)
@@ -283,7 +287,7 @@ class Guesses:
         """Note an argument of an add-on instruction."""
         here = self._address(program, operand, kind, None)
         if here is not None and dims and not here.lengths and not _ends_in_element(operand):
-            here.lengths = [min(each, MOST) for each in dims]
+            here.lengths = [min(length, MOST) for length in dims]
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
         """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
@@ -302,8 +306,8 @@ class Guesses:
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
         """Return the type that the other operands suggest: REAL, a string or a structure; else None."""
-        kinds = [self._kind(program, each) for each in operands]
-        structure = next((each for each in kinds if isinstance(each, Structure)), None)
+        kinds = [self._kind(program, operand) for operand in operands]
+        structure = next((kind for kind in kinds if isinstance(kind, Structure)), None)
         return structure or (REAL if REAL in kinds else None)
 
     def _kind(self, program: str, operand: Operand) -> DataType | None:
@@ -320,7 +324,7 @@ class Guesses:
         return self._known(program, operand) or self._guessed(program, operand)
 
     def _kind_of_result(self, program: str, operation: Operation) -> DataType | None:
-        kinds = [self._kind(program, each) for each in operation.operands]
+        kinds = [self._kind(program, operand) for operand in operation.operands]
         if REAL in kinds:
             return REAL
         return BOOL if BOOL in kinds and operation.name in _LOGICAL else None
@@ -385,7 +389,7 @@ class Guesses:
                 self._address(program, node, needed, BOOL if is_bit else beside or DINT)
             elif isinstance(node, Operation):
                 near = self._partner(program, node.operands) or beside
-                todo += [(each, _takes_bits(node, is_bit), near) for each in reversed(node.operands)]
+                todo += [(inner, _takes_bits(node, is_bit), near) for inner in reversed(node.operands)]
 
     def _inside(self, program: str, operand: Operand) -> None:
         for address in addresses_in(operand):
@@ -393,9 +397,9 @@ class Guesses:
                 inner = step.indices if isinstance(step, SubscriptStep) else ()
                 if isinstance(step, BitStep):
                     inner = (step.index,)
-                for each in inner:
-                    self._operation(program, each, None, bits=False)
-                    self._index(program, each)
+                for node in inner:
+                    self._operation(program, node, None, bits=False)
+                    self._index(program, node)
 
     def _index(self, program: str, index: Operand) -> None:
         """Note that a subscript is an integer, whatever its other uses suggest."""
@@ -436,7 +440,7 @@ class Guesses:
 
 
 def _is_code(instruction: Instruction) -> bool:
-    return any(isinstance(each, Characters) for each in instruction.operands)
+    return any(isinstance(operand, Characters) for operand in instruction.operands)
 
 
 def _is_of_structure(use: Use) -> bool:
@@ -453,7 +457,7 @@ _LOGICAL = ("AND", "OR", "XOR", "NOT")
 def _is_logical(operand: Operand) -> bool:
     if not isinstance(operand, Operation):
         return False
-    numbers = any(isinstance(each, Number) for each in operand.operands)
+    numbers = any(isinstance(inner, Number) for inner in operand.operands)
     return operand.name in RELATIONS or (operand.name in _LOGICAL and not numbers)
 
 

@@ -186,22 +186,25 @@ class Chart:
     @property
     def initial(self) -> ChartStep | None:
         """Its initial step, None without one."""
-        return next((each for each in self.steps if each.initial), None)
+        return next((step for step in self.steps if step.initial), None)
 
     @property
     def named(self) -> Mapping[str, ChartStep]:
         """Its steps and stops by name in capitals."""
-        return {each.name.upper(): each for each in self.steps}
+        return {step.name.upper(): step for step in self.steps}
 
     @property
     def elements(self) -> Mapping[int, str]:
         """The texts of its steps, actions and transitions, by number."""
-        found: dict[int, str] = {}
+        heads: dict[int, str] = {}
         for step in self.steps:
-            found[step.number] = step.head
-            found.update((each.number, f"step {step.name}: {each.head}") for each in step.actions)
-        found.update((each.number, f"{each.head} WHEN {each.condition}") for each in self.transitions)
-        return found
+            heads[step.number] = step.head
+            heads.update((action.number, f"step {step.name}: {action.head}") for action in step.actions)
+        heads.update(
+            (transition.number, f"{transition.head} WHEN {transition.condition}")
+            for transition in self.transitions
+        )
+        return heads
 
     def lines(self) -> Iterator[str]:
         """Yield its text, line by line."""
@@ -218,15 +221,19 @@ class Chart:
     @property
     def leaving(self) -> Mapping[str, list[int]]:
         """The numbers of the transitions that leave each step, in order of priority, by name in capitals."""
-        found: dict[str, list[int]] = {name: [] for name in self.named}
-        for number, each in enumerate(self.transitions):
-            for name in each.sources:
-                found.setdefault(name.upper(), []).append(number)
-        return found
+        by_step: dict[str, list[int]] = {name: [] for name in self.named}
+        for number, transition in enumerate(self.transitions):
+            for name in transition.sources:
+                by_step.setdefault(name.upper(), []).append(number)
+        return by_step
 
     def after(self, name: str) -> Iterator[Transition]:
         """Yield the transitions that leave a step, in order of priority."""
-        yield from (each for each in self.transitions if name.upper() in map(str.upper, each.sources))
+        yield from (
+            transition
+            for transition in self.transitions
+            if name.upper() in map(str.upper, transition.sources)
+        )
 
     def bodies(self) -> Iterator[tuple[ChartStep, Action, Block]]:
         """Yield each action with a body."""
@@ -239,8 +246,8 @@ class Chart:
         """Yield the tags of its elements with the names of their types."""
         for step in self.steps:
             yield step.name, STOP_TYPE if step.stop else STEP_TYPE
-            yield from ((each.name, ACTION_TYPE) for each in step.actions)
-        yield from ((each.name, "BOOL") for each in self.transitions)
+            yield from ((action.name, ACTION_TYPE) for action in step.actions)
+        yield from ((transition.name, "BOOL") for transition in self.transitions)
 
     def statements(self) -> Iterator[Statement]:
         """Yield what the chart reads and writes, as statements: presets, bodies, conditions."""
@@ -248,7 +255,7 @@ class Chart:
             yield from presets_of(step)
             for action in step.actions:
                 yield from action.body or ()
-        yield from (each.statement for each in self.transitions)
+        yield from (transition.statement for transition in self.transitions)
 
 
 def presets_of(step: ChartStep) -> Iterator[Assignment]:

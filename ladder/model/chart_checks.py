@@ -30,9 +30,9 @@ class ChartProblem(NamedTuple):
 
 def problems_of(chart: Chart) -> Iterator[ChartProblem]:
     """Yield what is wrong with a chart; if its names are wrong, nothing else is checked."""
-    found = [*_names(chart)]
-    yield from found
-    if not found:
+    problems = [*_names(chart)]
+    yield from problems
+    if not problems:
         yield from _Net(chart).problems()
 
 
@@ -54,15 +54,15 @@ def _names(chart: Chart) -> Iterator[ChartProblem]:
         text = f"it has {size:,} elements; {MOST_ELEMENTS:,} are allowed"
         yield ChartProblem(0, "chart", text, "divide it into charts that call each other")
         return
-    initial = [each for each in chart.steps if each.initial]
+    initial = [step for step in chart.steps if step.initial]
     if len(initial) != 1:
-        names = ", ".join(each.name for each in initial) or "none"
+        names = ", ".join(step.name for step in initial) or "none"
         text = f"it needs one initial step; there are: {names}"
         yield ChartProblem(0, "chart", text, "mark the first step")
     yield from _twice(chart)
     named = chart.named
-    for each in chart.transitions:
-        yield from _ends(named, each)
+    for transition in chart.transitions:
+        yield from _ends(named, transition)
 
 
 def _twice(chart: Chart) -> Iterator[ChartProblem]:
@@ -73,12 +73,12 @@ def _twice(chart: Chart) -> Iterator[ChartProblem]:
             text = f"there are two steps {step.name}"
             yield ChartProblem(step.number, f"step {step.name}", text, "give each its own tag")
         seen.add(step.name.upper())
-        own = [each for each in step.actions if each.qualifier is not Qualifier.R]
-        names = [each.name.upper() for each in own]
-        for each in own:
-            if names.count(each.name.upper()) > 1:
-                text = f"step {step.name} has the action {each.name} twice"
-                yield ChartProblem(each.number, f"action {each.name}", text, "give each its own tag")
+        own = [named for named in step.actions if named.qualifier is not Qualifier.R]
+        names = [named.name.upper() for named in own]
+        for action in own:
+            if names.count(action.name.upper()) > 1:
+                text = f"step {step.name} has the action {action.name} twice"
+                yield ChartProblem(action.number, f"action {action.name}", text, "give each its own tag")
 
 
 def _ends(named: Mapping[str, ChartStep], each: Transition) -> Iterator[ChartProblem]:
@@ -116,10 +116,10 @@ class _Net:
         todo, done = [initial.name.upper()], set[int]()
         while todo:
             for number in self._leaving[todo.pop()]:
-                each = self._chart.transitions[number]
-                if number not in done and all(name.upper() in self.legs for name in each.sources):
+                transition = self._chart.transitions[number]
+                if number not in done and all(name.upper() in self.legs for name in transition.sources):
                     done.add(number)
-                    yield from self._fire(number, each, todo)
+                    yield from self._fire(number, transition, todo)
 
     def _fire(self, number: int, each: Transition, todo: list[str]) -> Iterator[ChartProblem]:
         joined = self._join([self.legs[name.upper()] for name in each.sources])
@@ -143,11 +143,11 @@ class _Net:
         """Return where a convergence leads, None if its sources do not belong together."""
         if len(sources) == 1:
             return sources[0]
-        around = {(each[:-1], each[-1][0]) if each else None for each in sources}
+        around = {(source[:-1], source[-1][0]) if source else None for source in sources}
         if len(around) != 1 or None in around:
             return None
         number = sources[0][-1][0]
-        legs = [each[-1][1] for each in sources]
+        legs = [source[-1][1] for source in sources]
         together = frozenset[int]().union(*legs)
         if len(together) != sum(map(len, legs)):
             return None

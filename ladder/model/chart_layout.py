@@ -28,12 +28,12 @@ class ChartLayout:
     @property
     def columns(self) -> int:
         """Number of columns."""
-        return 1 + max((each[0] for each in (*self.steps.values(), *self.transitions)), default=0)
+        return 1 + max((cell[0] for cell in (*self.steps.values(), *self.transitions)), default=0)
 
     @property
     def rows(self) -> int:
         """Number of rows."""
-        return 1 + max((each[1] for each in (*self.steps.values(), *self.transitions)), default=0)
+        return 1 + max((cell[1] for cell in (*self.steps.values(), *self.transitions)), default=0)
 
 
 def layout_of(chart: Chart) -> ChartLayout:
@@ -90,14 +90,18 @@ class _Placing:
                 if visit.name in open_steps:
                     self._jumps.add((visit.by, visit.name))
             else:
-                self._columns[visit.name] = found = self._column(visit)
+                self._columns[visit.name] = own_column = self._column(visit)
                 open_steps.add(visit.name)
                 todo.append(visit._replace(kind="left"))
-                leaving = [each for each in self._leaving[visit.name] if each not in self._of_transitions]
+                leaving = [
+                    transition
+                    for transition in self._leaving[visit.name]
+                    if transition not in self._of_transitions
+                ]
                 todo += reversed(
                     [
-                        _Visit("transition", visit.name, each, found if place == 0 else None)
-                        for place, each in enumerate(leaving)
+                        _Visit("transition", visit.name, transition, own_column if place == 0 else None)
+                        for place, transition in enumerate(leaving)
                     ]
                 )
 
@@ -125,11 +129,11 @@ class _Placing:
         transitions = dict.fromkeys(range(len(self._chart.transitions)), 0)
         for _ in range(len(steps) + 1):
             changed = False
-            for number, each in enumerate(self._chart.transitions):
-                row = 1 + max((steps[name.upper()] for name in each.sources), default=0)
+            for number, transition in enumerate(self._chart.transitions):
+                row = 1 + max((steps[name.upper()] for name in transition.sources), default=0)
                 changed |= row != transitions[number]
                 transitions[number] = row
-                for name in map(str.upper, each.targets):
+                for name in map(str.upper, transition.targets):
                     if (number, name) not in self._jumps and steps[name] < row + 1:
                         steps[name], changed = row + 1, True
             if not changed:

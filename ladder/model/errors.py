@@ -45,7 +45,7 @@ class BuildError(LadderError):
     def __init__(self, name: str, problems: Sequence[Problem], kind: str = "program") -> None:
         self.problems = tuple(problems)
         text = "\n".join([f"{kind} {name} can't be built:", *map(str, problems)])
-        super().__init__(text, *(each.site for each in problems))
+        super().__init__(text, *(problem.site for problem in problems))
 
 
 class LadderFault(Exception):  # noqa: N818 - what the trade calls it
@@ -62,7 +62,7 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
         self.calls += (site,)
 
     def __str__(self) -> str:
-        calls = "".join(f"; called by {each.call}" for each in self.calls)
+        calls = "".join(f"; called by {call.call}" for call in self.calls)
         return f"{super().__str__()}{calls}"
 
 

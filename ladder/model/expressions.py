@@ -106,13 +106,13 @@ class ExpressionParser(Scanner):
         """Read an expression whose operators bind at `level` or tighter."""
         left = self._unary()
         while True:
-            found = _OPERATOR.match(self.text, self.at)
-            name = found.group().upper() if found else ""
+            match = _OPERATOR.match(self.text, self.at)
+            name = match.group().upper() if match else ""
             name = _SIGNS.get(name, name)
             own = LEVEL.get(name, -1)
-            if found is None or own < level:
+            if match is None or own < level:
                 return left
-            self._move_to(found.end())
+            self._move_to(match.end())
             left = Operation(name, (left, self.expression(own + 1)))
 
     def _unary(self) -> Operand:
@@ -187,10 +187,10 @@ class ExpressionParser(Scanner):
 
     def _time(self, text: str) -> int:
         parts = text.partition("#")[2]
-        found = list(_TIME_PART.finditer(parts))
-        if "".join(each.group() for each in found) != parts:
+        matches = list(_TIME_PART.finditer(parts))
+        if "".join(match.group() for match in matches) != parts:
             self.fail("a time such as T#5s or T#1m30s", text)
-        total = sum(Decimal(each[1].replace("_", "")) * _PART_MS[each[2].lower()] for each in found)
+        total = sum(Decimal(match[1].replace("_", "")) * _PART_MS[match[2].lower()] for match in matches)
         if total != int(total):
             self.fail("a time of whole milliseconds", text)
         return int(total)
@@ -243,11 +243,11 @@ class ExpressionParser(Scanner):
         return (word,)
 
     def _slash(self) -> Step:
-        found = _SLASH.match(self.text, self.at)
-        if found is None:
+        match = _SLASH.match(self.text, self.at)
+        if match is None:
             self.fail("a bit after /")
-        self.at = found.end()
-        bit = found.group(1)
+        self.at = match.end()
+        bit = match.group(1)
         return SlashStep(self._index(bit)) if bit.isdigit() else MemberStep(bit)
 
     def _index(self, digits: str) -> int:

@@ -122,7 +122,7 @@ def is_arithmetic(resolved: Resolved) -> bool:
     if is_truth(resolved):  # 1 or 0
         return _is_condition(resolved)
     if resolved.name in BITWISE:
-        return all(is_integer(each) and is_arithmetic(each) for each in resolved.operands)
+        return all(is_integer(operand) and is_arithmetic(operand) for operand in resolved.operands)
     return all(map(is_arithmetic, resolved.operands))
 
 

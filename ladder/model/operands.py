@@ -159,8 +159,8 @@ def subscripts_of(dims: tuple[int, ...], index: int) -> tuple[Constant, ...]:
     """
     subscripts: list[Constant] = []
     for length in reversed(dims):
-        index, at = divmod(index, length)
-        subscripts.insert(0, Constant(at, DINT))
+        index, subscript = divmod(index, length)
+        subscripts.insert(0, Constant(subscript, DINT))
     return tuple(subscripts)
 
 
@@ -186,7 +186,7 @@ def leaves_in(resolved: Place | Group) -> list[Leaf]:
     """Return the leaves of a place or group, without hidden ones."""
     if isinstance(resolved, Place):
         return [resolved.leaf]
-    return [resolved.layout.leaf(f"{resolved.path}{rest}") for rest in _rests(resolved.type)]
+    return [resolved.layout.leaf(f"{resolved.path}{below}") for below in _rests(resolved.type)]
 
 
 def first_leaf(resolved: Place | Group) -> Leaf:

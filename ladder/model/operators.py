@@ -25,8 +25,8 @@ class Function:
 
 
 FUNCTIONS = {
-    each.name: each
-    for each in (
+    function.name: function
+    for function in (
         Function("ABS", abs, abs, safe=True, positive=True),
         Function("SQR", arithmetic.square_root, arithmetic.integer_root, "SQRT", safe=True, positive=True),
         Function("TRN", arithmetic.real_truncated, int, "TRUNC", safe=True),
@@ -49,13 +49,15 @@ FUNCTIONS = {
 """Functions in expressions, by name [1756-RM003N, valid operators]."""
 
 CALLED: dict[str, Callable[..., Any]] = {
-    each.__name__: each
-    for each in (abs, int, *vars(arithmetic).values())
-    if callable(each) and each.__module__ in (arithmetic.__name__, "builtins") and each.__name__[0] != "_"
+    call.__name__: call
+    for call in (abs, int, *vars(arithmetic).values())
+    if callable(call) and call.__module__ in (arithmetic.__name__, "builtins") and call.__name__[0] != "_"
 }
 """Functions that the compiled program calls, by their name there."""
 
-FUNCTION_NAMES = {name: each.name for each in FUNCTIONS.values() for name in (each.name, each.other) if name}
+FUNCTION_NAMES = {
+    name: function.name for function in FUNCTIONS.values() for name in (function.name, function.other) if name
+}
 """Canonical name of a function by each of its names."""
 
 COMPARISONS: Mapping[str, str] = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}

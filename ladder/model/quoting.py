@@ -35,8 +35,10 @@ def unquoted(text: str) -> str:
 def _character(found: re.Match[str]) -> str:
     name = found.group(1)
     if name is None:
-        rest = found.string[found.start() : found.start() + 3]
-        raise ValueError(f"{rest} is not an escape: $$, $', $L, $N, $P, $R, $T and two digits as in $0D are")
+        escape = found.string[found.start() : found.start() + 3]
+        raise ValueError(
+            f"{escape} is not an escape: $$, $', $L, $N, $P, $R, $T and two digits as in $0D are"
+        )
     return _NAMED.get(name.upper()) or chr(int(name, 16))
 
 

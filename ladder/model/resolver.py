@@ -104,8 +104,8 @@ def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tup
     """Return a module's bits by meaning: its own names, and a 3601's for groups that it lacks."""
     own = {
         group.upper(): (
-            any(at.image == "O" for at in names.values()),
-            {name.upper(): (at.word, at.bit) for name, at in names.items()},
+            any(place.image == "O" for place in names.values()),
+            {name.upper(): (place.word, place.bit) for name, place in names.items()},
         )
         for group, names in words.groups.items()
     }
@@ -148,7 +148,7 @@ def is_image(name: str) -> bool:
     (True, True, True, False)
     """
     name = name.upper()
-    return name.startswith("\\") or any(each.fullmatch(name) for each in (_LOCAL, _SLOT_FILE))
+    return name.startswith("\\") or any(pattern.fullmatch(name) for pattern in (_LOCAL, _SLOT_FILE))
 
 
 def slot_of_image(name: str) -> int | None:
@@ -248,7 +248,7 @@ class Resolver:
 
     def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
         """Yield steps with members as declared and elements in the program's notation."""
-        names = {each.upper(): each for each in members}
+        names = {member.upper(): member for member in members}
         for step in steps:
             if isinstance(step, MemberStep):
                 yield MemberStep(names.get(step.name.upper(), step.name))
@@ -352,7 +352,7 @@ class Resolver:
             return self._local(alias.slot, first == "O", steps[1:], shown)
         meanings = meanings_of(self._layout.modules.get(alias.slot, PLAIN_WORDS))
         if first not in meanings:
-            listed = ", ".join(each.lower() for each in meanings)
+            listed = ", ".join(meaning.lower() for meaning in meanings)
             parts = f"parts of {alias.name} are {listed}, I and O"
             raise AddressError(f"{shown} is not part of a module", parts)
         output, bits = meanings[first]
@@ -385,12 +385,14 @@ class Resolver:
         return Place(self._layout.leaf(here.path), here.indices, None, here.text, here.array)
 
     def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
-        given: tuple[Operand, ...] = (number(step.index),) if isinstance(step, WordStep) else step.indices
-        if len(given) != len(here.dims):
+        subscripts: tuple[Operand, ...] = (
+            (number(step.index),) if isinstance(step, WordStep) else step.indices
+        )
+        if len(subscripts) != len(here.dims):
             shape = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
-            text = f"{here.path} {shape}, {len(given)} subscripts are given"
+            text = f"{here.path} {shape}, {len(subscripts)} subscripts are given"
             raise AddressError(text, "give one per dimension")
-        indices = tuple(self._index(each, here.path) for each in given)
+        indices = tuple(self._index(subscript, here.path) for subscript in subscripts)
         for index, length in zip(indices, here.dims, strict=True):
             if isinstance(index, Constant) and not 0 <= index.value < length:
                 slot = slot_of_image(here.path.rpartition(".")[0])
@@ -434,7 +436,9 @@ class Resolver:
     def _undeclared(self, name: str) -> AddressError:
         names = list(self._layout.names(self._program))
         elsewhere = [
-            each for each in self._layout.scoped_names() if each.upper().endswith(f".{name.upper()}")
+            candidate
+            for candidate in self._layout.scoped_names()
+            if candidate.upper().endswith(f".{name.upper()}")
         ]
         if elsewhere:
             return AddressError(
@@ -461,10 +465,10 @@ def _bound(alias: Alias, module: Place | Group) -> Group:
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
     assert alias.type is not None
-    own = [(each.name.upper(), each.type, each.dims) for each in alias.type.own]
-    image = [(each.name.upper(), each.type, each.dims) for each in module.type.members]
+    own = [(member.name.upper(), member.type, member.dims) for member in alias.type.own]
+    image = [(member.name.upper(), member.type, member.dims) for member in module.type.members]
     if own != image:
-        needed = ", ".join(_declared(each) for each in module.type.members)
+        needed = ", ".join(_declared(member) for member in module.type.members)
         remedy = f"declare {needed}, and other members AT parts of Data"
         raise AddressError(f"{alias.type.name} has other bytes than {alias.target}", remedy)
     return replace(module, type=alias.type)

@@ -39,7 +39,7 @@ class Routine:
     def instructions(self) -> Iterator[tuple[int, Instruction]]:
         """Yield the instructions of rungs and of statements, each with the number of its rung or line."""
         for number, rung in enumerate(self.rungs):
-            yield from ((number, each) for each in instructions_of(rung.series))
+            yield from ((number, instruction) for instruction in instructions_of(rung.series))
         for statement in statements_in(self.block):
             if isinstance(statement, Invocation):
                 yield statement.line, statement.instruction
@@ -51,7 +51,9 @@ class Routine:
             return sorted(self.chart.elements)
         if self.statements is None:
             return range(len(self.rungs))
-        return sorted({number for each in self.statements for number, _ in each.numbered() if number})
+        return sorted(
+            {number for statement in self.statements for number, _ in statement.numbered() if number}
+        )
 
     def numbered(self, number: int) -> str:
         """Return the rung or the statements with a number, or raise a LadderError."""
@@ -66,8 +68,8 @@ class Routine:
             return self.chart.elements[number]
         if self.statements is None:
             return str(self.rungs[number])
-        lines = (line for each in self.statements for line in each.numbered())
-        return " ".join(text.strip() for at, text in lines if at == number)
+        lines = (line for statement in self.statements for line in statement.numbered())
+        return " ".join(text.strip() for place, text in lines if place == number)
 
     @property
     def text(self) -> str:

@@ -43,11 +43,11 @@ class Scanner:
         raise RungTextError(expected, found, site)
 
     def _match(self, pattern: re.Pattern[str]) -> str | None:
-        found = pattern.match(self.text, self.at)
-        if found is None:
+        match = pattern.match(self.text, self.at)
+        if match is None:
             return None
-        self._move_to(found.end())
-        return found.group()
+        self._move_to(match.end())
+        return match.group()
 
     def _move_to(self, at: int) -> None:
         match = _SPACE.match(self.text, at)

@@ -93,12 +93,12 @@ class Schedule:
     @property
     def continuous(self) -> ScheduledTask | None:
         """The continuous task, None without one."""
-        return next((each for each in self.tasks if each.task.kind is TaskKind.CONTINUOUS), None)
+        return next((task for task in self.tasks if task.task.kind is TaskKind.CONTINUOUS), None)
 
     @property
     def called(self) -> tuple[ScheduledTask, ...]:
         """The other tasks, by priority and declaration."""
-        others = [each for each in self.tasks if each.task.kind is not TaskKind.CONTINUOUS]
+        others = [task for task in self.tasks if task.task.kind is not TaskKind.CONTINUOUS]
         return tuple(sorted(others, key=lambda each: each.task.priority))
 
     @property
@@ -109,14 +109,14 @@ class Schedule:
     @property
     def roots(self) -> frozenset[str]:
         """Main and fault routines, in capitals."""
-        return frozenset(name for each in self.programs for name in (each.main, each.fault) if name)
+        return frozenset(name for program in self.programs for name in (program.main, program.fault) if name)
 
     @property
     def preempted(self) -> frozenset[str]:
         """Programs, in capitals, after whose rungs another task may run."""
-        if self.continuous is None or not any(each.task.preempt for each in self.tasks):
+        if self.continuous is None or not any(task.task.preempt for task in self.tasks):
             return frozenset()
-        return frozenset(each.name.upper() for each in self.continuous.programs)
+        return frozenset(program.name.upper() for program in self.continuous.programs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ class ProgramRoutines:
 
 def schedule_of(layout: Layout, tasks: Iterable[Task], programs: Iterable[ProgramRoutines]) -> Schedule:
     """Return the schedule of tasks, with leaves for their state."""
-    known = {each.name.upper(): _scheduled_program(layout, each) for each in programs}
+    known = {program.name.upper(): _scheduled_program(layout, program) for program in programs}
     scheduled = tuple(
         _scheduled_task(layout, task, tuple(known[name.upper()] for name in task.programs)) for task in tasks
     )
@@ -162,4 +162,4 @@ def _scheduled_task(layout: Layout, task: Task, programs: tuple[ScheduledProgram
 
 def task_named(tasks: Iterable[ScheduledTask], name: str) -> ScheduledTask | None:
     """Return a task by name, in any case; None without one."""
-    return next((each for each in tasks if each.task.name.upper() == name.upper()), None)
+    return next((task for task in tasks if task.task.name.upper() == name.upper()), None)

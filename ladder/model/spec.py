@@ -191,15 +191,15 @@ class Spec:
 
         `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
         """
-        found: dict[int, tuple[int, str]] = {}
+        members: dict[int, tuple[int, str]] = {}
         structure = 0
         names: Iterator[str] = iter(())
         for place, use in enumerate(self.operands):
             if use in WITH_PRESETS:
                 structure, names = place, iter(WITH_PRESETS[use])
             elif use in (Use.PRESET, Use.SHOWN):
-                found[place] = structure, next(names)
-        return found
+                members[place] = structure, next(names)
+        return members
 
     @cached_property
     def variadic(self) -> bool:
@@ -221,8 +221,10 @@ class Spec:
     def __call__(self, *given: object) -> Instruction:
         """Return the instruction with these operands, or raise a LadderError."""
         operands = [
-            Address(str(each)) if self._is_name(place) and isinstance(each, str) else operand_of(each)
-            for place, each in enumerate(given)
+            Address(str(operand))
+            if self._is_name(place) and isinstance(operand, str)
+            else operand_of(operand)
+            for place, operand in enumerate(given)
         ]
         most = len(self.operands)
         if self.other_count(len(operands)):
@@ -276,7 +278,7 @@ BYTE_ORDERS = ("REVERSE", "WORD", "HIGH/LOW")
 """Modes of SWPB: DCBA, CDAB, BADC [1756-RM003N, SWPB]."""
 
 BYTE_ORDER_OF = {
-    **{each: each for each in BYTE_ORDERS},
+    **{order: order for order in BYTE_ORDERS},
     **dict(zip("012", BYTE_ORDERS, strict=True)),
     "HIGHLOW": BYTE_ORDERS[2],
 }

@@ -239,11 +239,11 @@ class Region(Enclosing):
 
 def numbered_lines(block: Block, *, closed: bool = True) -> Iterator[NumberedLine]:
     """Yield a block's lines with comments; if not `closed`, a final comment needs a statement."""
-    for number, each in enumerate(block, start=1):
-        if isinstance(each, Empty) and each.comment and closed and number == len(block):
-            yield from comment_lines(each.comment)
+    for number, statement in enumerate(block, start=1):
+        if isinstance(statement, Empty) and statement.comment and closed and number == len(block):
+            yield from comment_lines(statement.comment)
         else:
-            yield from each.numbered_with_comment()
+            yield from statement.numbered_with_comment()
 
 
 def block_lines(block: Block) -> Iterator[str]:
@@ -263,7 +263,7 @@ def blocks_in(statement: Statement) -> tuple[Block, ...]:
     if isinstance(statement, If):
         return (*(arm.body for arm in statement.arms), *_some(statement.otherwise))
     if isinstance(statement, Case):
-        return (*(each.body for each in statement.choices), *_some(statement.otherwise))
+        return (*(choice.body for choice in statement.choices), *_some(statement.otherwise))
     if isinstance(statement, (For, While, Repeat, Region)):
         return (statement.body,)
     return ()
@@ -275,15 +275,17 @@ def _some(block: Block | None) -> tuple[Block, ...]:
 
 def statements_in(block: Block) -> Iterator[Statement]:
     """Yield all statements of a block in text order, nested ones included."""
-    for each in block:
-        yield each
-        for inner in blocks_in(each):
+    for statement in block:
+        yield statement
+        for inner in blocks_in(statement):
             yield from statements_in(inner)
 
 
 def operands_in(statement: Statement) -> tuple[Operand, ...]:
     """Return the operands of a statement, without those in its blocks."""
-    return tuple(each for part in fields(statement) for each in _operands(getattr(statement, part.name)))
+    return tuple(
+        operand for part in fields(statement) for operand in _operands(getattr(statement, part.name))
+    )
 
 
 def _operands(part: Any) -> Iterator[Operand]:
@@ -292,12 +294,12 @@ def _operands(part: Any) -> Iterator[Operand]:
     elif isinstance(part, Instruction):
         yield from part.operands
     elif isinstance(part, tuple):  # a block, or a part with blocks
-        yield from (each.condition for each in part if isinstance(each, Arm))
+        yield from (arm.condition for arm in part if isinstance(arm, Arm))
 
 
 def too_deep(block: Block) -> str | None:
     """Return the reason why a block is nested too deep, None if it is not."""
-    todo: list[tuple[Statement, int, int]] = [(each, 0, 0) for each in block]
+    todo: list[tuple[Statement, int, int]] = [(outermost, 0, 0) for outermost in block]
     while todo:
         statement, blocks, loops = todo.pop()
         inner = blocks_in(statement)
@@ -306,5 +308,5 @@ def too_deep(block: Block) -> str | None:
             return f"statements are nested more than {BLOCKS} deep"
         if loops > LOOPS:
             return f"loops are nested more than {LOOPS} deep"
-        todo += [(each, blocks + 1, loops) for body in inner for each in body]
+        todo += [(nested, blocks + 1, loops) for body in inner for nested in body]
     return None

@@ -101,7 +101,7 @@ class BytePart:
     def counted(self) -> StretchPart:
         """The part, counted in elements of its view."""
         unit = _UNITS.get(self.view, 8)
-        return StretchPart(self.offset // unit, self.dims, tuple(each // unit for each in self.strides))
+        return StretchPart(self.offset // unit, self.dims, tuple(stride // unit for stride in self.strides))
 
 
 @lru_cache(maxsize=1024)
@@ -144,7 +144,7 @@ def fits_bytes(kind: DataType) -> bool:
         return not kind.is_bool
     if not kind.own:
         return False
-    inner = [each.type for each in kind.own if isinstance(each.type, Structure)]
+    inner = [member.type for member in kind.own if isinstance(member.type, Structure)]
     if kind.hidden and (inner or len(kind.hidden) > size_of(kind)):
         return False
     return all(map(fits_bytes, inner))
@@ -196,12 +196,12 @@ class Spot:
         part = self.part
         if not part.dims:
             return index * self.size + part.offset
-        element, rest = divmod(index, count_of(part.dims))
-        at = element * self.size + part.offset
+        element, remaining = divmod(index, count_of(part.dims))
+        offset = element * self.size + part.offset
         for length, stride in zip(reversed(part.dims), reversed(part.strides), strict=True):
-            rest, here = divmod(rest, length)
-            at += here * stride
-        return at
+            remaining, here = divmod(remaining, length)
+            offset += here * stride
+        return offset
 
 
 def spot_of(

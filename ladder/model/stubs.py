@@ -168,15 +168,15 @@ def parse_stub(text: str) -> Ending | Power:
         return Power(power)
     if text.strip().lower() == "waits":
         return Ending(NEVER)
-    found = _TEXT.fullmatch(text.strip())
-    error = 0 if found is None else int(found["hex"] or "0", 16) or int(found["code"] or 0)
-    if found is None or error > 0xFFFF or ("error" in text.lower() and not error):
+    match = _TEXT.fullmatch(text.strip())
+    error = 0 if match is None else int(match["hex"] or "0", 16) or int(match["code"] or 0)
+    if match is None or error > 0xFFFF or ("error" in text.lower() and not error):
         raise LadderError(
             f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' with a code up "
             "to 16#FFFF, 'waits', 'false', 'true' or, in a rack file, a function as in 'plant.py:xrp'"
         )
     try:
-        return Ending(parse_time(found["time"].lower()), error)
+        return Ending(parse_time(match["time"].lower()), error)
     except ValueError as reason:
         raise LadderError(str(reason)) from None
 
@@ -189,12 +189,12 @@ def check_stubbed(name: str) -> None:
 
 def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:
     """Return the result of a message from stubs by name in capitals, None without one."""
-    found = stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
-    return found if isinstance(found, Ending) else None
+    stub = stubs.get(path.upper()) or stubs.get(ALL_MESSAGES)
+    return stub if isinstance(stub, Ending) else None
 
 
 def replaces(stubs: Mapping[str, Stub], name: str) -> Stub | None:
     """Return the stub that replaces an instruction, in capitals; None without one."""
-    found = stubs.get(name)
-    is_message = name == ALL_MESSAGES and isinstance(found, Ending)
-    return None if is_message or isinstance(found, Partner) else found
+    stub = stubs.get(name)
+    is_message = name == ALL_MESSAGES and isinstance(stub, Ending)
+    return None if is_message or isinstance(stub, Partner) else stub

@@ -24,7 +24,7 @@ def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, obje
 def _relation(sign: str) -> Callable[[Expression, object], Instruction]:
     def compare(own: Expression, other: object) -> Instruction:
         operands = (operand_of(own), operand_of(other))
-        if any(isinstance(each, Operation) for each in operands):
+        if any(isinstance(operand, Operation) for operand in operands):
             return Instruction("CMP", (Operation(sign, operands),))
         return Instruction(_COMPARE[sign], operands)
 

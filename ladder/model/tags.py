@@ -233,8 +233,8 @@ class Layout:
             tag = self._folded.pop(name, None)
             if tag is not None:
                 self._separate.pop(name, None)
-                for rest, row in _rows(tag.type).items():
-                    self._row_leaf(tag, f"{name}.{rest}" if rest else name, row)
+                for below, row in _rows(tag.type).items():
+                    self._row_leaf(tag, f"{name}.{below}" if below else name, row)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
         """Return the leaf `name`, a path in capitals, of a row of a tag's type; create it if necessary."""
@@ -271,18 +271,18 @@ class Layout:
         tag = self._folded.get(head)
         if tag is not None:
             start = f"{name}."[len(head) + 1 :]
-            for rest in _rows(tag.type):
-                if rest.startswith(start) and f"{head}.{rest}" not in self._leaves:
-                    self._request(f"{head}.{rest}")
+            for below in _rows(tag.type):
+                if below.startswith(start) and f"{head}.{below}" not in self._leaves:
+                    self._request(f"{head}.{below}")
 
     def ending(self, member: str) -> list[Leaf]:
         """Return the leaves whose path ends in a member, in the order of tags."""
         end = f".{member.upper()}"
         return [
-            self.leaf(f"{name}.{rest}")
+            self.leaf(f"{name}.{below}")
             for name, tag in self.tags().items()
-            for rest in _rows(tag.type)
-            if f".{rest}".endswith(end)
+            for below in _rows(tag.type)
+            if f".{below}".endswith(end)
         ]
 
     @property
@@ -298,16 +298,18 @@ class Layout:
     def names(self, program: str = "") -> Iterator[str]:
         """Yield the names visible in a program: its own without its prefix, then the controller's."""
         own = scoped(program, "")
-        for each in self.declarations.values():
-            if program and each.name.upper().startswith(own.upper()):
-                yield each.name[len(own) :]
-        for each in self.declarations.values():
-            if not program_of(each.name):
-                yield each.name
+        for declaration in self.declarations.values():
+            if program and declaration.name.upper().startswith(own.upper()):
+                yield declaration.name[len(own) :]
+        for declaration in self.declarations.values():
+            if not program_of(declaration.name):
+                yield declaration.name
 
     def scoped_names(self) -> Iterator[str]:
         """Yield the full names of the programs' tags."""
-        yield from (each.name for each in self.declarations.values() if program_of(each.name))
+        yield from (
+            declaration.name for declaration in self.declarations.values() if program_of(declaration.name)
+        )
 
     def declare(self, tag: Tag) -> None:
         """Add a tag after all others."""
@@ -320,18 +322,18 @@ class Layout:
 
     def leaf(self, path: str) -> Leaf:
         """Return a leaf by path, in any case."""
-        found = self.find(path)
-        if found is None:
+        leaf = self.find(path)
+        if leaf is None:
             raise KeyError(path)
-        return found
+        return leaf
 
     def find(self, path: str) -> Leaf | None:
         """Return a leaf by path, in any case; None if there is none."""
         name = path.upper()
-        found = self._leaves.get(name)
-        if found is None and self._folded:
-            found = self._request(name)
-        return found
+        leaf = self._leaves.get(name)
+        if leaf is None and self._folded:
+            leaf = self._request(name)
+        return leaf
 
     def words(self, slot: int, *, output: bool) -> int:
         """Return the number of words of a slot's image."""
@@ -383,7 +385,8 @@ class Layout:
         tag, separate = self._folded[name], self._separate[name]
         if len(separate) < len(_rows(tag.type)):
             self.rests[name] = SparseTag(
-                self._ident(f"{tag.name}.rest"), {each: self._leaves[each] for each in separate}
+                self._ident(f"{tag.name}.rest"),
+                {separate_name: self._leaves[separate_name] for separate_name in separate},
             )
             self._spots.clear()
 
@@ -404,23 +407,23 @@ class Layout:
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
         head = tag_in(name)
         if leaf.slot is not None and name in self.boxed:
-            found = spot_of(leaf.type, (), "", self.boxed[name])
+            spot = spot_of(leaf.type, (), "", self.boxed[name])
         elif head in self.boxed and isinstance(self.declarations.get(head), Tag):
-            found = self._boxed_spot(head, name)
+            spot = self._boxed_spot(head, name)
         elif head in self.rests and name not in self.rests[head].variables:
-            found = self.rest_spot(leaf)
+            spot = self.rest_spot(leaf)
         else:
-            found = None
-        self._spots[name] = found
-        return found
+            spot = None
+        self._spots[name] = spot
+        return spot
 
     def rest_spot(self, leaf: Leaf) -> Spot:
         """Return the place of a leaf in the bytes of `rests`; the place of a variable is unused."""
         head = tag_in(leaf.path)
         tag = self.declarations[head.upper()]
         assert isinstance(tag, Tag)
-        rest = leaf.path[len(head) + 1 :]
-        return spot_of(tag.type, tag.dims, rest, self.rests[head.upper()].ident, in_bytes=True)
+        below = leaf.path[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, below, self.rests[head.upper()].ident, in_bytes=True)
 
     def byte_spot(self, path: str) -> Spot | None:
         """Return the place of a structure in bytes by path; None if it is not in bytes."""
@@ -433,8 +436,8 @@ class Layout:
     def _boxed_spot(self, head: str, name: str) -> Spot:
         tag = self.declarations[head]
         assert isinstance(tag, Tag)
-        rest = name[len(head) + 1 :]
-        return spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=head in self.in_bytes)
+        below = name[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, below, self.boxed[head], in_bytes=head in self.in_bytes)
 
     @property
     def size(self) -> tuple[int, int, int]:
@@ -449,7 +452,7 @@ class Layout:
         if not boxed and not rests:
             return list(self.leaves.values())
         if self._single[0] != (state := self.size):
-            self._single = state, [each for name, each in self._leaves.items() if self._is_single(name)]
+            self._single = state, [leaf for name, leaf in self._leaves.items() if self._is_single(name)]
         return self._single[1]
 
     def _is_single(self, name: str) -> bool:
@@ -474,7 +477,7 @@ class Layout:
     def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
         """The tags, and rests of tags, that are bytes: identifier, type, number of elements."""
         named = [(name, ident) for name, ident in self.boxed.items() if name in self.in_bytes]
-        named += [(name, each.ident) for name, each in self.rests.items()]
+        named += [(name, remainder.ident) for name, remainder in self.rests.items()]
         for name, ident in named:
             tag = self.declarations.get(name)
             if isinstance(tag, Tag):
@@ -486,7 +489,7 @@ class Layout:
         return [
             *(leaf.ident for leaf in self.single),
             *self.boxed.values(),
-            *(each.ident for each in self.rests.values()),
+            *(remainder.ident for remainder in self.rests.values()),
         ]
 
     @property
@@ -501,7 +504,11 @@ class Layout:
 
     def tags(self) -> Mapping[str, Tag]:
         """The tags by name in capitals."""
-        return {name: each for name, each in self.declarations.items() if isinstance(each, Tag)}
+        return {
+            name: declaration
+            for name, declaration in self.declarations.items()
+            if isinstance(declaration, Tag)
+        }
 
     def _add(
         self,
@@ -590,8 +597,8 @@ class FrameLayout(Layout):
     def __init__(self, frame: str, own: Structure, inouts: Iterable[Tag], program: Layout) -> None:
         self.frame, self.own, self._program = frame.upper(), own, program
         handed = tuple(inouts)
-        self.inouts = {each.name.upper(): f"of_{each.name}" for each in handed}
-        super().__init__((*(_declared(each) for each in own.members), *handed))
+        self.inouts = {tag.name.upper(): f"of_{tag.name}" for tag in handed}
+        super().__init__((*(_declared(member) for member in own.members), *handed))
 
     def leaf(self, path: str) -> Leaf:
         """Return a leaf by path, in any case; status flags and held subscripts are the program's."""
@@ -626,19 +633,19 @@ class FrameLayout(Layout):
         return head if head in self.inouts else OWN
 
     def _spot(self, name: str) -> Spot:
-        found = self._spots.get(name)
-        if found is None:
+        spot = self._spots.get(name)
+        if spot is None:
             root = self.root_of(name)
             in_bytes = root in self.in_bytes
             if root == OWN:
-                found = spot_of(self.own, (), name, FRAME, BASE, in_bytes=in_bytes)
+                spot = spot_of(self.own, (), name, FRAME, BASE, in_bytes=in_bytes)
             else:
                 tag, ident = self.declarations[root], self.inouts[root]
                 assert isinstance(tag, Tag)
-                rest = name[len(root) + 1 :]
-                found = spot_of(tag.type, tag.dims, rest, ident, f"{ident}_at", in_bytes=in_bytes)
-            self._spots[name] = found
-        return found
+                below = name[len(root) + 1 :]
+                spot = spot_of(tag.type, tag.dims, below, ident, f"{ident}_at", in_bytes=in_bytes)
+            self._spots[name] = spot
+        return spot
 
     def _leaf(
         self, path: str, kind: Elementary, dims: tuple[int, ...], slot: int | None, output: bool

@@ -314,14 +314,14 @@ def too_deep(series: Series) -> str | None:
     >>> too_deep((Instruction("CPT", (Address("A"), number(1))),)) is None
     True
     """
-    todo: list[tuple[Element, int]] = [(each, 0) for each in series]
+    todo: list[tuple[Element, int]] = [(outermost, 0) for outermost in series]
     while todo:
         element, branches = todo.pop()
         if isinstance(element, Branch):
             if branches == BRANCHES:
                 return f"branches are nested more than {BRANCHES} deep"
-            todo += [(each, branches + 1) for leg in element.legs for each in leg]
-        elif any(levels_of(each) > LEVELS for each in element.operands):
+            todo += [(inner, branches + 1) for leg in element.legs for inner in leg]
+        elif any(levels_of(operand) > LEVELS for operand in element.operands):
             return f"an operand of {element.name} has more than {LEVELS} levels of operators and subscripts"
     return None
 
@@ -343,9 +343,9 @@ def levels_of(operand: Operand) -> int:
         node, above = todo.pop()
         deepest = max(deepest, above)
         if isinstance(node, Operation):
-            todo += [(each, above + 1) for each in node.operands]
+            todo += [(inner, above + 1) for inner in node.operands]
         elif isinstance(node, Address):
-            todo += [(each, above + SUBSCRIPT) for step in node.steps for each in _operands_of(step)]
+            todo += [(inner, above + SUBSCRIPT) for step in node.steps for inner in _operands_of(step)]
     return deepest
 
 
@@ -358,4 +358,4 @@ def addresses_in(operand: Operand) -> Iterator[Address]:
             todo += reversed(node.operands)
         elif isinstance(node, Address):
             yield node
-            todo += reversed([each for step in node.steps for each in _operands_of(step)])
+            todo += reversed([inner for step in node.steps for inner in _operands_of(step)])

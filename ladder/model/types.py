@@ -134,23 +134,23 @@ class Structure:
 
     def __post_init__(self) -> None:
         """Raise a LadderError if `at` of a member names no member with its own memory."""
-        for each in self.members:
-            host = self.member(re.split(r"[.\[]", each.at)[0]) if each.at else each
-            if host is None or (each.at and host.at):
+        for member in self.members:
+            host = self.member(re.split(r"[.\[]", member.at)[0]) if member.at else member
+            if host is None or (member.at and host.at):
                 raise LadderError(
-                    f"{each.name} of {self.name} is at {each.at}, which is not a member of its own"
+                    f"{member.name} of {self.name} is at {member.at}, which is not a member of its own"
                 )
 
     @cached_property
     def own(self) -> tuple[Member, ...]:
         """The members with their own memory."""
-        return tuple(each for each in self.members if not each.at)
+        return tuple(member for member in self.members if not member.at)
 
     @cached_property
     def packed(self) -> Mapping[str, tuple[str, int]]:
         """Host and bit of each member that is a bit of another member, such as `EN` at `FLAGS.7`."""
-        found = ((each.name, _PACKED.fullmatch(each.at)) for each in self.members if each.at)
-        return {name: (place["host"], int(place["bit"])) for name, place in found if place}
+        places = ((member.name, _PACKED.fullmatch(member.at)) for member in self.members if member.at)
+        return {name: (place["host"], int(place["bit"])) for name, place in places if place}
 
     def member(self, name: str) -> Member | None:
         """Return a member by name, in any case; None without one."""
@@ -158,7 +158,7 @@ class Structure:
 
     @cached_property
     def _by_name(self) -> Mapping[str, Member]:
-        return {each.name.upper(): each for each in reversed(self.members)}
+        return {member.name.upper(): member for member in reversed(self.members)}
 
 
 DataType = Elementary | Structure
@@ -173,15 +173,15 @@ def members_of(text: str) -> tuple[Member, ...]:
     [('PRE', (), 500), ('DATA', (82,), None)]
     """
     kind: DataType = BOOL
-    found = []
+    members = []
     for word in text.split():
         if word in TYPES:
             kind = TYPES[word]
         else:
             name, length, value = _MEMBER.fullmatch(word).groups()  # type: ignore[union-attr]  # a table of ours
             initial = None if value is None else _initial(kind, value)
-            found.append(Member(name, kind, (int(length),) if length else (), initial=initial))
-    return tuple(found)
+            members.append(Member(name, kind, (int(length),) if length else (), initial=initial))
+    return tuple(members)
 
 
 _MEMBER = re.compile(r"(\w+)(?:\[(\d+)\])?(?:=(.+))?")
@@ -228,7 +228,7 @@ CONTROL = Structure("CONTROL", status_bits("EN EU DN EM ER UL IN FD") + members_
 
 STRING = Structure("STRING", members_of("DINT LEN SINT DATA[82]"))
 
-TYPES |= {each.name: each for each in (TIMER, COUNTER, CONTROL, STRING)}
+TYPES |= {kind.name: kind for kind in (TIMER, COUNTER, CONTROL, STRING)}
 
 FBD_TIMER = Structure(
     "FBD_TIMER",

@@ -73,8 +73,8 @@ Boxes and Full, or shorten the times that it waits for'
     """
     names = " and ".join(deciding[:MOST_NAMES]) or "the numbers that decide it"
     for pattern, sentence in _WAYS:
-        for each in blame:
-            found = re.fullmatch(pattern, each)
-            if found is not None:
-                return sentence(found, names)
+        for reason in blame:
+            match = re.fullmatch(pattern, reason)
+            if match is not None:
+                return sentence(match, names)
     return ""

@@ -113,7 +113,7 @@ class Answer:
     def __str__(self) -> str:
         lines = [f"{self.word}: {self.claim.sentence}"]
         lines += [f"  scan {number}: {step}" for number, step in enumerate(self.steps, start=1)]
-        lines += [f"  {each}" for each in (*self.end, *self.verdict.blame)]
+        lines += [f"  {line}" for line in (*self.end, *self.verdict.blame)]
         lines += [f"  to do: {self.advice}"] if self.advice else []
         return "\n".join(lines)
 
@@ -140,7 +140,7 @@ def answer(
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (*assumed(problem.happens), *[each.text for each in (*program.assumptions, *own)]),
+        (*assumed(problem.happens), *[assumption.text for assumption in (*program.assumptions, *own)]),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
@@ -161,12 +161,12 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
     """Return the tags of the changing numbers that decide a claim, nearest first."""
-    layout, found = problem.lowered.layout, []
-    for name, v in cone.items():
+    layout, numbers = problem.lowered.layout, []
+    for name, variable in cone.items():
         key = problem.key_of.get(name)
-        if key is not None and v.kind != BOOL and name in problem.next and "~" not in key[0]:
-            found.append(tag_text(layout, key))
-    return found
+        if key is not None and variable.kind != BOOL and name in problem.next and "~" not in key[0]:
+            numbers.append(tag_text(layout, key))
+    return numbers
 
 
 def ask(
@@ -183,10 +183,10 @@ def ask(
     limits: Limits = LIMITS,
 ) -> Answer:
     """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
-    given = {"never": never, "always": always, "reachable": reachable}
-    named = [(ClaimKind(kind), text) for kind, text in given.items() if text]
+    claims = {"never": never, "always": always, "reachable": reachable}
+    named = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
     if len(named) != 1:
-        raise LadderError(f"give one of {', '.join(given)}, not {len(named)} of them")
+        raise LadderError(f"give one of {', '.join(claims)}, not {len(named)} of them")
     kind, text = named[0]
     claim = Claim(f"{kind} {text}", kind, text, tuple(assume))
     watched = monitored(program, [claim])
@@ -198,7 +198,7 @@ def ask(
         assume=watched.assume,
         happens=happens,
     )
-    own = next(each for each in watched.properties if each.claim is claim)
+    own = next(entry for entry in watched.properties if entry.claim is claim)
     return answer(problem, watched, own, limits)
 
 

@@ -53,7 +53,7 @@ class Certificate:
     @classmethod
     def of(cls, system: System, says: str, bad: T, k: int, found: Sequence[Invariant] = ()) -> Certificate:
         """Return the certificate of a proof about a system, with the system's current contract."""
-        cone = system.cone([bad, *[each.term for each in found]])
+        cone = system.cone([bad, *[invariant.term for invariant in found]])
         states = {name: system.next[name] for name in cone if name in system.next}
         initial = {name: system.initial[name] for name in cone if name in system.initial}
         held, late = frozenset(system.held & cone.keys()), frozenset(system.late & cone.keys())
@@ -64,8 +64,8 @@ def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
     """Return the text of `proof.smt2` and the contents of `proof.json` for proofs about one program."""
     writer = _ScriptWriter()
     parts = [writer.part(certificate) for certificate in certificates]
-    found = {"format": FORMAT, "states": writer.states, "late": writer.late, "ranges": writer.ranges}
-    return "\n".join([*writer.script.lines, ""]), {**found, "parts": parts}
+    header = {"format": FORMAT, "states": writer.states, "late": writer.late, "ranges": writer.ranges}
+    return "\n".join([*writer.script.lines, ""]), {**header, "parts": parts}
 
 
 class _ScriptWriter:
@@ -83,11 +83,19 @@ class _ScriptWriter:
         """Write the terms of a proof; return their roles."""
         self._memo = {}  # the held values may differ from those of another part
         contract, bad = self._term(each, each.contract), self._term(each, each.bad)
-        found = [{"term": self._term(each, one.term), "text": one.text} for one in each.invariants]
-        roots = [each.contract, each.bad, *[one.term for one in each.invariants], *each.next.values()]
-        for v in variables(roots):
-            self._variable(each, v)
-        return {"says": each.says, "k": each.k, "contract": contract, "bad": bad, "invariants": found}
+        invariants = [
+            {"term": self._term(each, invariant.term), "text": invariant.text}
+            for invariant in each.invariants
+        ]
+        roots = [
+            each.contract,
+            each.bad,
+            *[invariant.term for invariant in each.invariants],
+            *each.next.values(),
+        ]
+        for variable in variables(roots):
+            self._variable(each, variable)
+        return {"says": each.says, "k": each.k, "contract": contract, "bad": bad, "invariants": invariants}
 
     def _term(self, each: Certificate, t: T) -> str:
         return self._made(each, t).text
@@ -109,7 +117,7 @@ class _ScriptWriter:
             return
         declared = self._lookup(each, v)
         name, is_state = declared.text, v.val in each.next
-        if name in self.states or any(one["of"] == name for one in self.ranges):
+        if name in self.states or any(entry["of"] == name for entry in self.ranges):
             return
         if is_state:
             after = each.next[v.val]

@@ -63,11 +63,11 @@ def claims_in(lowered: LoweredProgram) -> list[Claim]:
     Raises:
         LadderError: a claim is unknown, has no condition, or is in an add-on instruction.
     """
-    found = []
+    claims = []
     for routine in lowered.routines.values():
         for line in routine.lines:
-            found += [_with_place(lowered, routine, line, each) for each in _read(line)]
-    return named_apart(found)
+            claims += [_with_place(lowered, routine, line, claim) for claim in _read(line)]
+    return named_apart(claims)
 
 
 def named_apart(claims: Iterable[Claim]) -> list[Claim]:
@@ -78,19 +78,19 @@ def named_apart(claims: Iterable[Claim]) -> list[Claim]:
     ['one way', 'One way (2)']
     """
     taken: dict[str, int] = {}
-    found = []
+    named = []
     for claim in claims:
         number = taken[claim.name.upper()] = taken.get(claim.name.upper(), 0) + 1
-        found.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
-    return found
+        named.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
+    return named
 
 
 def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:
     """Yield the kind and the condition of each claim in a comment."""
     for text in line.comment.splitlines():
-        found = _CLAIM.match(text)
-        if found:
-            yield found["kind"], found["text"] or ""
+        match = _CLAIM.match(text)
+        if match:
+            yield match["kind"], match["text"] or ""
 
 
 def _with_place(

@@ -68,7 +68,7 @@ class KeptBy:
             nonlocal was, in_force
             now, sent = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
             known = in_force if self.at_rpi else {sent}
-            exchanged = any(self._kept(now, was, each) for each in known)
+            exchanged = any(self._kept(now, was, words) for words in known)
             in_force = {sent} if exchanged else set()
             if self.at_rpi and now == was:
                 in_force |= known

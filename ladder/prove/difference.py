@@ -201,34 +201,34 @@ class _Comparison:
             dirty: all values that may ever differ.
         """
         for key in sorted(dirty - {FAULT}):
-            v = self.new.machine.vars[key]
-            self.unlike.setdefault(v.val, own(v))
+            variable = self.new.machine.vars[key]
+            self.unlike.setdefault(variable.val, own(variable))
         self._match()
         system = self._together()
         self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
         result.held = self._held(system, both)
         self.runs = random_runs(self.old, self.new, open_keys)
         for key in open_keys:
-            found = self._changed(system, key, now=key in now, surely=not result.unfollowed)
-            if found is not None and key == FAULT:
-                result.fault = found
-            elif found is not None:
-                result.changed.append(found)
+            change = self._changed(system, key, now=key in now, surely=not result.unfollowed)
+            if change is not None and key == FAULT:
+                result.fault = change
+            elif change is not None:
+                result.changed.append(change)
 
     def _in_both(self, keys: Iterable[Key]) -> list[Key]:
         """Return the given values that both programs have, and `FAULT` if either program can fault."""
-        found = []
+        shared = []
         for key in sorted(keys):
-            leaves = [each.lowered.layout.find(key[0]) for each in (self.old, self.new)]
+            leaves = [side.lowered.layout.find(key[0]) for side in (self.old, self.new)]
             if all(leaf is not None and key[1] < leaf.size for leaf in leaves):
-                found.append(key)
-                for each in (self.old, self.new):
-                    each.after(key)
-        return [*found, *[FAULT] * any(STOPPED in each.next for each in (self.old, self.new))]
+                shared.append(key)
+                for problem in (self.old, self.new):
+                    problem.after(key)
+        return [*shared, *[FAULT] * any(STOPPED in side.next for side in (self.old, self.new))]
 
     def _begin_alike(self) -> bool:
         """Whether both programs have the same values, with the same types and initial values."""
-        places = [each.lowered.layout.leaves for each in (self.old, self.new)]
+        places = [problem.lowered.layout.leaves for problem in (self.old, self.new)]
         return places[0].keys() == places[1].keys() and all(
             (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
             and _initial(self.old, path) == _initial(self.new, path)
@@ -249,10 +249,10 @@ class _Comparison:
         for name, key in new.key_of.items():
             if name not in old.key_of:
                 continue
-            v = new.machine.vars[key]
-            alike = v is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
+            variable = new.machine.vars[key]
+            alike = variable is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
             if not alike or repr(old.initial.get(name)) != repr(new.initial.get(name)):
-                self.unlike[name] = own(v)
+                self.unlike[name] = own(variable)
         for name in new.next.keys() - new.key_of.keys():
             self.unlike[name] = mk("var", (), TRUE.kind, NEW + name)
         self._match()
@@ -277,70 +277,70 @@ class _Comparison:
 
     def _pair(self, key: Key) -> tuple[T, T]:
         """Return the value after a scan in both programs."""
-        one, other = (_after(each, key) for each in (self.old, self.new))
-        return one, self._in_new(other)
+        old, new = (_after(problem, key) for problem in (self.old, self.new))
+        return old, self._in_new(new)
 
     def _differ(self, key: Key) -> T:
-        one, other = self._pair(key)
-        return TRUE if one.kind != other.kind else not_(same(one, other))
+        old, new = self._pair(key)
+        return TRUE if old.kind != new.kind else not_(same(old, new))
 
     def _now(self, both: Sequence[Key]) -> set[Key]:
         """Return the values that one scan can make different when it begins with equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
-        for _, each in self.unknowns.facts:
-            solver.state(frame.term(each))
-        found = set()
+        for _, fact in self.unknowns.facts:
+            solver.state(frame.term(fact))
+        keys = set()
         for key in both:
             differ = self._differ(key)
             if differ is FALSE:
                 continue
             before = solver.work
             if self.left <= 0 or solver.check(frame.term(differ)) != UNSAT:
-                found.add(key)
+                keys.add(key)
             self.left -= solver.work - before
-        return found
+        return keys
 
     def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
         """Return the given values and all that depend on them, after any number of scans."""
         pairs = {key: self._pair(key) for key in both}
-        dirty, apart = set(first), {v.val for v in self.unlike.values()}
+        dirty, apart = set(first), {variable.val for variable in self.unlike.values()}
         while True:
             names = {name_of(key) for key in dirty} | apart
             names |= self._depending(names)
-            order = reach([t for pair in pairs.values() for t in pair])
+            order = reach([term for pair in pairs.values() for term in pair])
             marked = _marked(order, names)
-            more = {key for key, pair in pairs.items() if any(t.id in marked for t in pair)} - dirty
-            if not more:
+            added = {key for key, pair in pairs.items() if any(term.id in marked for term in pair)} - dirty
+            if not added:
                 return dirty
-            dirty |= more
+            dirty |= added
 
     def _depending(self, names: set[str]) -> set[str]:
         """Return the unknown values that depend on some variables, directly or indirectly."""
-        found: set[str] = set()
-        order = reach([t for name in self.unknowns.known for t in deciding(self.unknowns.known, name)])
+        depending: set[str] = set()
+        order = reach([term for name in self.unknowns.known for term in deciding(self.unknowns.known, name)])
         while True:
-            marked = _marked(order, names | found)
-            more = {
+            marked = _marked(order, names | depending)
+            added = {
                 name
-                for name in self.unknowns.known.keys() - found
-                if any(t.id in marked for t in deciding(self.unknowns.known, name))
+                for name in self.unknowns.known.keys() - depending
+                if any(term.id in marked for term in deciding(self.unknowns.known, name))
             }
-            if not more:
-                return found
-            found |= more
+            if not added:
+                return depending
+            depending |= added
 
     def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
         """Return the held values that decide whether some values differ."""
         differing = {key: self._differ(key) for key in both}
         differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
-        found: dict[object, HeldNumber] = {}
+        held: dict[object, HeldNumber] = {}
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
             roots = [_after(problem, key) for key in differing_keys]
-            found |= {(number.key, number.bit): number for number in problem.held_numbers(names, roots)}
-        return list(found.values())
+            held |= {(number.key, number.bit): number for number in problem.held_numbers(names, roots)}
+        return list(held.values())
 
     # --- runs
 
@@ -378,7 +378,11 @@ class _Comparison:
             surely: whether the relation is known to follow both programs.
         """
         differ = self._differ(key)
-        free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
+        free = {
+            variable.val.removeprefix(NEW)
+            for variable in variables([differ])
+            if system.role(variable.val) == "free"
+        }
         places = self.new.key_of.keys() | self.old.key_of.keys()
         inputs = tuple(shown(name) for name in sorted(free & places))
         by_chance = self.runs.get(key, ())
@@ -437,10 +441,10 @@ class _Base:
 
 def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
     """Return the paths of values that one program writes and the other one would take for inputs."""
-    mine, its = _written(old), _written(new)
+    old_keys, new_keys = _written(old), _written(new)
     return {
         key[0]
-        for problem, keys in ((old, its - mine), (new, mine - its))
+        for problem, keys in ((old, new_keys - old_keys), (new, old_keys - new_keys))
         for key in keys
         if problem.lowered.layout.find(key[0]) is not None and problem.role(name_of(key)) == "free"
     }
@@ -464,9 +468,9 @@ def _after(problem: ProgramSystem, key: Key) -> T:
 def _marked(order: Sequence[T], names: set[str]) -> set[int]:
     """Return the ids of the terms in `order`, operands first, that depend on some variables."""
     marked: set[int] = set()
-    for t in order:
-        if (t.op == "var" and t.val in names) or any(a.id in marked for a in t.args):
-            marked.add(t.id)
+    for term in order:
+        if (term.op == "var" and term.val in names) or any(argument.id in marked for argument in term.args):
+            marked.add(term.id)
     return marked
 
 

@@ -21,9 +21,9 @@ FAULT: Key = (STOPPED, 0)
 
 def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differed."""
-    found: dict[Key, tuple[ScanOf, ...]] = {}
+    runs: dict[Key, tuple[ScanOf, ...]] = {}
     free = _free(new) | _free(old)
-    inputs = {(new if name in new.key_of else old).key_of[name]: v for name, v in free.items()}
+    inputs = {(new if name in new.key_of else old).key_of[name]: variable for name, variable in free.items()}
     rng = Random(1)
     for _ in range(RUNS if keys else 0):
         both = StoppingRun(old), StoppingRun(new)
@@ -32,17 +32,17 @@ def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> 
             scans.append(scan)
             has_stopped = _do(both, scan)
             for key in keys:
-                if key not in found and _differ(both, key):
-                    found[key] = tuple(scans)
+                if key not in runs and _differ(both, key):
+                    runs[key] = tuple(scans)
             if has_stopped:
                 break
-    return found
+    return runs
 
 
 def _do(both: tuple[StoppingRun, StoppingRun], scan: ScanOf) -> bool:
     """Run a scan in both programs; return whether one of them has stopped."""
-    for each in both:
-        each.do(scan)
+    for run in both:
+        run.do(scan)
     return both[0].stopped or both[1].stopped
 
 
@@ -51,7 +51,9 @@ def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> I
     likely = {key: rng.choice((0.1, 0.5, 0.9)) for key in inputs}
     for number in range(SCANS):
         changed = {
-            key: _any(rng, v, likely[key]) for key, v in inputs.items() if number == 0 or rng.random() < 0.3
+            key: _any(rng, variable, likely[key])
+            for key, variable in inputs.items()
+            if number == 0 or rng.random() < 0.3
         }
         ms = _clipped(rng.choice((1, 10, 100, 1000)), bounds.low_ms, bounds.high_ms)
         yield ScanOf(ms if number else 0, changed)
@@ -80,10 +82,10 @@ class StoppingRun:
 
 def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
     """Whether a value differs now; 0.0 and -0.0 differ, NaN equals NaN."""
-    one, other = both[0].value(key), both[1].value(key)
-    if isinstance(one, float) and isinstance(other, float):
-        return not same_float(one, other)
-    return bool(one != other)
+    left, right = both[0].value(key), both[1].value(key)
+    if isinstance(left, float) and isinstance(right, float):
+        return not same_float(left, right)
+    return bool(left != right)
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:

@@ -205,7 +205,7 @@ class _Proof:
             return
         system, result = self.system, self.result
         result.kind, result.k = VerdictKind.PROVED, k
-        result.invariants = tuple(each.text for each in found)
+        result.invariants = tuple(invariant.text for invariant in found)
         own = Certificate.of(system, "what is asked", self.bad, k, found)
         result.certificates = (own, *(system.follows.certificates if system.follows else ()))
 
@@ -215,10 +215,12 @@ class _Proof:
         if system.deep is FALSE or self.bad is system.deep:
             return True
         if system.follows is None:
-            found = prove(system, system.deep, replace(self.limits, replays=False))
+            verdict = prove(system, system.deep, replace(self.limits, replays=False))
             text = "the relation follows the program"
-            found.certificates = tuple(replace(certificate, says=text) for certificate in found.certificates)
-            system.follows = found
+            verdict.certificates = tuple(
+                replace(certificate, says=text) for certificate in verdict.certificates
+            )
+            system.follows = verdict
         if not system.follows:
             self._unknown(*system.limits_met())
         return bool(system.follows)
@@ -271,9 +273,9 @@ class _Proof:
         for (number, name), value in replayed.computed.items():
             known = frames[number].chosen.get(name)
             if known is not None:
-                v, made = known
-                literal = base.value(sort_of(v), value if v.kind != INT else int(value))
-                pins.append(base.apply("=" if v.kind in (BOOL, INT) else "fp.eq", [made, literal]))
+                variable, made = known
+                literal = base.value(sort_of(variable), value if variable.kind != INT else int(value))
+                pins.append(base.apply("=" if variable.kind in (BOOL, INT) else "fp.eq", [made, literal]))
         return pins
 
     def _blame_processor(self, replayed: ReplayedRun) -> None:
@@ -331,7 +333,7 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
     """Return the model's values in each scan; values that prescan reads are in the next scan."""
     scans = [frame.values() for frame in frames]
     for before, scan in pairwise(scans):
-        for name in [each for each in before if each.startswith(THEN)]:
+        for name in [chosen for chosen in before if chosen.startswith(THEN)]:
             scan.setdefault(name.removeprefix(THEN), before[name])
     return scans
 
@@ -341,8 +343,8 @@ def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
     return [
         base.apply("=", [made, scan.chosen[name.removeprefix(THEN)][1]])
         for before, scan in pairwise(frames)
-        for name, (v, made) in before.chosen.items()
-        if name.startswith(THEN) and v.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
+        for name, (variable, made) in before.chosen.items()
+        if name.startswith(THEN) and variable.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
     ]
 
 
@@ -395,8 +397,8 @@ class _Steps:
     def _follows(self) -> bool:
         solver = self._solver
         self._last = Frame(self.system, solver, self._last)
-        for each in self.found:
-            solver.state(self._last.term(each.term))
+        for invariant in self.found:
+            solver.state(self._last.term(invariant.term))
         broken = self._last.term(self.bad)
         answer = solver.check(broken)
         solver.state(solver.apply("not", [broken]))

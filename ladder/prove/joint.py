@@ -54,11 +54,11 @@ def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[
     todo = [*_parts(list(formulas), GROUP)]
     while todo:
         part = todo.pop()
-        answer = solver.check(solver.joined("or", [formulas[t] for t in part]))
+        answer = solver.check(solver.joined("or", [formulas[truth] for truth in part]))
         if answer == SAT:
-            holding = {t for t in part if solver.found(formulas[t], t)} or {part[0]}
+            holding = {truth for truth in part if solver.found(formulas[truth], truth)} or {part[0]}
             can |= holding
-            todo += _parts([t for t in part if t not in holding], GROUP)
+            todo += _parts([truth for truth in part if truth not in holding], GROUP)
         elif answer == UNKNOWN and len(part) > 1:
             todo += _parts(part, -(-len(part) // 2))
         elif answer == UNKNOWN:
@@ -79,14 +79,14 @@ def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> Joint
     Args:
         limits: of each condition; a group of n conditions shares n times as much work.
     """
-    found, groups = JointAnswers(), dict[T, list[T]]()
-    for t in dict.fromkeys(truths):
-        groups.setdefault(system.narrowed([t]), []).append(t)
+    answers, groups = JointAnswers(), dict[T, list[T]]()
+    for truth in dict.fromkeys(truths):
+        groups.setdefault(system.narrowed([truth]), []).append(truth)
     for group in groups.values():
         with system.narrowing(group[:1]):
             for part in _parts(group, GROUP):
-                _JointInduction(system, part, limits, found).decide()
-    return found
+                _JointInduction(system, part, limits, answers).decide()
+    return answers
 
 
 class _JointInduction:
@@ -103,7 +103,7 @@ class _JointInduction:
         last = self._limits.scans - 1
         for number in range(self._limits.scans):
             run = Frame(self._system, base, run, first=run is None)
-            broken, gave_up = satisfiable(base, {t: run.term(t) for t in self._left})
+            broken, gave_up = satisfiable(base, {truth: run.term(truth) for truth in self._left})
             self._found.broken |= broken
             self._found.gave_up |= gave_up
             self._leave(broken | gave_up)
@@ -128,7 +128,9 @@ class _JointInduction:
         """Find the conditions whose falsehood follows from at most `most` scans in which they were false."""
         proved, gave_up = self._follow(self._left, most, most)
         if most:
-            least, _ = self._follow([t for t in self._left if t in proved or t in gave_up], 0, most)
+            least, _ = self._follow(
+                [truth for truth in self._left if truth in proved or truth in gave_up], 0, most
+            )
             proved |= least
         self._found.proved |= proved
         self._leave(proved)
@@ -136,25 +138,27 @@ class _JointInduction:
     def _follow(self, truths: Iterable[T], first: int, last: int) -> tuple[dict[T, int], set[T]]:
         """Return the smallest k in a range that proves each condition, and the conditions that gave up."""
         solver, scan = Solver(self._limits.fuse), None
-        unbroken: dict[T, list[Any]] = {t: [] for t in truths}
+        unbroken: dict[T, list[Any]] = {truth: [] for truth in truths}
         proved, gave_up = dict[T, int](), set[T]()
         for k in range(last + 1):
             scan = Frame(self._system, solver, scan)
-            made = {t: scan.term(t) for t in unbroken}
+            made = {truth: scan.term(truth) for truth in unbroken}
             if k < first:
                 solver.check()  # its model is the start of the search in a longer run
             else:
-                breaking = {t: solver.joined("and", [made[t], *unbroken[t]]) for t in unbroken}
+                breaking = {
+                    truth: solver.joined("and", [made[truth], *unbroken[truth]]) for truth in unbroken
+                }
                 can, late = satisfiable(solver, breaking)
-                proved |= {t: k for t in breaking if t not in can and t not in late}
+                proved |= {truth: k for truth in breaking if truth not in can and truth not in late}
                 gave_up |= late
             unbroken = {
-                t: [*held, solver.apply("not", [made[t]])]
-                for t, held in unbroken.items()
-                if t not in proved and t not in gave_up
+                truth: [*held, solver.apply("not", [made[truth]])]
+                for truth, held in unbroken.items()
+                if truth not in proved and truth not in gave_up
             }
         self._work, self._steps = self._work + solver.work, self._steps + solver.steps
         return proved, gave_up
 
     def _leave(self, truths: Container[T]) -> None:
-        self._left = [t for t in self._left if t not in truths]
+        self._left = [truth for truth in self._left if truth not in truths]

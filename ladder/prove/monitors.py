@@ -120,13 +120,13 @@ def monitored(
     lowered.monitors = tuple(maker.routines)
     lowered.closing = (*lowered.closing, run_monitors)
     maker.keep_initials(with_them)
-    properties = [each for each in maker.watched if each.claim.kind is not ClaimKind.ASSUME]
-    assumed = [each for each in maker.watched if each.claim.kind is ClaimKind.ASSUME]
+    properties = [monitor for monitor in maker.watched if monitor.claim.kind is not ClaimKind.ASSUME]
+    assumed = [monitor for monitor in maker.watched if monitor.claim.kind is ClaimKind.ASSUME]
     return MonitoredProgram(
         with_them,
         tuple(properties),
-        tuple(each.bit for each in assumed),
-        tuple(each.claim for each in assumed),
+        tuple(monitor.bit for monitor in assumed),
+        tuple(monitor.claim for monitor in assumed),
     )
 
 
@@ -194,27 +194,29 @@ def is_monitors_own(path: str) -> bool:
 
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return an unbuilt copy of a program, with names for the slots."""
-    found = program.copied()
+    result = program.copied()
     known = {declaration.name.upper() for declaration in program.declarations}
     named = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in known]
-    found.declarations += named
-    return found
+    result.declarations += named
+    return result
 
 
 def never_routines(program: LadderLogic) -> list[Routine]:
     """Return a program's routines NEVER; raise a LadderError if one can't be a monitor."""
-    found = [each for each in program.routines if _short(each.name).upper() == NEVER]
+    monitors = [candidate for candidate in program.routines if _short(candidate.name).upper() == NEVER]
     built = program.build()
-    called = {name for routine in built.routines.values() for name in calls_of(routine)} if found else set()
-    for each in found:
-        if each.name.upper() in called | built.roots:
+    called = (
+        {name for routine in built.routines.values() for name in calls_of(routine)} if monitors else set()
+    )
+    for monitor in monitors:
+        if monitor.name.upper() in called | built.roots:
             raise LadderError(
-                f"routine {each.name} is called: a routine {NEVER} is a monitor of `scanrack prove`, "
+                f"routine {monitor.name} is called: a routine {NEVER} is a monitor of `scanrack prove`, "
                 "which no controller runs; give it another name"
             )
-        if each.chart is not None:
-            raise LadderError(f"routine {each.name} is a chart: a monitor is rungs or structured text")
-    return found
+        if monitor.chart is not None:
+            raise LadderError(f"routine {monitor.name} is a chart: a monitor is rungs or structured text")
+    return monitors
 
 
 @dataclass(slots=True)
@@ -235,7 +237,7 @@ class _Maker:
         """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
         self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
-        for slot in (each for each in self.slots if each in used):
+        for slot in (latch for latch in self.slots if latch in used):
             for output in (False, True):
                 layout.image(slot, output=output)
         for routine in self.never:
@@ -289,7 +291,7 @@ class _Maker:
         name = self._new_bit()
         if negated:
             value = Operation("NOT", (value,))
-        statements = [Assignment(Address(name), each) for each in (number(int(broken)), value)]
+        statements = [Assignment(Address(name), constant) for constant in (number(int(broken)), value)]
         self._claims[self._statements(claim.scope, name, statements)] = claim
         return name.upper(), 0
 
@@ -364,21 +366,21 @@ class _Maker:
             claim = self._claims.get(problem.site.routine.upper())
             where = _named(claim) + f": {claim.text}" if claim else problem.where
             lines.append(f"{where}: {problem.text}; {problem.remedy}")
-        return LadderError("\n".join(lines), *(each.site for each in error.problems))
+        return LadderError("\n".join(lines), *(mistake.site for mistake in error.problems))
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
     """Replace each `old(...)` in a condition by what `latch` returns for its content."""
-    parts, at = [], 0
-    for found in _OLD.finditer(text):
-        if found.start() < at:
+    parts, begin = [], 0
+    for match in _OLD.finditer(text):
+        if match.start() < begin:
             raise LadderError("old(...) in old(...): name one value")
-        end = text.find(")", found.end())
+        end = text.find(")", match.end())
         if end < 0:
             raise LadderError("old( has no closing parenthesis")
-        parts += [text[at : found.start()], latch(text[found.end() : end].strip())]
-        at = end + 1
-    return "".join([*parts, text[at:]])
+        parts += [text[begin : match.start()], latch(text[match.end() : end].strip())]
+        begin = end + 1
+    return "".join([*parts, text[begin:]])
 
 
 _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)

@@ -148,15 +148,15 @@ class Run:
 
     def _before(self, off: int) -> dict[str, Any]:
         problem, engine = self.problem, self.engine
-        found: dict[str, Any] = {}
-        for key, v in problem.machine.vars.items():
+        values: dict[str, Any] = {}
+        for key, variable in problem.machine.vars.items():
             value = engine.memory.read(problem.machine.kinds[key], key[1])
             if key[0].endswith(CLOCK):
-                value = min(v.hi, max(0, engine.now_ns - int(value)) // problem.tick_ns + off)
+                value = min(variable.hi, max(0, engine.now_ns - int(value)) // problem.tick_ns + off)
             elif key == FIRST_SCAN and problem.lowered.schedule is None:
                 value = is_turned(self._chosen_before) or is_again(self._chosen_before)
-            found[v.val] = value
-        return found
+            values[variable.val] = value
+        return values
 
     def after(self, key: Key) -> Any:
         """Return the current value of a place."""
@@ -174,7 +174,7 @@ def is_again(values: Values) -> bool:
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return for how many ticks the key is out of run after a scan, at most an hour."""
+    """Return how many ticks the key is out of RUN after a scan, capped at one hour."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
@@ -209,7 +209,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
             return result
     result.confirmed = broken(run.engine, before)
     if not result.confirmed:
-        known = {name for at, name in result.computed if at == len(scans) - 1}
+        known = {name for scan, name in result.computed if scan == len(scans) - 1}
         result.differs = _differences(problem, run, before, problem.havocs.keys() - known)
     return result
 
@@ -224,8 +224,8 @@ def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result
 def _learn_written(problem: ProgramSystem, run: Run, number: int, result: ReplayedRun) -> None:
     """Note values that the processor itself wrote, such as its clocks in a status file."""
     for name, key in problem.key_of.items():
-        v = problem.machine.vars[key]
-        if problem.is_written_beside(key[0]) and problem.machine.state[key] is v:
+        variable = problem.machine.vars[key]
+        if problem.is_written_beside(key[0]) and problem.machine.state[key] is variable:
             result.computed[number, name] = run.after(key)
 
 
@@ -234,11 +234,11 @@ def _learn(
 ) -> None:
     """Find what instructions without a model computed in a scan, as far as its end still shows it."""
     for _ in range(3):  # one value may decide which place shows another
-        found = _seen_havocs(problem, run, before)
-        if all(before.get(name) == value for name, value in found.items()):
+        values = _seen_havocs(problem, run, before)
+        if all(before.get(name) == value for name, value in values.items()):
             break
-        before.update(found)
-    for name, value in found.items():
+        before.update(values)
+    for name, value in values.items():
         result.computed[number, name] = value
 
 
@@ -246,16 +246,16 @@ def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, 
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
-    conditions = [t.args[0] for t in reach(roots) if t.op == "ite"]
-    values = dict(zip([t.id for t in conditions], Evaluator(conditions)(before), strict=True))
-    found: dict[str, Any] = {}
+    conditions = [node.args[0] for node in reach(roots) if node.op == "ite"]
+    values = dict(zip([condition.id for condition in conditions], Evaluator(conditions)(before), strict=True))
+    havocs: dict[str, Any] = {}
     for key, root in zip(keys, roots, strict=True):
-        t = root
-        while t.op == "ite":
-            t = t.args[1] if values[t.args[0].id] else t.args[2]
-        if t.op == "var" and t.val in problem.havocs:
-            found[t.val] = run.after(key)
-    return found
+        term = root
+        while term.op == "ite":
+            term = term.args[1] if values[term.args[0].id] else term.args[2]
+        if term.op == "var" and term.val in problem.havocs:
+            havocs[term.val] = run.after(key)
+    return havocs
 
 
 def _differences(
@@ -269,7 +269,11 @@ def _differences(
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
     if unknown:
-        keys = [key for key in keys if not any(v.val in unknown for v in variables([machine.state[key]]))]
+        keys = [
+            key
+            for key in keys
+            if not any(variable.val in unknown for variable in variables([machine.state[key]]))
+        ]
     got = Evaluator([machine.state[key] for key in keys])(before)
     return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
 
@@ -289,7 +293,7 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
     with suppress(LadderFault):
         for number, values in enumerate(scans):
             run.scan(values)
-            if not all(run.after(each) for each in problem.assume):
+            if not all(run.after(assumption) for assumption in problem.assume):
                 return None
             if run.after(key):
                 return number
@@ -298,7 +302,7 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
 
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
     """Return the scans that a solver chose: their times, and the inputs that change."""
-    found, now = [], dict(system.initial)
+    chosen, now = [], dict(system.initial)
     bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
         inputs: dict[Key, Any] = {}
@@ -312,17 +316,17 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
         ticks = (
             values.get(DT, system.least) + off_ticks(earlier, system.tick_ns) if number and not again else 0
         )
-        found.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(earlier) and not again, again))
-    return tuple(found)
+        chosen.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(earlier) and not again, again))
+    return tuple(chosen)
 
 
 def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
     """Return, for each scan, the numbers whose bits are written from outside before it, with new values."""
-    found: list[dict[Key, int]] = []
+    bits: list[dict[Key, int]] = []
     if isinstance(system, ProgramSystem) and system.open:
         run = Run(system)
         with suppress(LadderFault):
             for values in scans:
                 run.scan(values)
-                found.append(run.set_bits)
-    return found
+                bits.append(run.set_bits)
+    return bits

@@ -59,24 +59,26 @@ class SharedUnknowns:
         """
         self.known, self.facts, self.shared = {}, [], set()
         by_function: dict[Hashable, list[tuple[T, UnknownOrigin]]] = defaultdict(list)
-        for v, origin in _in_order(self.old):
-            self.known[v.val] = origin
+        for variable, origin in _in_order(self.old):
+            self.known[variable.val] = origin
             if origin.function is not None:
-                by_function[origin.function].append((v, origin))
-        for v, origin in _in_order(self.new):
-            found = origin._replace(arguments={name: in_new(t) for name, t in origin.arguments.items()})
-            pairs = by_function.get(found.function, []) if found.function is not None else []
-            one = next((u for u, other in pairs if _is_one(found, other) and u.val not in apart), None)
-            if one is not None:
-                own_of[v.val] = one
-                self.shared.add(one.val)
+                by_function[origin.function].append((variable, origin))
+        for variable, origin in _in_order(self.new):
+            new = origin._replace(
+                arguments={name: in_new(argument) for name, argument in origin.arguments.items()}
+            )
+            pairs = by_function.get(new.function, []) if new.function is not None else []
+            twin = next((old for old, other in pairs if _is_one(new, other) and old.val not in apart), None)
+            if twin is not None:
+                own_of[variable.val] = twin
+                self.shared.add(twin.val)
                 continue
-            own_of[v.val] = own(v)
-            self.known[own_of[v.val].val] = found
-            for u, other in pairs[:MOST_PAIRS] if not found.strict else ():
-                fact = or_(not_(_equal(found, other)), same(u, own_of[v.val]))
+            own_of[variable.val] = own(variable)
+            self.known[own_of[variable.val].val] = new
+            for partner, other in pairs[:MOST_PAIRS] if not new.strict else ():
+                fact = or_(not_(_equal(new, other)), same(partner, own_of[variable.val]))
                 if fact is not TRUE:
-                    self.facts.append((frozenset((u.val, own_of[v.val].val)), fact))
+                    self.facts.append((frozenset((partner.val, own_of[variable.val].val)), fact))
 
     def strict(self) -> Iterable[str]:
         """Return the shared variables of strict functions."""
@@ -89,16 +91,18 @@ def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
 
 
 def _is_one(one: UnknownOrigin, other: UnknownOrigin) -> bool:
-    a, b = one.arguments, other.arguments
-    return a.keys() == b.keys() and all(b[name] is t for name, t in a.items())
+    left, right = one.arguments, other.arguments
+    return left.keys() == right.keys() and all(right[name] is argument for name, argument in left.items())
 
 
 def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
     """Return the condition that all arguments are equal; FALSE if their names or kinds differ."""
-    a, b = one.arguments, other.arguments
-    if a.keys() != b.keys() or any(b[name].kind != t.kind for name, t in a.items()):
+    left, right = one.arguments, other.arguments
+    if left.keys() != right.keys() or any(
+        right[name].kind != argument.kind for name, argument in left.items()
+    ):
         return FALSE
-    return all_of(same(t, b[name]) for name, t in a.items())
+    return all_of(same(argument, right[name]) for name, argument in left.items())
 
 
 def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:

@@ -53,8 +53,8 @@ def _simplifications(
     layout: Layout, scans: Sequence[ScanOf]
 ) -> Iterator[Callable[[Sequence[ScanOf]], tuple[ScanOf, ...]]]:
     """Yield functions that simplify a run: stay in run mode, drop an input, or clear a bit of a word."""
-    for number, each in enumerate(scans):
-        if each.turned or each.again:
+    for number, scan in enumerate(scans):
+        if scan.turned or scan.again:
             yield partial(_in_run, number)
     for key in _keys(scans):
         yield partial(_dropped, key)
@@ -84,16 +84,16 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
     """Return the scans with some bits of a word cleared; a word that then does not change is dropped."""
-    before, found = 0, []
+    before, masked = 0, []
     for scan in scans:
         value = scan.inputs.get(key)
         word = before & 0xFFFF if value is None else int(value) & 0xFFFF & ~mask
         after = word - 0x10000 if word >= 0x8000 else word
-        found.append(
+        masked.append(
             _without(scan, key) if after == before else replace(scan, inputs={**scan.inputs, key: after})
         )
         before = after
-    return tuple(found)
+    return tuple(masked)
 
 
 def breaks(
@@ -105,17 +105,17 @@ def breaks(
 ) -> bool:
     """Run the scans; return whether the last one sets a bit, and each one the assumed bits."""
     engine = program.compile()
-    watches = [each.watch(engine) for each in modules]
-    for number, each in enumerate(scans):
-        if each.again:
+    watches = [module.watch(engine) for module in modules]
+    for number, scan in enumerate(scans):
+        if scan.again:
             engine = started_again(engine, program.compile())
-        each.write_inputs(engine)
-        if each.turned or each.again:
+        scan.write_inputs(engine)
+        if scan.turned or scan.again:
             watches = [module.watch(engine) for module in modules]
         if not all(keeps() for keeps in watches):
             return False
         try:
-            each.do(engine)
+            scan.do(engine)
         except LadderFault:
             if number + 1 < len(scans):
                 return False

@@ -34,22 +34,22 @@ def in_short_scans(
     bounds: ScanBounds, longer: ProgramSystem, scans: list[dict[str, Any]], *, inputs_first: bool
 ) -> list[dict[str, Any]]:
     """Split long scans into scans of the rack's length; inputs change before the first or the last one."""
-    found: list[dict[str, Any]] = []
+    short_scans: list[dict[str, Any]] = []
     before: dict[str, Any] = {}
     for number, values in enumerate(scans):
         pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
         now = {name: value for name, value in values.items() if name in longer.key_of}
         events = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
         held = now if inputs_first else before
-        found += [{**held, DT: time} for time in pieces[:-1]]
-        found.append({**now, DT: pieces[-1], **events})
+        short_scans += [{**held, DT: time} for time in pieces[:-1]]
+        short_scans.append({**now, DT: pieces[-1], **events})
         before = now
-    return found
+    return short_scans
 
 
 def _pieces(time: int, bounds: ScanBounds) -> list[int]:
     """Return scan times within the bounds whose sum is as close to a time as possible."""
     low, high = bounds.ticks
     count = -(-time // high)
-    share, rest = divmod(time, count)
-    return [max(low, share + (number < rest)) for number in range(count)]
+    share, remainder = divmod(time, count)
+    return [max(low, share + (number < remainder)) for number in range(count)]

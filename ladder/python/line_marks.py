@@ -49,28 +49,28 @@ class LineWatch:
 
     def add(self, observer: Observer) -> None:
         """Add an observer, or update an observer whose `lines` have changed."""
-        self.only(*(each for each in self.observers if each is not observer), observer)
+        self.only(*(other for other in self.observers if other is not observer), observer)
 
     def remove(self, observer: Observer) -> None:
         """Remove an observer."""
-        self.only(*(each for each in self.observers if each is not observer))
+        self.only(*(other for other in self.observers if other is not observer))
 
     def only(self, *observers: Observer) -> None:
         """Replace all observers."""
         self.observers = list(observers)
-        for each in self._modules:
-            each.select()
+        for module in self._modules:
+            module.select()
 
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
         """Call the observers of a line, see `Observer.begins`."""
-        for each in self.observers:
-            if each.lines is None or line in each.lines:
-                each.begins(file, line, frame)
+        for observer in self.observers:
+            if observer.lines is None or line in observer.lines:
+                observer.begins(file, line, frame)
 
     def files(self, folder: Path) -> list[Path]:
         """Return the files of its modules in a folder and its subfolders."""
-        found = dict.fromkeys(Path(each.path).resolve() for each in self._modules)
-        return [each for each in found if each.is_relative_to(folder.resolve())]
+        paths = dict.fromkeys(Path(module.path).resolve() for module in self._modules)
+        return [path for path in paths if path.is_relative_to(folder.resolve())]
 
     def follow(self, lines: Lines) -> None:
         """Add a module."""
@@ -99,8 +99,8 @@ class Lines(set[int]):
     def select(self) -> None:
         """Collect the lines of the current observers."""
         self.clear()
-        for each in self._watch.observers:
-            lines = each.lines
+        for observer in self._watch.observers:
+            lines = observer.lines
             self.update(self._known if lines is None else (line for line in self._known if line in lines))
         self._names[LINES] = self or None
 
@@ -156,14 +156,14 @@ class _Marks:
             loop: the loop that a `continue` in the block continues.
         """
         made, latest = list[ast.stmt](), getattr(around, "lineno", 0)
-        for each in body:
-            if each.lineno != latest and not _runs_nothing(each):
-                made.append(self._mark(each))
-            latest = each.lineno
-            if isinstance(each, ast.Continue) and loop is not None:
+        for statement in body:
+            if statement.lineno != latest and not _runs_nothing(statement):
+                made.append(self._mark(statement))
+            latest = statement.lineno
+            if isinstance(statement, ast.Continue) and loop is not None:
                 made.append(self._mark(loop))
-            self._inside(each, loop)
-            made.append(each)
+            self._inside(statement, loop)
+            made.append(statement)
         return made
 
     def _inside(self, node: Any, loop: ast.stmt | None) -> None:
@@ -175,9 +175,9 @@ class _Marks:
                 turns = name == "body" and isinstance(node, ast.For | ast.AsyncFor | ast.While)
                 made = self._block(block, node, node if turns else loop)
                 setattr(node, name, [*made, self._mark(node)] if turns else made)
-        for each in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-            head = getattr(each, "pattern", each)  # the head of a `case`
-            each.body = [self._mark(head), *self._block(each.body, head, loop)]
+        for clause in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
+            head = getattr(clause, "pattern", clause)  # the head of a `case`
+            clause.body = [self._mark(head), *self._block(clause.body, head, loop)]
 
     def _mark(self, node: Any) -> ast.stmt:
         self.lines.add(node.lineno)
@@ -192,9 +192,9 @@ def _runs_nothing(node: ast.stmt) -> bool:
 def located(text: str, place: Any) -> ast.stmt:
     """Return a statement that has the position of a node."""
     made = ast.parse(text).body[0]
-    for each in ast.walk(made):
-        if isinstance(each, ast.expr | ast.stmt):
-            ast.copy_location(each, place)
+    for node in ast.walk(made):
+        if isinstance(node, ast.expr | ast.stmt):
+            ast.copy_location(node, place)
     return made
 
 
@@ -202,8 +202,8 @@ def after_the_head(tree: ast.Module) -> int:
     """Return the index after the docstring and `from __future__` imports."""
     heads = [
         place
-        for place, each in enumerate(tree.body)
-        if (place == 0 and isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
-        or (isinstance(each, ast.ImportFrom) and each.module == "__future__")
+        for place, statement in enumerate(tree.body)
+        if (place == 0 and isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))
+        or (isinstance(statement, ast.ImportFrom) and statement.module == "__future__")
     ]
     return max(heads, default=-1) + 1

@@ -132,10 +132,10 @@ def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
 
 def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> None:
     """Make new periodic tasks due at the next multiple of their rate."""
-    for each in schedule.tasks:
-        rate = each.task.rate_ns
-        if rate and each.due.path not in kept:
-            engine.memory.write(each.due, 0, (engine.now_ns // rate + 1) * rate)
+    for task in schedule.tasks:
+        rate = task.task.rate_ns
+        if rate and task.due.path not in kept:
+            engine.memory.write(task.due, 0, (engine.now_ns // rate + 1) * rate)
 
 
 # --- retentive memory
@@ -201,8 +201,8 @@ def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
     if isinstance(value, list) and isinstance(whole, list):
         if len(value) < len(whole):
             yield f"{name} has {len(whole)} elements, in the file {len(value)}"
-        for number, (each, own) in enumerate(zip(value, whole, strict=False)):
-            yield from _shortages(f"{name}[{number}]", each, own)
+        for number, (item, own) in enumerate(zip(value, whole, strict=False)):
+            yield from _shortages(f"{name}[{number}]", item, own)
     elif isinstance(value, dict) and isinstance(whole, dict):
         for key, own in whole.items():
             if key not in value:

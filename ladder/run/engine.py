@@ -134,8 +134,8 @@ class Engine:
             raise
 
     def _run(self, now_ns: int, first: bool) -> None:
-        for each in self.lowered.opening:
-            each(self, first)
+        for hook in self.lowered.opening:
+            hook(self, first)
         try:
             if first:
                 self._first_logic(now_ns)
@@ -198,7 +198,7 @@ class Engine:
         name = scoped(program, routine).upper()
         target = self.lowered.routines.get(name)
         if target is None:
-            names = ", ".join(each.name for each in self.lowered.routines.values())
+            names = ", ".join(known.name for known in self.lowered.routines.values())
             raise ValueError(f"no routine {routine}; routines are {names}")
         expected = len(target.parameters or ())
         if expected != len(inputs):

@@ -62,8 +62,8 @@ def put(tags: Tags, tag: str, value: Any) -> None:
     if isinstance(value, list) and tag.endswith("]"):
         name, _, subscript = tag[:-1].rpartition("[")
         if subscript.isdecimal():
-            for place, each in enumerate(value, int(subscript)):
-                tags[f"{name}[{place}]"] = each
+            for place, item in enumerate(value, int(subscript)):
+                tags[f"{name}[{place}]"] = item
             return
     if not isinstance(value, (list, dict, str)) and isinstance(tags[tag], list):
         tag = f"{tag}[0]"
@@ -94,17 +94,17 @@ def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, r
     rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
     kind = where.type if isinstance(where, Group) and not where.dims else None
     members = kind.members if isinstance(kind, Structure) else ()
-    found = next((each.name for each in members if each.type.name.upper() == STATUS), "")
+    status_member = next((member.name for member in members if member.type.name.upper() == STATUS), "")
     taken = lowered.layout.hidden(f"~{name}.taken", LINT)
-    status = f"{name}.{found}" if found else ""
+    status = f"{name}.{status_member}" if status_member else ""
     return Connection(name, stub.source.open(remote.tag, rpi_ns), rpi_ns, taken, status)
 
 
 def wrong_values(lowered: LoweredProgram, memory: Memory) -> Iterator[Problem]:
     """Yield problems of partners whose first value does not fit; the memory does not change."""
     tags = Tags(lowered, memory)
-    given = [(each.tag, each.sampler) for each in lowered.connections]
-    for tag, sampler in (*given, *lowered.replies.values()):
+    samplers = [(connection.tag, connection.sampler) for connection in lowered.connections]
+    for tag, sampler in (*samplers, *lowered.replies.values()):
         try:
             where = tags.where(tag)
             whole = tag_in(where.path if isinstance(where, Group) else where.leaf.path)
@@ -127,7 +127,7 @@ def updates_of(lowered: LoweredProgram) -> tuple[Callable[[Any, bool], None], ..
     """Return the function that fills consumed tags before a scan; empty without consumed tags."""
 
     def update(engine: Any, _first: bool) -> None:
-        for each in lowered.connections:
-            each.update(engine, engine.tags)
+        for connection in lowered.connections:
+            connection.update(engine, engine.tags)
 
     return (update,) if lowered.connections else ()

@@ -66,17 +66,17 @@ class Tags:
 
     def where(self, name: str) -> Place | Group:
         """Return the place or group that a name means, or raise a ValueError."""
-        found: Place | Group = self._resolver.named(name)
-        return found
+        resolved: Place | Group = self._resolver.named(name)
+        return resolved
 
     def _find(self, name: str) -> Place | Group:
-        found: Place | Group | None = self._known.get(name)
-        if found is None:
-            found = self._resolver.named(name)
-            if not all(map(self._memory.has, leaves_in(found))):
+        resolved: Place | Group | None = self._known.get(name)
+        if resolved is None:
+            resolved = self._resolver.named(name)
+            if not all(map(self._memory.has, leaves_in(resolved))):
                 raise ValueError(f"{name}: the program does not use this image")
-            self._known[name] = found
-        return found
+            self._known[name] = resolved
+        return resolved
 
     def _get(self, place: Place) -> bool | int | float:
         value = self._memory.read(place.leaf, self._flat(place.indices, place) if place.indices else 0)
@@ -85,14 +85,14 @@ class Tags:
         return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)
 
     def _set(self, place: Place, value: bool | int | float) -> None:
-        at = self._flat(place.indices, place)
+        index = self._flat(place.indices, place)
         if place.bit is not None:
             bits = place.leaf.type.bits
             number = self._index(place.bit, bits, place)
-            word = int(self._memory.read(place.leaf, at))
+            word = int(self._memory.read(place.leaf, index))
             mask = mask_of(place.leaf.type, number)
             value = word | mask if value else word & ~mask
-        self._memory.write(place.leaf, at, value)
+        self._memory.write(place.leaf, index, value)
 
     def _flat(self, indices: tuple[Resolved, ...], where: Place | Group) -> int:
         if not indices:

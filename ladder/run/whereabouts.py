@@ -26,7 +26,9 @@ def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
             routine, line = _interpreted(frame, routine, line)
         elif frame.f_code in compiled:
             routine = compiled[frame.f_code]
-            line = next((each for each in routine.lines if each.origin.line == number), None)
+            line = next(
+                (lowered_line for lowered_line in routine.lines if lowered_line.origin.line == number), None
+            )
     parts = (
         f"task {task}" if task else "",
         f"routine {routine.name}" if routine else "",

@@ -72,7 +72,9 @@ _TERMINALS = {
     "BASE": TAG_BASE,
     **{name: re.escape(sign) for name, sign in _SIGNS.items() if len(sign) == 1},
 }
-TERMINAL = re.compile("|".join(f"(?P<{name}>{each})" for name, each in _TERMINALS.items()), re.IGNORECASE)
+TERMINAL = re.compile(
+    "|".join(f"(?P<{name}>{pattern})" for name, pattern in _TERMINALS.items()), re.IGNORECASE
+)
 """A terminal: the first alternative that matches."""
 
 BINDING: Mapping[str, int] = {

@@ -136,9 +136,9 @@ class _Reader:
 
     def _block(self, nodes: Sequence[Node], end: int) -> Block:
         """Return a block; comments after its last statement, up to `end`, become an empty statement."""
-        found = tuple(map(self._statement, nodes))
-        rest = self._comments_before(end)
-        return (*found, Empty(comment=rest)) if rest else found
+        statements = tuple(map(self._statement, nodes))
+        comment = self._comments_before(end)
+        return (*statements, Empty(comment=comment)) if comment else statements
 
     def _statement(self, node: Node) -> Statement:
         comment = self._comments_before(node.start)
@@ -153,14 +153,16 @@ class _Reader:
         return Assignment(target, self._checked(value, base), retentive=operator.type == "ASSIGN")
 
     def _invocation(self, children: Sequence[Any]) -> Statement:
-        name, *given, _semi = children
+        name, *arguments, _semi = children
         spec = self._specs.get(name.upper())
         if spec is None:
             self._fail(name.start, f"an instruction; {name} is unknown")
-        if expected := spec.other_count(len(given)):
-            self._fail(name.start, f"{expected} operands of {spec.name}", str(len(given)))
-        uses = [*spec.operands, *[Use.PARAMETERS] * len(given)]
-        operands = [self._argument(use, each, name) for use, each in zip(uses, given, strict=False)]
+        if expected := spec.other_count(len(arguments)):
+            self._fail(name.start, f"{expected} operands of {spec.name}", str(len(arguments)))
+        uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]
+        operands = [
+            self._argument(use, argument, name) for use, argument in zip(uses, arguments, strict=False)
+        ]
         return Invocation(Instruction(spec.name, tuple(operands)))
 
     def _argument(self, use: Use, operand: Operand, name: Mark) -> Operand:
@@ -190,10 +192,10 @@ class _Reader:
         choices: list[Choice] = []
         otherwise = None
         end_case = children[-2]
-        for each, following in pairwise(children):
-            if isinstance(each, Node):
-                choices.append(self._choice(each, following.start if isinstance(following, Mark) else None))
-            elif _is(each, "ELSE"):
+        for child, following in pairwise(children):
+            if isinstance(child, Node):
+                choices.append(self._choice(child, following.start if isinstance(following, Mark) else None))
+            elif _is(child, "ELSE"):
                 otherwise = self._block(following, end_case.start)
         return Case(selector, tuple(choices), otherwise)
 
@@ -208,7 +210,7 @@ class _Reader:
     def _for(self, children: Sequence[Any]) -> Statement:
         mark, name, count, first, last, step, body, end, _semi = children
         count = self._checked(count, name)
-        first, last, step = (each and self._checked(each, mark) for each in (first, last, step))
+        first, last, step = (bound and self._checked(bound, mark) for bound in (first, last, step))
         return For(count, first, last, step, self._block(body, end.start))
 
     def _while(self, children: Sequence[Any]) -> Statement:
@@ -237,20 +239,20 @@ class _Reader:
         return line + 1, Origin(self._file, self._lines[line])
 
     def _comments_before(self, end: int) -> str:
-        found = []
+        comments = []
         while self._comments and self._comments[-1].start < end:
-            found.append(self._comments.pop().text)
-        return "\n".join(found)
+            comments.append(self._comments.pop().text)
+        return "\n".join(comments)
 
     def _comment_after(self, end: int) -> str:
         """Remove and return the comments that follow a statement on its line."""
-        found = []
+        comments = []
         while self._comments:
             between = self._text[end : self._comments[-1].start]
             if between.strip() or "\n" in between:
                 break
-            found.append(self._comments.pop().text)
-        return "\n".join(found)
+            comments.append(self._comments.pop().text)
+        return "\n".join(comments)
 
     def _fail(self, at: int, expected: str, found: str | None = None) -> NoReturn:
         before = self._whole[:at]

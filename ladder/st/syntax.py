@@ -71,17 +71,17 @@ class MisplacedError(Exception):
 
 def marks_of(text: str) -> list[Mark]:
     """Return the terminals of a text; the last is its end, or has no type if no terminal is valid there."""
-    found: list[Mark] = []
-    at = 0
-    while at < len(text):
-        match = TERMINAL.match(text, at)
+    marks: list[Mark] = []
+    position = 0
+    while position < len(text):
+        match = TERMINAL.match(text, position)
         if match is None:
-            return [*found, Mark.of("", text[at], at)]
+            return [*marks, Mark.of("", text[position], position)]
         kind, value = match.lastgroup or "", match.group()
         if kind != "SPACE":
-            found.append(Mark.of(value.upper() if kind == "KEYWORD" else kind, value, at))
-        at = match.end()
-    return [*found, Mark.of(END, "", len(text.rstrip()))]
+            marks.append(Mark.of(value.upper() if kind == "KEYWORD" else kind, value, position))
+        position = match.end()
+    return [*marks, Mark.of(END, "", len(text.rstrip()))]
 
 
 class Syntax:
@@ -97,9 +97,9 @@ class Syntax:
 
     def whole(self) -> list[Node]:
         """Read all statements."""
-        found = self._block()
+        block = self._block()
         self._take(END)
-        return found
+        return block
 
     # --- marks
 
@@ -118,10 +118,10 @@ class Syntax:
         return mark
 
     def _skip(self, kind: str) -> bool:
-        found = self._next(kind)
-        if found:
+        mark = self._next(kind)
+        if mark:
             self._step()
-        return found
+        return mark
 
     def _take(self, *kinds: str) -> Mark:
         """Return one of these terminals and move past it; raise a MisplacedError if none is next."""
@@ -139,19 +139,19 @@ class Syntax:
 
     def _block(self) -> list[Node]:
         """Read statements up to something else."""
-        found = []
+        nodes = []
         self._blocks += 1
         while self._next(*STATEMENTS):
             if self._blocks > BLOCKS + 1:
-                at = self._marks[self._place].start
-                raise MisplacedError(at, f"at most {BLOCKS} statements in one another", "another one")
+                position = self._marks[self._place].start
+                raise MisplacedError(position, f"at most {BLOCKS} statements in one another", "another one")
             mark = self._step()
             self._begin = mark.start
             kind, children = _STATEMENTS[mark.type](self, mark)
             last = self._marks[self._place - 1]
-            found.append(Node(kind, children, mark.start, last.start + len(last)))
+            nodes.append(Node(kind, children, mark.start, last.start + len(last)))
         self._blocks -= 1
-        return found
+        return nodes
 
     def _ended(self, *children: Any) -> list[Any]:
         return [*children, self._take("SEMI")]
@@ -165,18 +165,18 @@ class Syntax:
         return "assignment", self._ended(name, *steps, mark, self._expression())
 
     def _arguments(self) -> list[Any]:
-        found: list[Any] = []
+        arguments: list[Any] = []
         if self._skip("RPAR"):
-            return found
-        found.append(self._expression())
+            return arguments
+        arguments.append(self._expression())
         while self._take("COMMA", "RPAR").type == "COMMA":
             if self._next("COMMA", "RPAR"):
-                found.append(Address(""))  # omitted, as in GSV(WallClockTime,,DateTime,Now)
+                arguments.append(Address(""))  # omitted, as in GSV(WallClockTime,,DateTime,Now)
             elif self._next("PERCENT"):
-                found.append(Address(str(self._step())))  # a keyword of a motion instruction: `%ofTime`
+                arguments.append(Address(str(self._step())))  # a keyword of a motion instruction: `%ofTime`
             else:
-                found.append(self._expression())
-        return found
+                arguments.append(self._expression())
+        return arguments
 
     def _if(self, mark: Mark) -> tuple[str, list[Any]]:
         children: list[Any] = [mark]
@@ -298,22 +298,22 @@ class Syntax:
         return Operation(name, (operand,))
 
     def _steps(self) -> tuple[Step, ...]:
-        found: list[Step] = []
+        steps: list[Step] = []
         while self._next("MEMBER", "BIT", "COMPUTED", "LSQB"):
             mark = self._step()
             if mark.type == "MEMBER":
-                found.append(MemberStep(mark.lstrip(". \t\n")))
+                steps.append(MemberStep(mark.lstrip(". \t\n")))
             elif mark.type == "BIT":
-                found.append(BitStep(number_of(mark, mark[1:])))
+                steps.append(BitStep(number_of(mark, mark[1:])))
             elif mark.type == "COMPUTED":
-                found.append(BitStep(self._inner()))
+                steps.append(BitStep(self._inner()))
                 self._take("RSQB")
             else:
                 indices = [self._inner()]
                 while self._take("COMMA", "RSQB").type == "COMMA":
                     indices.append(self._inner())
-                found.append(SubscriptStep(tuple(indices)))
-        return tuple(found)
+                steps.append(SubscriptStep(tuple(indices)))
+        return tuple(steps)
 
 
 def number_of(mark: Mark, text: str | None = None) -> Number:

@@ -183,8 +183,8 @@ def _number(
 ) -> int | float | None:
     if not text:
         return None
-    found = pattern.search(text)
-    digits = found.group() if found else b"0"
+    match = pattern.search(text)
+    digits = match.group() if match else b"0"
     if kind.is_integer:
         exact = int(digits) if pattern is _WHOLE else int(Decimal(digits.decode()))
         stored: int | float = converted(kind, exact)
@@ -198,7 +198,7 @@ def _number(
 
 
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    each.__name__.upper(): each
-    for each in (concat, delete, dtos, find, insert, lower, mid, rtos, stod, stor, upper)
+    function.__name__.upper(): function
+    for function in (concat, delete, dtos, find, insert, lower, mid, rtos, stod, stor, upper)
 }
 """What each instruction computes, by its name."""

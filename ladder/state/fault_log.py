@@ -82,9 +82,9 @@ class FaultLog:
         self._jumps += times
         if self._jumps > MOST_JUMPS:
             text = f"watchdog: more than {MOST_JUMPS:,} jumps backwards in one scan"
-            at = self._lowered.sites[site]
-            tag = {"rung": "JMP", "line": "loop"}.get(at.unit, "chart")
-            raise LadderFault(at, tag, text, WATCHDOG_CODE, WATCHDOG_TYPE)
+            jump_site = self._lowered.sites[site]
+            tag = {"rung": "JMP", "line": "loop"}.get(jump_site.unit, "chart")
+            raise LadderFault(jump_site, tag, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
     @property
     def jumps_left(self) -> int:
@@ -110,11 +110,11 @@ class FaultLog:
         """Fault if the condition of an ASSERT is false, with the values of its tags."""
         self.checked.add(site)
         if not holds:
-            found = values()
-            shown = ", ".join(f"{tag} = {value}" for tag, value in found.items())
+            tags = values()
+            shown = ", ".join(f"{tag} = {value}" for tag, value in tags.items())
             text = f"the condition is false{f' [{shown}]' if shown else ''}"
             fault = LadderFault(self._lowered.sites[site], "ASSERT", text, ASSERTION_CODE)
-            fault.tags = tuple(found)
+            fault.tags = tuple(tags)
             raise fault
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:

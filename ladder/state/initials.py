@@ -39,8 +39,8 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > dims[0]:
             raise ValueError
         step = count_of(dims[1:]) * (1 if kind is BOOL else 8 * size_of(kind))
-        for number, each in enumerate(value):
-            _load(tag, kind, dims[1:], at + number * step, each)
+        for number, item in enumerate(value):
+            _load(tag, kind, dims[1:], at + number * step, item)
     elif isinstance(kind, Elementary):
         view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
         tag.put(view, at // bits, checked("", kind, value))
@@ -51,15 +51,16 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
         set_chars(tag, at // 8, room, codes)
     else:
         places = _places(kind)
-        for name, each in value.items():
+        for name, item in value.items():
             place = places[name]
-            _load(tag, place.type, place.dims, at + place.bit, each)
+            _load(tag, place.type, place.dims, at + place.bit, item)
 
 
 @lru_cache(maxsize=1024)
 def _places(kind: Structure) -> Mapping[str, _Place]:
     """Return the members of a structure by name."""
     own = members_at(kind)
-    found = {each.name: _Place(each.type, each.dims, 8 * byte + (bit or 0)) for each, byte, bit in own}
-    found |= {each.name: _Place(*place_of(kind, each)) for each in kind.members if each.at}
-    return found
+    places = {
+        member.name: _Place(member.type, member.dims, 8 * byte + (bit or 0)) for member, byte, bit in own
+    }
+    return places | {member.name: _Place(*place_of(kind, member)) for member in kind.members if member.at}

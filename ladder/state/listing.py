@@ -57,27 +57,27 @@ def _listed(layout: Layout) -> Iterator[ListedTag]:
 
 def _aliases(layout: Layout) -> Iterator[ListedAlias]:
     """Yield the aliases with a constant address; their targets are not aliases."""
-    for each in layout.declarations.values():
-        if isinstance(each, Alias) and each.type is None:
-            program, target = program_of(each.name), _without_aliases(layout, each)
+    for declaration in layout.declarations.values():
+        if isinstance(declaration, Alias) and declaration.type is None:
+            program, target = program_of(declaration.name), _without_aliases(layout, declaration)
             if target is not None:
-                name = each.name[len(program) + 2 :] if program else each.name
-                yield ListedAlias(name, program, target, each.comment)
+                name = declaration.name[len(program) + 2 :] if program else declaration.name
+                yield ListedAlias(name, program, target, declaration.comment)
 
 
 def _without_aliases(layout: Layout, alias: Alias) -> str | None:
     target, scope = alias.target, program_of(alias.name)
     for _ in range(MOST_ALIASES):
-        found = layout.declaration(target.name.upper(), scope)
-        if isinstance(found, Alias) and found.type is None:
+        declaration = layout.declaration(target.name.upper(), scope)
+        if isinstance(declaration, Alias) and declaration.type is None:
             target, scope = (
-                Address(found.target.name, found.target.steps + target.steps),
-                program_of(found.name),
+                Address(declaration.target.name, declaration.target.steps + target.steps),
+                program_of(declaration.name),
             )
-        elif isinstance(found, Tag):
-            return str(Address(found.name, target.steps))
+        elif isinstance(declaration, Tag):
+            return str(Address(declaration.name, target.steps))
         else:
-            return str(target) if found is None else None  # an address of a module
+            return str(target) if declaration is None else None  # an address of a module
     return None
 
 
@@ -86,7 +86,7 @@ def kind_of(kind: DataType) -> Kind:
     """Return a type as clients see it."""
     if isinstance(kind, Elementary):
         return PLAIN[kind.name]
-    places = {member.name.upper(): (at, bit) for member, at, bit in members_at(kind)}
+    places = {member.name.upper(): (offset, bit) for member, offset, bit in members_at(kind)}
     parts = (*_control_word(kind), *_parts(kind, places))
     return StructuredKind(kind.name, size_of(kind), parts)
 
@@ -124,7 +124,7 @@ def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[i
     if kind.is_string:
         yield 0, kind.members[1].dims[0]
         return
-    for member, at, _ in members_at(kind):
+    for member, offset, _ in members_at(kind):
         size = size_of(member.type) if member.type is not BOOL else 0
         for place, room in tuple(string_rooms(member.type)):
-            yield from ((at + number * size + place, room) for number in range(count_of(member.dims)))
+            yield from ((offset + number * size + place, room) for number in range(count_of(member.dims)))

@@ -98,7 +98,9 @@ class AddOnCall:
     @property
     def routines(self) -> tuple[str, ...]:
         """Its existing routines."""
-        return tuple(each for each in (self.logic, self.otherwise, self.prescan, self.postscan) if each)
+        return tuple(
+            routine for routine in (self.logic, self.otherwise, self.prescan, self.postscan) if routine
+        )
 
 
 @record
@@ -275,7 +277,7 @@ class LoweredChart:
 
     def node_of(self, tag: Group) -> ChartNode | None:
         """Return the step or stop of a tag, None if it is in another chart."""
-        return next((each for each in self.nodes if each.tag.path == tag.path), None)
+        return next((node for node in self.nodes if node.tag.path == tag.path), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -387,14 +389,14 @@ def passes_groups(step: LoweredStep) -> bool:
     """Whether an instruction passes or receives a structure or an array."""
     if step.name not in ("JSR", "SBR", "RET"):
         return False
-    return any(isinstance(each, Group) for part in parameters_of(step) for each in part)
+    return any(isinstance(operand, Group) for part in parameters_of(step) for operand in part)
 
 
 def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredStep]:
     """Return instructions in order of execution; with `copies`, also the copies of add-on parameters."""
-    found: list[LoweredStep] = []
-    _collect(nodes, copies, found)
-    return found
+    steps: list[LoweredStep] = []
+    _collect(nodes, copies, steps)
+    return steps
 
 
 def _collect(nodes: tuple[Node, ...], copies: bool, found: list[LoweredStep]) -> None:

@@ -104,16 +104,18 @@ class Memory:
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag in bytes at once; return False if that is impossible."""
         name = tag.name.upper()
-        rest = self.layout.rests.get(name)
-        if rest is not None and self._starts_with_something(tag.type):
+        remainder = self.layout.rests.get(name)
+        if remainder is not None and self._starts_with_something(tag.type):
             return False
-        values = self._lists.get(rest.ident if rest is not None else self.layout.boxed.get(name, ""))
+        values = self._lists.get(
+            remainder.ident if remainder is not None else self.layout.boxed.get(name, "")
+        )
         if not isinstance(values, TagBytes) or not load_bytes(values, tag.type, tag.dims, tag.initial):
             return False
-        for leaf in rest.variables.values() if rest is not None else ():
+        for leaf in remainder.variables.values() if remainder is not None else ():
             spot = self.layout.rest_spot(leaf)
-            found = values.values(spot, leaf.size) if leaf.dims else values.get(spot.view, spot.at(0))
-            self.cells[leaf.ident].cell_contents = found
+            value = values.values(spot, leaf.size) if leaf.dims else values.get(spot.view, spot.at(0))
+            self.cells[leaf.ident].cell_contents = value
         return True
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
@@ -125,12 +127,12 @@ class Memory:
                 where = f"{path}.{member.name}"
                 self._load_defaults(where, member.type, count * count_of(member.dims))
             if member.initial is not None:
-                for at in range(count):
-                    self._load_member(path, kind, member, at, member.initial)
-        for (rest, index), value in self._defaults.get(kind.name.upper(), {}).items():
-            leaf = self.layout.leaf(f"{path}.{rest}")
-            for at in range(index, leaf.size, leaf.size // count):
-                self.write(leaf, at, value)
+                for element in range(count):
+                    self._load_member(path, kind, member, element, member.initial)
+        for (below, index), value in self._defaults.get(kind.name.upper(), {}).items():
+            leaf = self.layout.leaf(f"{path}.{below}")
+            for element in range(index, leaf.size, leaf.size // count):
+                self.write(leaf, element, value)
 
     def _starts_with_something(self, kind: DataType) -> bool:
         """Whether a member has an initial value, at any depth."""
@@ -139,7 +141,8 @@ class Memory:
         known = self._with_initials.get(id(kind))  # equal types may have different initial values
         if known is None:
             known = kind.name.upper() in self._defaults or any(
-                each.initial is not None or self._starts_with_something(each.type) for each in kind.members
+                member.initial is not None or self._starts_with_something(member.type)
+                for member in kind.members
             )
             self._with_initials[id(kind)] = known
         return known
@@ -158,17 +161,17 @@ class Memory:
             if spot.view:
                 return values.get(spot.view, spot.at(index))  # type: ignore[no-any-return]
             return values[spot.at(index)]  # type: ignore[no-any-return]
-        found = cell.cell_contents
-        return found[index] if leaf.dims else found  # type: ignore[no-any-return]
+        value = cell.cell_contents
+        return value[index] if leaf.dims else value  # type: ignore[no-any-return]
 
     def reader(self, leaf: Leaf, index: int = 0) -> Callable[[], Value]:
         """Return a function that reads a value, for readers in each scan."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
             values, spot = self._listed(leaf)
-            at = spot.at(index)
+            offset = spot.at(index)
             read: Callable[[], Any] = (
-                partial(values.get, spot.view, at) if spot.view else partial(getitem, values, at)
+                partial(values.get, spot.view, offset) if spot.view else partial(getitem, values, offset)
             )
             return read
         return (lambda: cell.cell_contents[index]) if leaf.dims else (lambda: cell.cell_contents)
@@ -180,7 +183,11 @@ class Memory:
             return list(cell.cell_contents[begin : begin + count])
         values, spot = self._listed(leaf)
         places = map(spot.at, range(begin, begin + count))
-        return [values.get(spot.view, at) for at in places] if spot.view else [values[at] for at in places]
+        return (
+            [values.get(spot.view, place) for place in places]
+            if spot.view
+            else [values[place] for place in places]
+        )
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
@@ -280,10 +287,10 @@ class Memory:
 
         An image that differs from its last copy is copied in any case: a force has changed it.
         """
-        for each in self._copied:
-            if updated or each.taken != each.rack:
-                each.taken = bytes(each.rack)
-                each.own[:] = each.taken
+        for image in self._copied:
+            if updated or image.taken != image.rack:
+                image.taken = bytes(image.rack)
+                image.own[:] = image.taken
 
     def take_faults(self, slots: Mapping[int, Any]) -> None:
         """Copy connection faults from slots by number: 0, or -1 while the module does not answer."""
@@ -310,7 +317,9 @@ class Memory:
         if kind.is_string:
             return self.text(path, at).decode("latin-1")
         return {
-            each.name: self._dump_member(path, kind, each, at) for each in kind.members if not each.hidden
+            member.name: self._dump_member(path, kind, member, at)
+            for member in kind.members
+            if not member.hidden
         }
 
     def _dump_member(self, path: str, kind: Structure, member: Member, at: int) -> Any:
@@ -347,18 +356,18 @@ class Memory:
     def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) > dims[0]:
             raise ValueError(f"{path}: {value!r} is not a list of up to {dims[0]} values")
-        for number, each in enumerate(value):
-            self.load(path, kind, dims[1:], at * dims[0] + number, each)
+        for number, item in enumerate(value):
+            self.load(path, kind, dims[1:], at * dims[0] + number, item)
 
     def _load_structure(self, path: str, kind: Structure, at: int, value: Any) -> None:
         if not isinstance(value, Mapping):
             raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
-        for name, each in value.items():
+        for name, item in value.items():
             member = kind.member(name)
             if member is None:
                 names = ", ".join(member.name for member in kind.members)
                 raise ValueError(f"{path}: {kind.name} has no member {name}; members are {names}")
-            self._load_member(path, kind, member, at, each)
+            self._load_member(path, kind, member, at, item)
 
     def text(self, path: str, at: int) -> bytes:
         """Return the characters of a STRING."""
@@ -436,21 +445,21 @@ class CompiledAddOnStore:
     def read(self, leaf: Leaf, index: int = 0) -> Value:
         """Return a value."""
         spot = self._spot(leaf)
-        at = spot.begin(self._base) + spot.at(index)
-        value: Value = self._values.get(spot.view, at) if spot.view else self._values[at]
+        offset = spot.begin(self._base) + spot.at(index)
+        value: Value = self._values.get(spot.view, offset) if spot.view else self._values[offset]
         return value if self._mask is None else int(value) & self._mask != 0
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
         spot = self._spot(leaf)
-        at = spot.begin(self._base) + spot.at(index)
+        offset = spot.begin(self._base) + spot.at(index)
         if spot.view:
-            self._values.put(spot.view, at, value)
+            self._values.put(spot.view, offset, value)
             return
         if self._mask is not None:
-            word = self._values[at]
+            word = self._values[offset]
             value = word | self._mask if value else word & ~self._mask
-        self._values[at] = value
+        self._values[offset] = value
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
         """See `Store`."""
@@ -496,11 +505,11 @@ class InterpretedAddOnStore:
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
-        where, at = self._where(leaf, index)
+        where, element = self._where(leaf, index)
         if self.bit is not None:
-            word, mask = int(self._memory.read(where, at)), mask_of(where.type, self.bit)
+            word, mask = int(self._memory.read(where, element)), mask_of(where.type, self.bit)
             value = word | mask if value else word & ~mask
-        self._memory.write(where, at, value)
+        self._memory.write(where, element, value)
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
         """See `Store`."""
@@ -519,7 +528,7 @@ def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
     >>> element_text("Grid", (2, 3), 4)
     'Grid[1,1]'
     """
-    return f"{path}{dims_text(tuple(int(each.value) for each in subscripts_of(dims, index)))}"
+    return f"{path}{dims_text(tuple(int(subscript.value) for subscript in subscripts_of(dims, index)))}"
 
 
 def mask_of(kind: Elementary, bit: int) -> int:

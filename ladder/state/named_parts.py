@@ -33,13 +33,13 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTar
         step, *steps = steps
         where = f"{member.name} of {kind.name} is at {member.at}"
         if isinstance(step, MemberStep):
-            found = here.member(step.name) if isinstance(here, Structure) and not dims else None
-            if found is None:
+            named = here.member(step.name) if isinstance(here, Structure) and not dims else None
+            if named is None:
                 raise ValueError(f"{where}: no {step.name}")
-            if found.at:
-                steps = [*_steps_of(found), *steps]
+            if named.at:
+                steps = [*_steps_of(named), *steps]
                 continue
-            path, here, dims = f"{path}.{found.name}", found.type, found.dims
+            path, here, dims = f"{path}.{named.name}", named.type, named.dims
         elif isinstance(step, SubscriptStep):
             index, dims = _element_at(index, dims, step, where), ()
         elif isinstance(step, BitStep):
@@ -71,11 +71,11 @@ def _steps_of(member: Member) -> list[Step]:
 def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
     if len(step.indices) != len(dims):
         raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
-    for given, length in zip(step.indices, dims, strict=True):
-        at = _number_of(given, where)
-        if at >= length:
-            raise ValueError(f"{where}: no element {at}, it has {length}")
-        index = index * length + at
+    for subscript, length in zip(step.indices, dims, strict=True):
+        number = _number_of(subscript, where)
+        if number >= length:
+            raise ValueError(f"{where}: no element {number}, it has {length}")
+        index = index * length + number
     return index
 
 

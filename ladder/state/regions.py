@@ -69,20 +69,20 @@ class ArrayRegion:
 def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
     """Return the region that starts at an operand; with `extent`, only with its first part."""
     assert isinstance(resolved, (Place, Group))
-    rest = () if isinstance(resolved, Place) else resolved.dims
+    own_dims = () if isinstance(resolved, Place) else resolved.dims
     kind: DataType = resolved.type
     fields = fields_of(kind)[:1] if extent else fields_of(kind)
     if isinstance(resolved, Place):
         path, leaves = resolved.leaf.path, [resolved.leaf]
     else:
         path = resolved.path
-        leaves = [resolved.layout.leaf(f"{path}.{each.path}" if each.path else path) for each in fields]
+        leaves = [resolved.layout.leaf(f"{path}.{part.path}" if part.path else path) for part in fields]
     settled = leaves[0].dims[: len(resolved.indices)]
-    elements = count_of(settled) * count_of(rest)
+    elements = count_of(settled) * count_of(own_dims)
     parts = tuple(
-        FieldSlice(each, leaf, leaf.size // elements) for each, leaf in zip(fields, leaves, strict=True)
+        FieldSlice(part, leaf, leaf.size // elements) for part, leaf in zip(fields, leaves, strict=True)
     )
-    array = count_of(rest) if rest else count_of(resolved.array)
+    array = count_of(own_dims) if own_dims else count_of(resolved.array)
     root = leaves[0].root
     whole = root not in ("", OWN) and path.upper() == root
     region = ArrayRegion(
@@ -91,13 +91,13 @@ def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
         parts,
         resolved.indices,
         settled,
-        count_of(rest),
+        count_of(own_dims),
         array,
         resolved.text,
         root,
         whole,
     )
-    if not all(isinstance(each, Constant) for each in resolved.indices):
+    if not all(isinstance(index, Constant) for index in resolved.indices):
         return region
     return replace(region, fixed_first=region.first(lambda each, _: int(each.value)))  # type: ignore[union-attr]
 
@@ -109,21 +109,21 @@ End = tuple[Store, ArrayRegion, int]
 def copy(source: End, target: End, length: int) -> None:
     """Copy bytes for `length` elements of the target, up to the end of either array."""
     origin, region, first = source
-    goal, into, at = target
-    count = min(length, into.left(at, goal))
+    goal, into, goal_first = target
+    count = min(length, into.left(goal_first, goal))
     if count <= 0:
         return
     needed = count * into.size
     taken = min(region.left(first, origin), -(-needed // region.size))
     data = take(origin, region, first, taken)[:needed]
-    place = _bytes_of(goal, into, at)
+    place = _bytes_of(goal, into, goal_first)
     if place is not None:
         tag, begin = place
         tag.B[begin : begin + len(data)] = data
         return
     if len(data) < needed:
-        data += take(goal, into, at, count)[len(data) :]
-    put(goal, into, at, count, data)
+        data += take(goal, into, goal_first, count)[len(data) :]
+    put(goal, into, goal_first, count, data)
 
 
 def fill(target: End, length: int, value: Value) -> None:
@@ -137,13 +137,13 @@ def fill(target: End, length: int, value: Value) -> None:
         return
     for part in region.parts:
         filling = converted(part.leaf.type, value)
-        found = _column(store, part, first, count)
-        if found is not None:
-            values, places = found
+        column = _column(store, part, first, count)
+        if column is not None:
+            values, places = column
             values[places] = [filling] * count
             continue
-        for at in part.at(first, count):
-            store.write(part.leaf, at, filling)
+        for index in part.at(first, count):
+            store.write(part.leaf, index, filling)
 
 
 def filled(region: ArrayRegion, value: Value) -> bytes:
@@ -152,8 +152,8 @@ def filled(region: ArrayRegion, value: Value) -> bytes:
     if known is not None:
         return known
     data = bytearray(region.size)
-    for each in fields_of(region.type):
-        _pack(data, region.size, each, [converted(each.type, value)])
+    for part in fields_of(region.type):
+        _pack(data, region.size, part, [converted(part.type, value)])
     if len(region.fillings) >= _MOST_FILLINGS:
         region.fillings.clear()
     region.fillings[text] = bytes(data)
@@ -191,12 +191,17 @@ def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
         return bytes(tag.B[begin : begin + count * region.size])
     data = bytearray(count * region.size)
     for part in region.parts:
-        found = _column(memory, part, first, count)
-        if found is not None:
-            values, places = found
+        column = _column(memory, part, first, count)
+        if column is not None:
+            values, places = column
             _pack(data, region.size, part.field, values[places])
         else:
-            _pack(data, region.size, part.field, [memory.read(part.leaf, at) for at in part.at(first, count)])
+            _pack(
+                data,
+                region.size,
+                part.field,
+                [memory.read(part.leaf, index) for index in part.at(first, count)],
+            )
     return bytes(data)
 
 
@@ -210,13 +215,13 @@ def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes)
         return
     for part in region.parts:
         unpacked = _unpack(data, region.size, part.field, count)
-        found = _column(memory, part, first, count)
-        if found is not None:
-            values, places = found
+        column = _column(memory, part, first, count)
+        if column is not None:
+            values, places = column
             values[places] = unpacked
             continue
-        for at, value in zip(part.at(first, count), unpacked, strict=True):
-            memory.write(part.leaf, at, value)
+        for index, value in zip(part.at(first, count), unpacked, strict=True):
+            memory.write(part.leaf, index, value)
 
 
 def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
@@ -247,7 +252,7 @@ def _pack(data: bytearray, size: int, field: Field, values: list[Value]) -> None
 def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
     """Return the values of a field in elements of this size."""
     if field.bit is not None:
-        return [bool(each >> field.bit & 1) for each in data[field.offset :: size]]
+        return [bool(byte >> field.bit & 1) for byte in data[field.offset :: size]]
     if count == 1:
         return list(struct.unpack_from(f"<{field.type.code}", data, field.offset))
     width = struct.calcsize(f"<{field.type.code}")
@@ -273,7 +278,7 @@ def copied_singly(operands: Sequence[object]) -> bool:
         and isinstance(target, Group)
         and isinstance(source.type, Structure)
         and (source.type is target.type or source.type == target.type)
-        and all(isinstance(each, Constant) for each in (*source.indices, *target.indices))
+        and all(isinstance(index, Constant) for index in (*source.indices, *target.indices))
         and (length == Constant(1, DINT) or not (target.array or target.dims or target.frame))
         and isinstance(length, Constant)
         and length.value >= 1

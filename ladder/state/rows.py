@@ -66,9 +66,9 @@ def store_bytes(row: Any, at: int, left: int, code: str, size: int, data: bytes)
         size: the type's size, bytes.
     """
     count = min(left, -(-len(data) // size))
-    rest = count * size - len(data)
-    if rest > 0:  # the last element keeps its remaining bytes
-        data += struct.pack(f"<{code}", row[at + count - 1])[-rest:]
+    missing = count * size - len(data)
+    if missing > 0:  # the last element keeps its remaining bytes
+        data += struct.pack(f"<{code}", row[at + count - 1])[-missing:]
     if isinstance(row, list):
         row[at : at + count] = struct.unpack_from(f"<{count}{code}", data)
     else:

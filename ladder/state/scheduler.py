@@ -40,7 +40,7 @@ class Scheduler:
         self._override = layout.leaf(OVERRIDE) if lowered.override else None
         self._flags = tuple(layout.leaf(name) for name in (*STATUS_FLAGS, OVERRIDE) if name != "S:MINOR")
         self._continuous, self._called = schedule.continuous, schedule.called
-        self._preempting = tuple(each for each in self._called if each.task.preempt)
+        self._preempting = tuple(task for task in self._called if task.task.preempt)
         self._total = max(1, _rungs_of(lowered, schedule))
         self._run: Run = lambda _name, _now_ns: None
         self._start_ns = self._end_ns = 0
@@ -55,11 +55,11 @@ class Scheduler:
         for program in self._schedule.programs:
             for leaf, value in ((program.started, started), (program.fault_type, 0), (program.fault_code, 0)):
                 write(leaf, 0, value)
-        for each in self._schedule.tasks:
-            rate = each.task.rate_ns
-            write(each.due, 0, -(-now_ns // rate) * rate if rate else 0)
-            write(each.pending, 0, False)
-            write(each.overlaps, 0, 0)
+        for task in self._schedule.tasks:
+            rate = task.task.rate_ns
+            write(task.due, 0, -(-now_ns // rate) * rate if rate else 0)
+            write(task.pending, 0, False)
+            write(task.overlaps, 0, 0)
 
     def scan(self, now_ns: int, run: Run) -> None:
         """Run the due tasks, then the continuous one; a LadderFault is an uncleared major fault."""
@@ -68,8 +68,8 @@ class Scheduler:
         self._memory.write(self._schedule.before, 0, now_ns)
         self._start_ns, self._rungs = now_ns, 0
         self._end_ns = now_ns + (now_ns - before if before >= 0 else 0)
-        for each in self._called:
-            self._run_if_due(each, now_ns)
+        for task in self._called:
+            self._run_if_due(task, now_ns)
         if self._continuous is not None:
             self._task(self._continuous, now_ns)
 
@@ -78,10 +78,10 @@ class Scheduler:
         self._rungs += 1
         past = min(self._rungs, self._total) * (self._end_ns - self._start_ns) // self._total
         now_ns = min(self._start_ns + past, self._end_ns - 1)
-        for each in self._preempting:
-            if self._is_due(each, now_ns):
+        for task in self._preempting:
+            if self._is_due(task, now_ns):
                 kept = [self._memory.read(leaf) for leaf in self._flags]
-                self._run_if_due(each, now_ns)
+                self._run_if_due(task, now_ns)
                 for leaf, value in zip(self._flags, kept, strict=True):
                     self._memory.write(leaf, 0, value)
 

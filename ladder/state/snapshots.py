@@ -25,15 +25,15 @@ _LARGEST = 1 << 64
 def snapshot(memory: Memory) -> dict[str, Any]:
     """Return all values of a memory, by identifier of the variable."""
     images = {leaf.ident for leaf in memory.layout.images}
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for ident, cell in memory.cells.items():
         value = cell.cell_contents
         if ident in images:
             value = value.tolist()
         if isinstance(value, TagBytes):
             value = value.saved()
-        found[ident] = list(value) if isinstance(value, list) else value
-    return found
+        values[ident] = list(value) if isinstance(value, list) else value
+    return values
 
 
 def restore(memory: Memory, values: Mapping[str, Any]) -> None:
@@ -60,19 +60,21 @@ class SavedValues:
         self._cells = list(memory.cells.values())
         self._like = snapshot(memory)
         images = {leaf.ident for leaf in memory.layout.images}
-        self._images = [at for at, ident in enumerate(self._like) if ident in images]
+        self._images = [place for place, ident in enumerate(self._like) if ident in images]
         self._bytes = [
-            at for at, each in enumerate(map(_CONTENTS, self._cells)) if isinstance(each, TagBytes)
+            place
+            for place, contents in enumerate(map(_CONTENTS, self._cells))
+            if isinstance(contents, TagBytes)
         ]
 
     def text(self) -> str:
         """Return the current values as text; raise a TypeError for a value without a text form."""
         values = list(map(_CONTENTS, self._cells))
-        for at in self._images:
-            values[at] = values[at].tolist()
-        for at in self._bytes:
-            data, hidden = values[at].saved()
-            values[at] = [data.hex(), *hidden.values()]
+        for place in self._images:
+            values[place] = values[place].tolist()
+        for place in self._bytes:
+            data, hidden = values[place].saved()
+            values[place] = [data.hex(), *hidden.values()]
         return _ENCODE(values)
 
     def of(self, text: str) -> dict[str, Any]:
@@ -91,14 +93,14 @@ class SavedValues:
         """
         rows = json_value(f"[{','.join(texts)}]")
         if len(rows) != len(texts) or not all(
-            isinstance(each, list) and len(each) == len(self._like) for each in rows
+            isinstance(row, list) and len(row) == len(self._like) for row in rows
         ):
             raise ValueError("a snapshot of another program")
         columns = [list(column) for column in zip(*rows, strict=True)]
         likes = self._like.values()
         checked = [_all_checked(column, like) for column, like in zip(columns, likes, strict=True)]
-        for at in self._images:
-            if not _are_words(list(chain.from_iterable(checked[at]))):
+        for place in self._images:
+            if not _are_words(list(chain.from_iterable(checked[place]))):
                 raise ValueError("a snapshot with a word that is no word")
         return [dict(zip(self._like, values, strict=True)) for values in zip(*checked, strict=True)]
 
@@ -135,9 +137,9 @@ def _checked(value: Any, like: Any) -> Any:
     if isinstance(like, tuple):
         data, hidden = like
         if isinstance(value, list) and len(value) == 1 + len(hidden) and isinstance(value[0], str):
-            found = bytes.fromhex(value[0])
-            if len(found) == len(data) and _are_like(value[1:], [*hidden.values()]):
-                return found, dict(zip(hidden, value[1:], strict=True))
+            contents = bytes.fromhex(value[0])
+            if len(contents) == len(data) and _are_like(value[1:], [*hidden.values()]):
+                return contents, dict(zip(hidden, value[1:], strict=True))
     elif isinstance(like, list):
         if isinstance(value, list) and _are_like(value, like):
             return value
@@ -152,4 +154,4 @@ def _are_like(values: list[Any], like: list[Any]) -> bool:
         return False
     if set(map(type, like)) <= _NUMBERS:
         return _are_numbers(values)
-    return [type(each) for each in values] == [type(each) for each in like]
+    return [type(value) for value in values] == [type(value) for value in like]

@@ -56,8 +56,8 @@ class TagBytes:
             return [self.get(spot.view, spot.at(index)) for index in range(count)]
         step = spot.size if inner == 1 else spot.strides[-1]
         begin = spot.part.offset
-        found: list[Any] = getattr(self, spot.view)[begin : begin + (count - 1) * step + 1 : step].tolist()
-        return found
+        elements: list[Any] = getattr(self, spot.view)[begin : begin + (count - 1) * step + 1 : step].tolist()
+        return elements
 
     def copy(self) -> TagBytes:
         """Return a copy with its own memory."""

@@ -85,11 +85,11 @@ class TagImage:
         if isinstance(kind, Elementary):
             return ((self._leaf, 0, 0, kind.code, None),)
         name, layout = self._tag.name, self._memory.layout
-        found = [
-            (layout.leaf(f"{name}.{each.path}"), each.index, each.offset, each.type.code, each.bit)
-            for each in fields_of(kind)
+        cells = [
+            (layout.leaf(f"{name}.{part.path}"), part.index, part.offset, part.type.code, part.bit)
+            for part in fields_of(kind)
         ]
-        return tuple(sorted(found, key=lambda cell: cell[2]))
+        return tuple(sorted(cells, key=lambda cell: cell[2]))
 
     def _inner(self, leaf: Leaf) -> int:
         """Return the number of a leaf's values in one element."""
@@ -99,9 +99,9 @@ class TagImage:
 
     def _bits(self, offset: int, size: int) -> bytes:
         leaf, read, number = self._leaf, self._memory.read, 0
-        for at in range(8 * offset, min(8 * (offset + size), leaf.size)):
-            if read(leaf, at):
-                number |= 1 << at - 8 * offset
+        for bit in range(8 * offset, min(8 * (offset + size), leaf.size)):
+            if read(leaf, bit):
+                number |= 1 << bit - 8 * offset
         return number.to_bytes(size, "little")
 
     def _elements(self, offset: int, size: int) -> bytes:
@@ -114,21 +114,21 @@ class TagImage:
 
     def _put_bits(self, begin: int, raw: bytearray, kept: bytearray) -> None:
         leaf = self._leaf
-        for at in range(min(8 * len(raw), leaf.size - begin)):
-            if not kept[at >> 3] >> (at & 7) & 1:
-                self._memory.write(leaf, begin + at, bool(raw[at >> 3] >> (at & 7) & 1))
+        for bit in range(min(8 * len(raw), leaf.size - begin)):
+            if not kept[bit >> 3] >> (bit & 7) & 1:
+                self._memory.write(leaf, begin + bit, bool(raw[bit >> 3] >> (bit & 7) & 1))
 
     def _put_element(self, number: int, raw: bytearray, kept: bytearray) -> None:
         """Set the values of an element, except values whose bits are all kept."""
-        for leaf, index, at, code, bit in self._cells:
+        for leaf, index, offset, code, bit in self._cells:
             if bit is not None:
-                if kept[at] >> bit & 1:
+                if kept[offset] >> bit & 1:
                     continue
-                value = bool(raw[at] >> bit & 1)
+                value = bool(raw[offset] >> bit & 1)
             else:
-                if kept[at : at + struct.calcsize(code)].count(255) == struct.calcsize(code):
+                if kept[offset : offset + struct.calcsize(code)].count(255) == struct.calcsize(code):
                     continue
-                value = struct.unpack_from(f"<{code}", raw, at)[0]
+                value = struct.unpack_from(f"<{code}", raw, offset)[0]
             self._memory.write(leaf, number * self._inner(leaf) + index, value)
 
     @cached_property
@@ -139,9 +139,9 @@ class TagImage:
         """Raise a ValueError for a LEN above the size of DATA, so that no program reads beyond it."""
         for base in range(0, len(raw), self._stride) if self._rooms else ():
             for place, room in self._rooms:
-                at = base + place
-                (length,) = struct.unpack_from("<i", raw, at)
-                if at < begin + size and begin < at + 4 and not 0 <= length <= room:
+                offset = base + place
+                (length,) = struct.unpack_from("<i", raw, offset)
+                if offset < begin + size and begin < offset + 4 and not 0 <= length <= room:
                     raise ValueError(f"{self._tag.name}: a STRING of {length} characters: 0 to {room} fit")
 
 
@@ -177,9 +177,9 @@ class TagImages:
         self._image(number).write(offset, data, keep)
 
     def _image(self, number: int) -> TagImage:
-        found = self._images.get(number)
-        if found is None:
+        image = self._images.get(number)
+        if image is None:
             if number >= len(self._tags):
                 raise ValueError(f"no tag number {number}; there are {len(self._tags)}")
-            found = self._images[number] = TagImage(self._memory, self._tags[number])
-        return found
+            image = self._images[number] = TagImage(self._memory, self._tags[number])
+        return image

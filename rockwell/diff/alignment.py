@@ -50,19 +50,23 @@ def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
             yield from _without_anchor(old, new, (i, j, k, n))
             continue
         yield from anchors
-        for (at, from_k), (to, to_k) in zip(
+        for (from_i, from_k), (to, to_k) in zip(
             [(i, k), *((a + 1, b + 1) for a, b in anchors)], [*anchors, (j, n)], strict=True
         ):
-            todo.append((at, to, from_k, to_k, depth + 1))
+            todo.append((from_i, to, from_k, to_k, depth + 1))
 
 
 def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, ...]) -> list[Pair]:
     i, j, k, n = span
     once = Counter(old[i:j])
-    others = Counter(new[k:n])
-    places = {new[at]: at for at in range(k, n) if others[new[at]] == 1}
+    other_counts = Counter(new[k:n])
+    places = {new[place]: place for place in range(k, n) if other_counts[new[place]] == 1}
     return longest_chain(
-        [(at, places[old[at]]) for at in range(i, j) if once[old[at]] == 1 and old[at] in places]
+        [
+            (place, places[old[place]])
+            for place in range(i, j)
+            if once[old[place]] == 1 and old[place] in places
+        ]
     )
 
 
@@ -73,12 +77,14 @@ def _without_anchor(
     if (j - i) * (n - k) <= SMALL:
         matcher = SequenceMatcher(None, old[i:j], new[k:n], autojunk=False)
         for block in matcher.get_matching_blocks():
-            yield from ((i + block.a + at, k + block.b + at) for at in range(block.size))
+            yield from ((i + block.a + offset, k + block.b + offset) for offset in range(block.size))
         return
     places: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for at in range(n - 1, k - 1, -1):
-        places[new[at]].append(at)
-    yield from longest_chain([(at, places[old[at]].pop()) for at in range(i, j) if places.get(old[at])])
+    for place in range(n - 1, k - 1, -1):
+        places[new[place]].append(place)
+    yield from longest_chain(
+        [(place, places[old[place]].pop()) for place in range(i, j) if places.get(old[place])]
+    )
 
 
 def longest_chain(pairs: Sequence[Pair]) -> list[Pair]:
@@ -91,12 +97,12 @@ def longest_chain(pairs: Sequence[Pair]) -> list[Pair]:
     last: list[int] = []
     before: list[int] = []
     for number, (_, place) in enumerate(pairs):
-        at = bisect_left(ends, place)
-        before.append(last[at - 1] if at else -1)
-        ends[at : at + 1], last[at : at + 1] = [place], [number]
+        index = bisect_left(ends, place)
+        before.append(last[index - 1] if index else -1)
+        ends[index : index + 1], last[index : index + 1] = [place], [number]
     chain: list[Pair] = []
-    at = last[-1] if last else -1
-    while at >= 0:
-        chain.append(pairs[at])
-        at = before[at]
+    index = last[-1] if last else -1
+    while index >= 0:
+        chain.append(pairs[index])
+        index = before[index]
     return chain[::-1]

@@ -64,11 +64,11 @@ class Difference:
     def heading(self) -> str:
         """A line that says what differs."""
         numbered = self.name.startswith(f"{self.what} ")
-        thing = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
+        subject = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
         if self.what == "comment":
-            thing = f"comment of {self.name}"
+            subject = f"comment of {self.name}"
         was = f", was {self.was}" if self.was else ""
-        return f"{thing} {self.kind}{was} (line {self.line})"
+        return f"{subject} {self.kind}{was} (line {self.line})"
 
     def lines(self) -> Iterator[str]:
         """Yield it as lines of text."""
@@ -90,7 +90,7 @@ class Difference:
 
 def _some(mark: str, text: str) -> Iterator[str]:
     lines = text.splitlines()
-    yield from (f"{mark}{each}" for each in lines[:MOST_LINES])
+    yield from (f"{mark}{line}" for line in lines[:MOST_LINES])
     if len(lines) > MOST_LINES:
         yield f"{mark}… {len(lines) - MOST_LINES:,} more lines"
 
@@ -107,26 +107,29 @@ class Comparison:
         for owner, group in self.by_owner().items():
             indent = "  " if owner else ""
             yield from filter(None, [owner])
-            yield from (f"{indent}{line}" for each in group for line in each.lines())
+            yield from (f"{indent}{line}" for difference in group for line in difference.lines())
         yield self.summary
-        yield from (f"not counted: {each}" for each in self.apart)
+        yield from (f"not counted: {note}" for note in self.apart)
 
     def as_json(self) -> dict[str, Any]:
         """Return the data for `--json`."""
-        return {"differences": [each.as_json() for each in self.differences], "apart": list(self.apart)}
+        return {
+            "differences": [difference.as_json() for difference in self.differences],
+            "apart": list(self.apart),
+        }
 
     def by_owner(self) -> dict[str, list[Difference]]:
         """Return the differences by program and routine, starting with the controller's."""
-        found: defaultdict[str, list[Difference]] = defaultdict(list)
-        for each in self.differences:
-            found[each.owner].append(each)
-        return dict(sorted(found.items(), key=lambda group: bool(group[0])))
+        groups: defaultdict[str, list[Difference]] = defaultdict(list)
+        for difference in self.differences:
+            groups[difference.owner].append(difference)
+        return dict(sorted(groups.items(), key=lambda group: bool(group[0])))
 
     @property
     def summary(self) -> str:
         """The differences in one line: `3 differences: 1 tag added, 2 rungs changed`."""
-        counts = Counter((each.what, each.kind) for each in self.differences)
-        parts = [f"{count} {what}{'s'[: count > 1]} {kind}" for (what, kind), count in counts.items()]
+        counts = Counter((difference.what, difference.kind) for difference in self.differences)
+        parts = [f"{count} {noun}{'s'[: count > 1]} {kind}" for (noun, kind), count in counts.items()]
         total = len(self.differences)
         return f"{total:,} difference{'s'[: total > 1]}: {', '.join(parts)}" if total else "no difference"
 
@@ -201,30 +204,30 @@ class _Comparer:
 
     def _items(self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], place: str) -> None:
         old, new, pairs = _without_shared(old, new)
-        ours, theirs = _by_place(old), _by_place(new)
-        same = _same_key(ours, theirs)
-        pairs |= same
-        added = [k for k in theirs if k not in same]
-        removed = sorted(ours.keys() - same.values())
-        for k, i in _same_content(ours, removed, theirs, added).items():
+        old_places, new_places = _by_place(old), _by_place(new)
+        same_keys = _same_key(old_places, new_places)
+        pairs |= same_keys
+        added = [k for k in new_places if k not in same_keys]
+        removed = sorted(old_places.keys() - same_keys.values())
+        for k, i in _same_content(old_places, removed, new_places, added).items():
             pairs[k] = i
             added.remove(k)
             removed.remove(i)
-            old_name, item = ours[i].name, theirs[k]
+            old_name, item = old_places[i].name, new_places[k]
             self._found.append(Difference(RENAMED, item.what, place, item.name, item.line, "", "", old_name))
-        self._orders([each.what for each in new], pairs, new, place)
-        self._one_sided(place, REMOVED, [ours[i] for i in removed])
-        for k, item in theirs.items():
-            if k in pairs and item.name.upper() == ours[pairs[k]].name.upper():
-                self.item(ours[pairs[k]], item, place)
+        self._orders([part.what for part in new], pairs, new, place)
+        self._one_sided(place, REMOVED, [old_places[i] for i in removed])
+        for k, item in new_places.items():
+            if k in pairs and item.name.upper() == old_places[pairs[k]].name.upper():
+                self.item(old_places[pairs[k]], item, place)
             elif k not in pairs:
                 self._one_sided(place, ADDED, [item])
 
     def _one_sided(self, owner: str, kind: str, items: Sequence[Item]) -> None:
-        for each in items:
-            self._found.append(_One(owner, kind, each))
+        for item in items:
+            self._found.append(_One(owner, kind, item))
             scope = self._scopes[owner]
-            (scope.old if kind == REMOVED else scope.new).append(each)
+            (scope.old if kind == REMOVED else scope.new).append(item)
 
     def _orders(
         self, kinds: Sequence[str], pairs: dict[int, int], new: Sequence[Item | CommonPart], place: str
@@ -232,38 +235,38 @@ class _Comparer:
         by_kind: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
         for k in sorted(pairs):
             by_kind[kinds[k]].append((k, pairs[k]))
-        for what, both in by_kind.items():
-            if len(longest_chain(both)) == len(both):
+        for noun, same_kind in by_kind.items():
+            if len(longest_chain(same_kind)) == len(same_kind):
                 continue
-            if what in ORDERED:
-                names = [_name(new[k]) for k, _ in both]
-                was = [_name(new[k]) for k, _ in sorted(both, key=lambda pair: pair[1])]
-                before, after = (f"order of {what}s = {', '.join(each)}" for each in (was, names))
-                line = new[both[0][0]].line
+            if noun in ORDERED:
+                names = [_name(new[k]) for k, _ in same_kind]
+                was = [_name(new[k]) for k, _ in sorted(same_kind, key=lambda pair: pair[1])]
+                before, after = (f"order of {noun}s = {', '.join(order)}" for order in (was, names))
+                line = new[same_kind[0][0]].line
                 self._found.append(Difference(CHANGED, "add-on", "", place, line, before, after))
             else:
-                self._apart[ORDER].append(f"{what}s of {place}" if place else f"{what}s")
+                self._apart[ORDER].append(f"{noun}s of {place}" if place else f"{noun}s")
 
     # --- tags, then steps
 
     def differences(self) -> Iterator[Difference]:
         """Yield the differences in the order of the new version."""
         names = {
-            owner: renamed(each.old, each.new, each.before, each.after)
-            for owner, each in self._scopes.items()
+            owner: renamed(scope.old, scope.new, scope.before, scope.after)
+            for owner, scope in self._scopes.items()
         }
-        for each in self._found:
-            if isinstance(each, Difference):
-                yield each
-            elif isinstance(each, _One):
-                yield from _one(each, names.get(each.owner, {}))
+        for entry in self._found:
+            if isinstance(entry, Difference):
+                yield entry
+            elif isinstance(entry, _One):
+                yield from _one(entry, names.get(entry.owner, {}))
             else:
                 # the tags of the routine's program hide the controller's
-                program = each.owner.rpartition(", ")[0]
-                yield from self._steps(each, {**names.get("", {}), **names.get(program, {})})
+                program = entry.owner.rpartition(", ")[0]
+                yield from self._steps(entry, {**names.get("", {}), **names.get(program, {})})
 
     def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
-        old = [with_new_names(each, names) for each in routine.old.steps]
+        old = [with_new_names(step, names) for step in routine.old.steps]
         for pair in without_followers(paired(old, routine.new.steps)):
             yield from self._step(routine.owner, pair)
 
@@ -292,11 +295,11 @@ class _Comparer:
 
     def apart_lines(self) -> Iterator[str]:
         """Yield a line for each kind of change that is listed apart."""
-        yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
+        yield from (f"{noun} {', '.join(where)}" for noun, where in self._apart.items())
 
 
 def _by_place(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
-    return {place: each for place, each in enumerate(parts) if isinstance(each, Item)}
+    return {place: part for place, part in enumerate(parts) if isinstance(part, Item)}
 
 
 def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int, int]:
@@ -311,34 +314,34 @@ def _without_shared(
     old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
 ) -> tuple[list[Item | CommonPart], list[Item | CommonPart], dict[int, int]]:
     """Open common parts that one list lacks; return both lists, and old places of shared parts by new."""
-    counts = Counter(each.content for each in old if isinstance(each, CommonPart)) & Counter(
-        each.content for each in new if isinstance(each, CommonPart)
+    counts = Counter(part.content for part in old if isinstance(part, CommonPart)) & Counter(
+        part.content for part in new if isinstance(part, CommonPart)
     )
     before, after = _opened(old, counts.copy()), _opened(new, counts)
     places: defaultdict[bytes, list[int]] = defaultdict(list)
     for i in range(len(before) - 1, -1, -1):
-        each = before[i]
-        if isinstance(each, CommonPart):
-            places[each.content].append(i)
+        part = before[i]
+        if isinstance(part, CommonPart):
+            places[part.content].append(i)
     return (
         before,
         after,
-        {k: places[each.content].pop() for k, each in enumerate(after) if isinstance(each, CommonPart)},
+        {k: places[part.content].pop() for k, part in enumerate(after) if isinstance(part, CommonPart)},
     )
 
 
 def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
     """Replace each common part that the other list lacks by its items."""
-    found: list[Item | CommonPart] = []
-    for each in items:
-        if isinstance(each, Item):
-            found.append(each)
-        elif counts[each.content] > 0:
-            counts[each.content] -= 1
-            found.append(each)
+    parts: list[Item | CommonPart] = []
+    for part in items:
+        if isinstance(part, Item):
+            parts.append(part)
+        elif counts[part.content] > 0:
+            counts[part.content] -= 1
+            parts.append(part)
         else:
-            found += each.open()
-    return found
+            parts += part.open()
+    return parts
 
 
 def _same_content(
@@ -356,12 +359,12 @@ def _same_content(
 
 
 def _by_content(items: dict[int, Item], places: Sequence[int]) -> dict[str, list[int]]:
-    found: defaultdict[str, list[int]] = defaultdict(list)
+    groups: defaultdict[str, list[int]] = defaultdict(list)
     for place in places:
         item = items[place]
         if item.what not in TAGS and (item.steps or item.items or item.what in ("data type", "module")):
-            found["\n".join(canonical_lines(replace(item, name="")))].append(place)
-    return found
+            groups["\n".join(canonical_lines(replace(item, name="")))].append(place)
+    return groups
 
 
 def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], list[str]]:
@@ -381,17 +384,17 @@ def _orders_of_members(old: Item, new: Item) -> list[str]:
         return []
     orders = _members(old), _members(new)
     common = set(orders[0]).intersection(orders[1])
-    before, after = (", ".join(each for each in order if each in common) for order in orders)
+    before, after = (", ".join(label for label in order if label in common) for order in orders)
     return [before, after] if before != after else []
 
 
 def _members(item: Item) -> list[str]:
     labels = (label.removeprefix("member ") for label, _ in item.fields if label.startswith("member "))
-    return [each for each in labels if "." not in each]
+    return [label for label in labels if "." not in label]
 
 
 def _name(item: Item | CommonPart) -> str:
-    return ", ".join(each.name for each in item.open()) if isinstance(item, CommonPart) else item.name
+    return ", ".join(part.name for part in item.open()) if isinstance(item, CommonPart) else item.name
 
 
 def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
@@ -406,9 +409,11 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
         return
     text, steps = _text_of(item, steps=True), _all_steps(item)
     head = _text_of(item, steps=False)
-    found = Difference(each.kind, item.what, each.owner, item.name, item.line, "", "", head=head)
+    difference = Difference(each.kind, item.what, each.owner, item.name, item.line, "", "", head=head)
     removed = each.kind == REMOVED
-    yield replace(found, before=text, old=steps) if removed else replace(found, after=text, new=steps)
+    yield (
+        replace(difference, before=text, old=steps) if removed else replace(difference, after=text, new=steps)
+    )
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
@@ -417,7 +422,7 @@ def _text_of(item: Item, *, steps: bool) -> str:
 
 
 def _all_steps(item: Item) -> tuple[Step, ...]:
-    return (*item.steps, *(step for each in item.opened() for step in _all_steps(each)))
+    return (*item.steps, *(step for part in item.opened() for step in _all_steps(part)))
 
 
 def _name_of(step: Step) -> str:
@@ -427,8 +432,8 @@ def _name_of(step: Step) -> str:
 def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
     step = new or old
     assert step is not None
-    before, after = ("" if each is None else each.text for each in (old, new))
-    olds, news = (() if each is None else (each,) for each in (old, new))
+    before, after = ("" if side is None else side.text for side in (old, new))
+    olds, news = (() if side is None else (side,) for side in (old, new))
     was = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
     name = _name_of(step)
     return Difference(kind, step.what, owner, name, step.line, before, after, was, olds, news)

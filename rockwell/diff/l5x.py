@@ -69,8 +69,8 @@ def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item
     documents = [checked(data, file) for data, file in zip((old, new), files, strict=True)]
     root = root_of(documents[1], files[1])  # it contains everything that was cut out of either file
     if documents[0] == documents[1]:
-        same = Item("export", "", int(root.sourceline or 1))
-        return same, same
+        item = Item("export", "", int(root.sourceline or 1))
+        return item, item
     before, after = (
         _L5xOutline(file, cut).root()
         for file, cut in zip(files, pruned(documents[0], documents[1]), strict=True)
@@ -98,7 +98,7 @@ def _marks(rung: Any) -> Iterator[str]:
     if rung.get("Type", "N") != "N":
         yield rung.get("Type")
     yield from (f"{name}={text}" for name, text in rung.attrib.items() if name not in ("Number", "Type"))
-    yield from (_markup(each) for each in rung.iterchildren("*") if each.tag not in ("Text", "Comment"))
+    yield from (_markup(child) for child in rung.iterchildren("*") if child.tag not in ("Text", "Comment"))
 
 
 def _add(item: Item, name: str, label: str, text: str) -> None:
@@ -126,23 +126,23 @@ class _L5xOutline:
 
     def _shared(self, element: Any) -> CommonPart:
         content = self._document.cuts[int(element.get("N"))]
-        what = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
-        return CommonPart(what, content, self._line(element), self._read)
+        noun = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
+        return CommonPart(noun, content, self._line(element), self._read)
 
     def _read(self, content: bytes, line: int) -> list[Item]:
         inner = _L5xOutline(self._file, PrunedDocument(content, []), line - 1)
         parts = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
-        return [inner._item(each) for each in parts]
+        return [inner._item(part) for part in parts]
 
     def _item(self, element: Any) -> Item:
-        what = KINDS[element.tag]
-        named = what not in ("export", "controller")  # a file has only one of each
-        item = Item(what, element.get("Name", "") if named else "", self._line(element))
+        noun = KINDS[element.tag]
+        named = noun not in ("export", "controller")  # a file has only one of each
+        item = Item(noun, element.get("Name", "") if named else "", self._line(element))
         skipped = {"Name"} if named else set()
         for name, text in element.attrib.items():
             if name not in skipped:
                 _add(item, name, name, text)
-        if what == "encoded source":
+        if noun == "encoded source":
             digest = sha256("".join(element.itertext()).encode()).hexdigest()
             item.fields.append(("SHA-256 of its content", digest))
             return item
@@ -154,7 +154,7 @@ class _L5xOutline:
     def _inside(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
         """Add the children of an element, and its text."""
         decorated = any(
-            each.get("Format") == "Decorated" for each in element.iterchildren("Data", "DefaultData")
+            data.get("Format") == "Decorated" for data in element.iterchildren("Data", "DefaultData")
         )
         for child in element.iterchildren("*"):
             tag = child.tag
@@ -169,7 +169,7 @@ class _L5xOutline:
             elif tag == "Member":
                 self._member(child, item, seen)
             elif tag == "ScheduledPrograms":
-                names = [each.get("Name", "") for each in child.iterchildren("*")]
+                names = [member.get("Name", "") for member in child.iterchildren("*")]
                 item.fields.append(("programs", ", ".join(names)))
             else:
                 self._other(child, path, item, seen)
@@ -180,27 +180,30 @@ class _L5xOutline:
         An element without either only groups others.
         """
         text = _own_text(element)
-        given = element.attrib
-        if not given and not text and (len(element) or element.tag in _GROUPS):
+        attributes = element.attrib
+        if not attributes and not text and (len(element) or element.tag in _GROUPS):
             self._inside(element, path, item, seen)
             return
-        key = next((name for name in _KEYS if name in given), "")
-        label = _label(_joined(path, f"{element.tag} {given[key]}" if key else element.tag), seen)
-        shown = [(name, each) for name, each in given.items() if name != key]
-        for name, each in shown:
-            _add(item, name, f"{label}.{name}", each)
+        key = next((name for name in _KEYS if name in attributes), "")
+        label = _label(_joined(path, f"{element.tag} {attributes[key]}" if key else element.tag), seen)
+        shown = [(name, value) for name, value in attributes.items() if name != key]
+        for name, value in shown:
+            _add(item, name, f"{label}.{name}", value)
         if text or not (shown or len(element)):
             item.fields.append((label, text))
         self._inside(element, label, item, seen)
 
     def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
         """Add a member of a data type: its type and its other attributes."""
-        given = dict(element.attrib)
-        label = f"member {given.pop('Name', '')}"
-        kind, dims = given.pop("DataType", ""), given.pop("Dimension", given.pop("Dimensions", "0"))
-        rest = ", ".join(f"{name} {text}" for name, text in given.items())
+        attributes = dict(element.attrib)
+        label = f"member {attributes.pop('Name', '')}"
+        kind, dims = (
+            attributes.pop("DataType", ""),
+            attributes.pop("Dimension", attributes.pop("Dimensions", "0")),
+        )
+        settings = ", ".join(f"{name} {text}" for name, text in attributes.items())
         item.fields.append(
-            (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{rest and f' ({rest})'}")
+            (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{settings and f' ({settings})'}")
         )
         self._inside(element, label, item, seen)
 
@@ -223,13 +226,13 @@ class _L5xOutline:
 
     def rungs(self, content: Any, number: int) -> Iterator[Step]:
         """Yield the rungs of a routine."""
-        for place, each in enumerate(content.iterchildren("*"), number):
-            texts = list(each.iterchildren("Text"))
+        for place, rung in enumerate(content.iterchildren("*"), number):
+            texts = list(rung.iterchildren("Text"))
             text = (texts[0].text or "").strip() if len(texts) == 1 else "\n".join(map(_text, texts))
-            comment = "\n".join(_text(inner) for inner in each.iterchildren("Comment"))
-            marks = list(_marks(each))
+            comment = "\n".join(_text(inner) for inner in rung.iterchildren("Comment"))
+            marks = list(_marks(rung))
             shown = f"{', '.join(marks)}: {text}" if marks else text
-            line = line_of_text(texts[0]) + self._shift if texts else self._line(each)
+            line = line_of_text(texts[0]) + self._shift if texts else self._line(rung)
             yield Step(RUNG, place, shown, rung_key(shown), comment, line)
 
     def lines(self, content: Any, number: int) -> Iterator[Step]:
@@ -237,16 +240,18 @@ class _L5xOutline:
         kind = content.get("OnlineEditType", "")
         printed = list(content.iterchildren("Line")) or [content]
         blanks = place = 0
-        for each in printed:
-            for offset, line in enumerate("".join(each.itertext()).strip("\r\n").splitlines()):
+        for text_node in printed:
+            for offset, line in enumerate("".join(text_node.itertext()).strip("\r\n").splitlines()):
                 words = " ".join(line.split())
                 place += 1
                 if not words:
                     blanks += 1
                     continue
                 shown = f"{kind}: {line.rstrip()}" if kind else line.rstrip()
-                at = line_of_text(each) + self._shift + offset
-                yield Step(LINE, number + place, shown, f"{kind} {words}", "", at, layout=f"{blanks}{line}")
+                line_number = line_of_text(text_node) + self._shift + offset
+                yield Step(
+                    LINE, number + place, shown, f"{kind} {words}", "", line_number, layout=f"{blanks}{line}"
+                )
                 blanks = 0
 
     def chart(self, content: Any, number: int) -> Iterator[Step]:
@@ -256,14 +261,16 @@ class _L5xOutline:
         for sheet in [content, *content.iterchildren("Sheet")]:
             names = _names(sheet)
             inner = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
-            for each in inner:
-                text = _element_text(each, names)
+            for node in inner:
+                text = _element_text(node, names)
                 if text:
-                    places = [f"{name}={at}" for name, at in each.attrib.items() if name in PLACES]
+                    places = [
+                        f"{name}={position}" for name, position in node.attrib.items() if name in PLACES
+                    ]
                     shown = f"{head}: {text}" if head else text
-                    key, name = " ".join(shown.split()), names.get(each.get("ID", ""), "")
+                    key, name = " ".join(shown.split()), names.get(node.get("ID", ""), "")
                     layout = " ".join(places)
-                    yield Step(ELEMENT, place, shown, key, "", self._line(each), name, layout)
+                    yield Step(ELEMENT, place, shown, key, "", self._line(node), name, layout)
                     place += 1
 
 
@@ -289,53 +296,53 @@ def _own_text(element: Any) -> str:
     if not len(element):
         return (element.text or "").strip()
     return " ".join(
-        filter(None, ((each or "").strip() for each in (element.text, *(inner.tail for inner in element))))
+        filter(None, ((text or "").strip() for text in (element.text, *(inner.tail for inner in element))))
     )
 
 
 def _markup(element: Any) -> str:
     """Return an element's full markup on one line; it is only shown if nothing else differs."""
     parts = []
-    for each in element.iter("*"):
-        given = " ".join(f'{name}="{text}"' for name, text in sorted(each.attrib.items()))
-        parts.append(" ".join(filter(None, (str(each.tag), given, (each.text or "").strip()))))
+    for node in element.iter("*"):
+        attributes = " ".join(f'{name}="{text}"' for name, text in sorted(node.attrib.items()))
+        parts.append(" ".join(filter(None, (str(node.tag), attributes, (node.text or "").strip()))))
     return "; ".join(parts)
 
 
 def _decorated(element: Any, path: str) -> Iterator[Field]:
     """Yield decorated values with their paths, such as `.PRE` or `[3].Name`; a force has its own path."""
-    for each in element.iterchildren("*"):
-        index = each.get("Index")
-        name = each.get("Name")
-        here = path + (index if index is not None else f".{name}" if name is not None else "")
+    for child in element.iterchildren("*"):
+        index = child.get("Index")
+        name = child.get("Name")
+        child_path = path + (index if index is not None else f".{name}" if name is not None else "")
         for attribute, mark in (("Value", ""), ("ForceValue", " forced")):
-            if attribute in each.attrib:
-                yield each.get(attribute), here + mark
-        text = (each.text or "").strip()
+            if attribute in child.attrib:
+                yield child.get(attribute), child_path + mark
+        text = (child.text or "").strip()
         if text:
-            yield text, here
-        yield from _decorated(each, here)
+            yield text, child_path
+        yield from _decorated(child, child_path)
 
 
 def _outside_of_sheets(content: Any) -> Iterator[Any]:
     """Yield a content element and all elements in it, except sheets."""
     yield content
-    for each in content.iterchildren("*"):
-        if each.tag != "Sheet":
-            yield from each.iter("*")
+    for child in content.iterchildren("*"):
+        if child.tag != "Sheet":
+            yield from child.iter("*")
 
 
 def _names(sheet: Any) -> dict[str, str]:
     """Return names of a sheet's elements by ID: operand, else name, else the number among its kind."""
-    found: dict[str, str] = {}
+    names: dict[str, str] = {}
     counts: Counter[str] = Counter()
-    for each in sheet.iter("*"):
-        ident = each.get("ID")
+    for node in sheet.iter("*"):
+        ident = node.get("ID")
         if ident is not None:
-            counts[each.tag] += 1
-            name = each.get("Operand") or each.get("Name") or f"{each.tag} {counts[each.tag]}"
-            found.setdefault(ident, name)
-    return found
+            counts[node.tag] += 1
+            name = node.get("Operand") or node.get("Name") or f"{node.tag} {counts[node.tag]}"
+            names.setdefault(ident, name)
+    return names
 
 
 def _element_text(element: Any, names: Mapping[str, str]) -> str:

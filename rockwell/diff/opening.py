@@ -20,7 +20,7 @@ def compare_exports(old: Path, new: Path) -> Comparison:
         LadderError: one can't be read, or one is an L5X and the other is not.
     """
     before, after = read_bytes(old), read_bytes(new)
-    kinds = [_is_xml(each) for each in (before, after)]
+    kinds = [_is_xml(export) for export in (before, after)]
     if kinds[0] != kinds[1]:
         names = [
             f"{file} is {'an L5X' if xml else 'text of RSLogix 500'}"

@@ -36,7 +36,7 @@ class Step:
 
     def lines(self) -> Iterator[str]:
         """Yield the comment, each line after `//`, and the text."""
-        yield from (f"// {each}" for each in self.comment.splitlines())
+        yield from (f"// {line}" for line in self.comment.splitlines())
         yield from self.text.splitlines()
 
 
@@ -62,15 +62,15 @@ class Item:
 
     def opened(self) -> Iterator[Item]:
         """Yield the inner items, including shared ones."""
-        for each in self.items:
-            yield from each.open() if isinstance(each, CommonPart) else (each,)
+        for item in self.items:
+            yield from item.open() if isinstance(item, CommonPart) else (item,)
 
     def lines(self, *, steps: bool = True) -> Iterator[str]:
         """Yield fields as lines, then steps unless left out."""
         for label, text in self.fields:
             yield from f"{label} = {text}".splitlines()
         if steps:
-            yield from (line for each in self.steps for line in each.lines())
+            yield from (line for step in self.steps for line in step.lines())
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,5 +103,5 @@ def canonical_lines(item: Item, owner: str = "", *, steps: bool = True) -> Itera
     place = place_of(owner, item)
     yield " ".join(filter(None, (item.what, place)))
     yield from (f"  {line}" for line in item.lines(steps=steps))
-    for each in sorted(item.opened(), key=lambda inner: inner.key):
-        yield from canonical_lines(each, place, steps=steps)
+    for part in sorted(item.opened(), key=lambda inner: inner.key):
+        yield from canonical_lines(part, place, steps=steps)

@@ -67,22 +67,22 @@ class _Page:
         yield f"<header><h1>{title}</h1>"
         yield f'<p class="summary">{_shown(self._comparison.summary)}</p>'
         if self._comparison.apart:
-            listed = "".join(f"<li>{_shown(each)}</li>" for each in self._comparison.apart)
+            listed = "".join(f"<li>{_shown(note)}</li>" for note in self._comparison.apart)
             yield f"<details><summary>not counted</summary><ul>{listed}</ul></details>"
         yield "</header>"
         if len(self._groups) > 1:
             yield from self._contents()
         yield "<main>"
-        for number, (owner, found) in enumerate(self._groups):
+        for number, (owner, differences) in enumerate(self._groups):
             yield f'<section id="s{number}"><h2>{_shown(owner or "Controller")}</h2>'
-            yield from map(self._difference, found)
+            yield from map(self._difference, differences)
             yield "</section>"
         yield "</main>"
 
     def _contents(self) -> Iterator[str]:
         yield '<nav aria-label="contents"><ol>'
-        for number, (owner, found) in enumerate(self._groups):
-            counts = Counter(each.kind for each in found)
+        for number, (owner, differences) in enumerate(self._groups):
+            counts = Counter(difference.kind for difference in differences)
             signs = "".join(
                 f'<b class="{kind}" title="{kind}">{SIGNS[kind]}{count}</b>' for kind, count in counts.items()
             )
@@ -107,8 +107,8 @@ class _Page:
 
     def _steps(self, steps: Sequence[Step]) -> str:
         shown = "".join(map(self._rung, steps[:MOST_ROWS]))
-        more = len(steps) - MOST_ROWS
-        return shown + (f"<p>… {more:,} more</p>" if more > 0 else "")
+        hidden = len(steps) - MOST_ROWS
+        return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
 
     def _rung_pair(self, old: Step, new: Step) -> tuple[str, str]:
         drawn = pictures(old, new) if self._pictures > 0 else None
@@ -137,32 +137,32 @@ def _sides(old: str, new: str) -> str:
 def _rows(before: str, after: str) -> str:
     """Return fields side by side, with equal labels in the same row."""
     if not before or not after:
-        return _sides(*(f"<pre>{_some(each)}</pre>" if each else "" for each in (before, after)))
+        return _sides(*(f"<pre>{_some(lines)}</pre>" if lines else "" for lines in (before, after)))
     olds, news = before.splitlines(), after.splitlines()
-    labels = [[each.partition(" = ")[0] for each in side] for side in (olds, news)]
+    labels = [[line.partition(" = ")[0] for line in side] for side in (olds, news)]
     rows: list[tuple[str | None, str | None]] = []
     i = k = 0
-    for at, to in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
-        rows += zip_longest(olds[i:at], news[k:to])
-        rows += zip(olds[at : at + 1], news[to : to + 1], strict=True)
-        i, k = at + 1, to + 1
-    shown = "".join(_row(*each) for each in rows[:MOST_ROWS])
-    more = f"<p>… {len(rows) - MOST_ROWS:,} more lines</p>" if len(rows) > MOST_ROWS else ""
-    return f'<div class="fields">{shown}</div>{more}'
+    for old_end, to in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
+        rows += zip_longest(olds[i:old_end], news[k:to])
+        rows += zip(olds[old_end : old_end + 1], news[to : to + 1], strict=True)
+        i, k = old_end + 1, to + 1
+    shown = "".join(_row(*row) for row in rows[:MOST_ROWS])
+    footer = f"<p>… {len(rows) - MOST_ROWS:,} more lines</p>" if len(rows) > MOST_ROWS else ""
+    return f'<div class="fields">{shown}</div>{footer}'
 
 
 def _some(text: str) -> str:
     lines = text.splitlines()
-    more = len(lines) - MOST_ROWS
-    return "\n".join([*map(_shown, lines[:MOST_ROWS]), *([f"… {more:,} more lines"] if more > 0 else [])])
+    hidden = len(lines) - MOST_ROWS
+    return "\n".join([*map(_shown, lines[:MOST_ROWS]), *([f"… {hidden:,} more lines"] if hidden > 0 else [])])
 
 
 def _row(old: str | None, new: str | None) -> str:
     if old is None or new is None:
-        before, after = (_shown(each or "") for each in (old, new))
+        before, after = (_shown(text or "") for text in (old, new))
     else:
         before, after = _marked(old, new)
-    return _sides(*(f"<pre>{each}</pre>" if each else "" for each in (before, after)))
+    return _sides(*(f"<pre>{cell}</pre>" if cell else "" for cell in (before, after)))
 
 
 def _marked(old: str, new: str) -> tuple[str, str]:
@@ -179,20 +179,20 @@ def _marked(old: str, new: str) -> tuple[str, str]:
 
 def _slid(tokens: Sequence[str], same: set[int]) -> set[int]:
     """Shift each difference so that it ends with its bracket: `XIC(Guard)`, not `)XIC(Guard`."""
-    for at, token in enumerate(tokens):
-        if token in ")]" and at not in same:
-            end = next((n for n in range(at, len(tokens)) if n in same), len(tokens))
+    for index, token in enumerate(tokens):
+        if token in ")]" and index not in same:
+            end = next((n for n in range(index, len(tokens)) if n in same), len(tokens))
             if end < len(tokens) and tokens[end] == token:
-                same = same - {end} | {at}
+                same = same - {end} | {index}
     return same
 
 
 def _with_marks(text: str, tokens: Sequence[str], same: set[int], mark: str) -> str:
     parts: list[str] = []
-    at = 0
+    position = 0
     for number, token in enumerate(tokens):
-        begin = text.index(token, at)
-        parts.append(_shown(text[at:begin]))
-        at = begin + len(token)
+        begin = text.index(token, position)
+        parts.append(_shown(text[position:begin]))
+        position = begin + len(token)
         parts.append(_shown(token) if number in same else f"<{mark}>{_shown(token)}</{mark}>")
     return "".join(parts).replace(f"</{mark}><{mark}>", "")

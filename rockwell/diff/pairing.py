@@ -54,26 +54,26 @@ def tokens_of(text: str) -> list[str]:
 
 def paired(old: Sequence[Step], new: Sequence[Step]) -> list[Pairing]:
     """Return the steps of two versions in pairs, in the order of the new one."""
-    before, after = [each.key for each in old], [each.key for each in new]
+    before, after = [step.key for step in old], [step.key for step in new]
     pairs = aligned(before, after)
     free = _Free(old, new, pairs)
     moved = list(free.moved())
     for (i, k), (j, n) in pairwise([(-1, -1), *pairs, (len(old), len(new))]):
         free.pair(range(i + 1, j), range(k + 1, n))
-    found = [Pairing(old[i], new[k]) for i, k in (*pairs, *free.changed)]
-    found += [Pairing(old[i], new[k], moved=True) for i, k in moved]
-    rest = [Pairing(None, new[k]) for k in free.new]
-    return _in_order(found + rest, [old[i] for i in sorted(free.old)])
+    pairings = [Pairing(old[i], new[k]) for i, k in (*pairs, *free.changed)]
+    pairings += [Pairing(old[i], new[k], moved=True) for i, k in moved]
+    added = [Pairing(None, new[k]) for k in free.new]
+    return _in_order(pairings + added, [old[i] for i in sorted(free.old)])
 
 
 def without_followers(pairs: Sequence[Pairing]) -> list[Pairing]:
     """Leave out connections that changed only because an element was renamed."""
     names = {
-        each.old.name: each.new.name
-        for each in pairs
-        if each.old is not None and each.new is not None and each.old.name != each.new.name
+        pair.old.name: pair.new.name
+        for pair in pairs
+        if pair.old is not None and pair.new is not None and pair.old.name != pair.new.name
     }
-    return [each for each in pairs if not (names and _follows(each, names))]
+    return [pair for pair in pairs if not (names and _follows(pair, names))]
 
 
 def _follows(pair: Pairing, names: Mapping[str, str]) -> bool:
@@ -87,18 +87,18 @@ def _in_order(found: list[Pairing], removed: list[Step]) -> list[Pairing]:
     """Sort in the order of the new version; a removed step comes after its predecessor in the old one."""
     found.sort(key=lambda each: each.new.number if each.new is not None else -1)
     followed: defaultdict[int, list[Pairing]] = defaultdict(list)
-    places = sorted(each.old.number for each in found if each.old is not None and not each.moved)
-    at, last = 0, -1
+    places = sorted(pairing.old.number for pairing in found if pairing.old is not None and not pairing.moved)
+    index, last = 0, -1
     for step in removed:
-        while at < len(places) and places[at] < step.number:
-            last = places[at]
-            at += 1
+        while index < len(places) and places[index] < step.number:
+            last = places[index]
+            index += 1
         followed[last].append(Pairing(step, None))
     ordered = followed.pop(-1, [])
-    for each in found:
-        ordered.append(each)
-        if each.old is not None and not each.moved:
-            ordered += followed.pop(each.old.number, [])
+    for pairing in found:
+        ordered.append(pairing)
+        if pairing.old is not None and not pairing.moved:
+            ordered += followed.pop(pairing.old.number, [])
     return ordered
 
 
@@ -123,12 +123,12 @@ class _Free:
         counts = Counter(self._new[k].key for k in self.new)
         for k in sorted(self.new):
             step = self._new[k]
-            mine = places.get(step.key)
+            candidates = places.get(step.key)
             plain = step.what == LINE and (
-                len(step.key) < SHORTEST or counts[step.key] > 1 or len(mine or ()) > 1
+                len(step.key) < SHORTEST or counts[step.key] > 1 or len(candidates or ()) > 1
             )
-            if mine and not plain:
-                i = mine.pop()
+            if candidates and not plain:
+                i = candidates.pop()
                 self.take(i, k)
                 yield i, k
 
@@ -157,8 +157,8 @@ class _Free:
             middle = number * len(after) // len(before)
             comment = self._old[i].comment
             for k in after[max(middle - wide, 0) : middle + wide + 1]:
-                same = comment and comment == self._new[k].comment
-                yield i, k, 1.0 if same else _similarity(olds[i], news[k])
+                same_comment = comment and comment == self._new[k].comment
+                yield i, k, 1.0 if same_comment else _similarity(olds[i], news[k])
 
 
 def _weights(key: str) -> Counter[str]:

@@ -61,16 +61,16 @@ class _Element(NamedTuple):
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     """Return two documents without the elements that both have; unchanged if either has comments."""
     whole = PrunedDocument(old, []), PrunedDocument(new, [])
-    one, other = _Cutting(old), _Cutting(new)
+    old_cutting, new_cutting = _Cutting(old), _Cutting(new)
     for _ in range(_LEVELS):
-        ours, theirs = one.elements(), other.elements()
-        if ours is None or theirs is None:
+        old_elements, new_elements = old_cutting.elements(), new_cutting.elements()
+        if old_elements is None or new_elements is None:
             return whole
-        common = {each.content for each in ours} & {each.content for each in theirs}
-        one.cut_out(ours, common)
-        other.cut_out(theirs, common)
-    joints = _joints(old, one.cut) & _joints(new, other.cut)
-    before, after = _without(old, one.cut, joints), _without(new, other.cut, joints)
+        common = {element.content for element in old_elements} & {element.content for element in new_elements}
+        old_cutting.cut_out(old_elements, common)
+        new_cutting.cut_out(new_elements, common)
+    joints = _joints(old, old_cutting.cut) & _joints(new, new_cutting.cut)
+    before, after = _without(old, old_cutting.cut, joints), _without(new, new_cutting.cut, joints)
     return whole if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
 
 
@@ -87,11 +87,11 @@ class _Cutting:
 
     def cut_out(self, elements: Iterable[_Element], common: Container[bytes]) -> None:
         self._spans = []
-        for each in elements:
-            if each.content in common:
-                self.cut.append(each)
+        for element in elements:
+            if element.content in common:
+                self.cut.append(element)
             else:
-                self._spans.append((each.begin, each.end))
+                self._spans.append((element.begin, element.end))
 
 
 def _has_own_cuts(document: PrunedDocument) -> bool:
@@ -104,12 +104,12 @@ def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
         return None
     elements: list[_Element] = []
     for begin, end in spans:
-        for found in _ELEMENT.finditer(
+        for match in _ELEMENT.finditer(
             data, begin + 1, end
         ):  # without the element itself, or the declaration
-            if found[1]:
-                elements.append(_Element(found.start(), found.end(), found[0]))
-            elif found[2]:
+            if match[1]:
+                elements.append(_Element(match.start(), match.end(), match[0]))
+            elif match[2]:
                 return None
     return elements
 
@@ -117,12 +117,12 @@ def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
 def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
     """Return neighboring elements with only blanks between them, where each element occurs once."""
     parts.sort()
-    counts = Counter(each.content for each in parts)
+    counts = Counter(part.content for part in parts)
     return {
-        (one.content, between, other.content)
-        for one, other in pairwise(parts)
-        if (between := data[one.end : other.begin]).isspace()
-        and counts[one.content] == counts[other.content] == 1
+        (part.content, between, following.content)
+        for part, following in pairwise(parts)
+        if (between := data[part.end : following.begin]).isspace()
+        and counts[part.content] == counts[following.content] == 1
     }
 
 
@@ -130,21 +130,21 @@ def _without(data: bytes, parts: list[_Element], joints: set[Joint]) -> PrunedDo
     """Replace elements by cuts; elements that are neighbors in both documents become one cut."""
     runs: list[list[int]] = []
     before: _Element | None = None
-    for each in parts:
+    for part in parts:
         joined = (
-            before is not None and (before.content, data[before.end : each.begin], each.content) in joints
+            before is not None and (before.content, data[before.end : part.begin], part.content) in joints
         )
         if joined:
-            runs[-1][1] = each.end
+            runs[-1][1] = part.end
         else:
-            runs.append([each.begin, each.end])
-        before = each
-    kept: list[bytes] = []
+            runs.append([part.begin, part.end])
+        before = part
+    pieces: list[bytes] = []
     cuts: list[bytes] = []
     done = 0
     for begin, end in runs:
         content = data[begin:end]
-        kept += [data[done:begin], b'<Cut N="%d"/>' % len(cuts), b"\n" * content.count(b"\n")]
+        pieces += [data[done:begin], b'<Cut N="%d"/>' % len(cuts), b"\n" * content.count(b"\n")]
         cuts.append(content)
         done = end
-    return PrunedDocument(b"".join((*kept, data[done:])), cuts)
+    return PrunedDocument(b"".join((*pieces, data[done:])), cuts)

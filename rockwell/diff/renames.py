@@ -40,22 +40,22 @@ def renamed(
     removed, added = _tags_of(old), _tags_of(new)
     if not removed or not added:
         return {}
-    for tags, other in ((removed, after), (added, before)):
-        for name in {each for step in other for each in _names_in(step)} & tags.keys():
+    for tags, steps in ((removed, after), (added, before)):
+        for name in {word for step in steps for word in _names_in(step)} & tags.keys():
             del tags[name]
     names: dict[str, Item] = {}
     for shape in (_rest, _mnemonics):  # rungs equal except for names; then rungs with equal mnemonics
         gone, come = _by_use(removed, before, shape), _by_use(added, after, shape)
-        for use, ours in gone.items():
-            theirs = come.get(use, [])
-            if len(ours) == len(theirs) == 1:
-                names[ours[0]] = added.pop(theirs[0])
-                del removed[ours[0]]
+        for use, old_names in gone.items():
+            new_names = come.get(use, [])
+            if len(old_names) == len(new_names) == 1:
+                names[old_names[0]] = added.pop(new_names[0])
+                del removed[old_names[0]]
     return names
 
 
 def _tags_of(items: Iterable[Item]) -> dict[str, Item]:
-    return {each.name.upper(): each for each in items if each.what in TAGS}
+    return {item.name.upper(): item for item in items if item.what in TAGS}
 
 
 def _rest(key: str, names: Mapping[str, Item]) -> str:
@@ -79,12 +79,12 @@ def _by_use(
             for number, word in enumerate(words):
                 if word in tags:
                     uses[word].append((alike, number))
-    found: defaultdict[object, list[str]] = defaultdict(list)
-    for name, each in uses.items():
+    groups: defaultdict[object, list[str]] = defaultdict(list)
+    for name, contexts in uses.items():
         item = tags[name]
         kinds = tuple(text for label, text in item.fields if label in ("DataType", "Dimensions", "TagType"))
-        found[item.what, kinds, frozenset(Counter(each).items())].append(name)
-    return found
+        groups[item.what, kinds, frozenset(Counter(contexts).items())].append(name)
+    return groups
 
 
 def _names_in(step: Step) -> list[str]:

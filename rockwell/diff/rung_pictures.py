@@ -78,10 +78,14 @@ def pictures(old: Step, new: Step) -> tuple[str, str] | None:
     rungs = rung_of(old), rung_of(new)
     if rungs[0] is None or rungs[1] is None:
         return None
-    texts = [[str(each) for each in instructions_of(rung.series)] for rung in rungs if rung is not None]
+    texts = [
+        [str(instruction) for instruction in instructions_of(rung.series)]
+        for rung in rungs
+        if rung is not None
+    ]
     pairs = aligned(*texts)
-    same = {i for i, _ in pairs}, {k for _, k in pairs}
-    edited = [set(range(len(each))) - same[side] for side, each in enumerate(texts)]
+    paired = {i for i, _ in pairs}, {k for _, k in pairs}
+    edited = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
     return _svg(rungs[0], edited[0]), _svg(rungs[1], edited[1])
 
 

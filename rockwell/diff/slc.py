@@ -19,8 +19,8 @@ def outline_of_slc(data: bytes, file: str) -> Item:
     document = document_in(data, file, "")
     root = Item("export", "", 1)
     root.fields += [("project", document.name), ("processor", document.processor)]
-    for number, other in enumerate(document.others):
-        root.steps.append(Step(LINE, number, other.text, " ".join(other.text.split()), "", other.line))
+    for number, record in enumerate(document.others):
+        root.steps.append(Step(LINE, number, record.text, " ".join(record.text.split()), "", record.line))
     root.items += map(_ladder, document.ladders.values())
     root.items += _data_files(document.data)
     root.items += _slots(document)
@@ -32,7 +32,7 @@ def outline_of_slc(data: bytes, file: str) -> Item:
 def _ladder(ladder: LadderRecord) -> Item:
     item = Item("routine", routine_name(ladder.number), ladder.line)
     item.fields.append(("name", ladder.name))
-    item.steps += (_step(number, each) for number, each in enumerate(ladder.rungs))
+    item.steps += (_step(number, rung) for number, rung in enumerate(ladder.rungs))
     return item
 
 
@@ -51,11 +51,11 @@ def _data_files(records: list[DataRecord]) -> Iterator[Item]:
 
 def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
     letters = letters_of(record.file)
-    names = (".CTL", *(f".{each}" for each in INNER[letters])) if letters in STRUCTURED else ("",)
+    names = (".CTL", *(f".{part}" for part in INNER[letters])) if letters in STRUCTURED else ("",)
     mark = "." if ":" in record.file else ":"
     for place, row in placed_rows(record, len(names)):
-        for at, value in enumerate(row.values):
-            element, word = divmod(at, len(names))
+        for index, value in enumerate(row.values):
+            element, word = divmod(index, len(names))
             yield f"{record.file}{mark}{place + element}{names[word]}", value
 
 

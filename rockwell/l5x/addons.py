@@ -40,9 +40,9 @@ class AddOns:
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
         self.records: dict[str, AddOnRecord] = {}  # by name in capitals; the first with each name
         self.again: list[AddOnRecord] = []  # others with a name in `records`; they are refused
-        for each in records:
-            if self.records.setdefault(each.name.upper(), each) is not each:
-                self.again.append(each)
+        for record in records:
+            if self.records.setdefault(record.name.upper(), record) is not record:
+                self.again.append(record)
         self._types, self._report = types, report
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
@@ -70,7 +70,7 @@ class AddOns:
                 shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
                 self._types.refuse_size(shape.structure)
                 if not record.encoded:
-                    generated = frozenset(each.name for each in self._generated.get(name, ()))
+                    generated = frozenset(tag.name for tag in self._generated.get(name, ()))
                     self._types.layouts.add_ons[name] = generated
                 self._shapes[name] = shape
             except LadderError as error:
@@ -80,7 +80,10 @@ class AddOns:
 
     def specs(self) -> Mapping[str, Spec]:
         """Return all instruction specs by name in capitals."""
-        return {**BY_NAME, **with_off_calls({name: _spec_of(each) for name, each in self.records.items()})}
+        return {
+            **BY_NAME,
+            **with_off_calls({name: _spec_of(record) for name, record in self.records.items()}),
+        }
 
     def arguments(self, name: str) -> tuple[TagRecord, ...] | None:
         """Return the parameters of an add-on that take an argument, in call order; None if it is unknown."""
@@ -92,19 +95,21 @@ class AddOns:
         record = self.records.get(name.upper())
         if record is None or OTHERWISE in record.switched_off:
             return False
-        return any(each.name.upper() == OTHERWISE.upper() for each in record.routines)
+        return any(routine.name.upper() == OTHERWISE.upper() for routine in record.routines)
 
     def outputs(self, name: str) -> frozenset[str]:
         """Return the names of an add-on's outputs, in capitals."""
         record = self.records.get(name.upper())
         parameters = record.parameters if record else ()
-        return frozenset(each.name.upper() for each in parameters if _way_of(each) is ParameterMode.OUTPUT)
+        return frozenset(
+            parameter.name.upper() for parameter in parameters if _way_of(parameter) is ParameterMode.OUTPUT
+        )
 
     def _parameters(self, record: AddOnRecord) -> Any:
-        for each in _own(record):
-            yield self._parameter(each, _way_of(each))
-        for each in record.locals:
-            yield self._parameter(each, ParameterMode.LOCAL)
+        for parameter in _own(record):
+            yield self._parameter(parameter, _way_of(parameter))
+        for parameter in record.locals:
+            yield self._parameter(parameter, ParameterMode.LOCAL)
         for tag in self._generated.get(record.name.upper(), ()):
             yield Parameter(tag.name, tag.type, ParameterMode.LOCAL)
 
@@ -120,8 +125,8 @@ class AddOns:
         kind = self._types.find(record.type)
         initial = None
         if way is not ParameterMode.INOUT:
-            what = "its default is not used"
-            initial = read_initial(record, kind, self._types, self._report, record.name, what)
+            loss = "its default is not used"
+            initial = read_initial(record, kind, self._types, self._report, record.name, loss)
         return Parameter(record.name, kind, way, record.dims, record.required, record.comment, initial)
 
     def _alias(self, record: TagRecord, way: ParameterMode) -> Parameter:
@@ -134,20 +139,26 @@ class AddOns:
     def read(self, reader: RoutineReader) -> None:
         """Read the logic of all add-ons before their types are known."""
         for name, record in self.records.items():
-            inouts = {each.name.upper() for each in record.parameters if _way_of(each) is ParameterMode.INOUT}
-            read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
-            self._routines[name] = [each for _, each in read if each is not None]
+            inouts = {
+                parameter.name.upper()
+                for parameter in record.parameters
+                if _way_of(parameter) is ParameterMode.INOUT
+            }
+            read = [
+                (routine.name, reader.routine(record.name, routine, inouts)) for routine in record.routines
+            ]
+            self._routines[name] = [routine for _, routine in read if routine is not None]
             self._generated[name] = reader.generated(record.name)
         for record in self.again:
             text = f"there are two add-ons {record.name}; the first one is used"
             self._refuse(record, text, _RENAME)
-            for each in record.routines:
-                reader.skipped(record.name, each, text, _RENAME)
+            for routine in record.routines:
+                reader.skipped(record.name, routine, text, _RENAME)
 
     def routines(self) -> Iterator[tuple[str, Routine]]:
         """Yield the routines read so far, each with its add-on."""
         for name, routines in self._routines.items():
-            yield from ((self.records[name].name, each) for each in routines)
+            yield from ((self.records[name].name, routine) for routine in routines)
 
     def make(self, reader: RoutineReader) -> Mapping[str, str]:
         """Build the add-ons, encoded ones with parameters only; return the unusable ones with reasons."""
@@ -165,31 +176,31 @@ class AddOns:
             except LadderError as error:
                 withheld[name] = f"this add-on can't be used: {error}"
                 self._refuse(record, str(error), _CORRECT)
-                for each in record.routines:
-                    for place in range(len(each.rungs)):
-                        reader.refuse(record.name, each.name, place, withheld[name], _CORRECT)
+                for routine in record.routines:
+                    for place in range(len(routine.rungs)):
+                        reader.refuse(record.name, routine.name, place, withheld[name], _CORRECT)
         return withheld
 
     def _made(self, shape: AddOn, read: Iterable[Routine], reader: RoutineReader) -> AddOn:
         routines = []
-        for each in read:
-            role = next((role for role in ROUTINES if role.upper() == each.name.upper()), None)
+        for routine in read:
+            role = next((role for role in ROUTINES if role.upper() == routine.name.upper()), None)
             record = self.records[shape.name.upper()]
-            if role in record.switched_off and (each.rungs or each.statements):
+            if role in record.switched_off and (routine.rungs or routine.statements):
                 text = f"its routine {role} does not run: Execute{role} is false"
                 self._report.note(record.name, text, record.line)
             elif role is not None:
-                routines.append(self._allowed(shape, replace(each, name=role), reader))
-        if LOGIC not in [each.name for each in routines]:
+                routines.append(self._allowed(shape, replace(routine, name=role), reader))
+        if LOGIC not in [routine.name for routine in routines]:
             routines.insert(0, Routine(LOGIC, ()))
         return shape.with_routines(tuple(routines))
 
     def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
         """Refuse and remove everything in a routine that an add-on instruction can't contain."""
-        for at, text in list(shape.wrong_in(routine)):
-            number = at.rung or 0
+        for site, text in list(shape.wrong_in(routine)):
+            number = site.rung or 0
             if routine.statements is None:
-                reader.refuse(shape.name, routine.name, number, text, _PARAMETER, at)
+                reader.refuse(shape.name, routine.name, number, text, _PARAMETER, site)
             else:
                 place, line = reader.place_of(shape.name, routine.name, number)
                 reader.refuse_object(shape.name, routine.name, f"{place}: {text}", line, _PARAMETER)
@@ -206,13 +217,17 @@ class AddOns:
 
 def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
     """Yield the parameters that take an argument, in call order."""
-    yield from (each for each in _own(record) if each.required or _way_of(each) is ParameterMode.INOUT)
+    yield from (
+        parameter
+        for parameter in _own(record)
+        if parameter.required or _way_of(parameter) is ParameterMode.INOUT
+    )
 
 
 def _own(record: AddOnRecord) -> Iterator[TagRecord]:
     """Yield the parameters of a definition, except EnableIn and EnableOut."""
-    enables = [each.upper() for each in ENABLES]
-    yield from (each for each in record.parameters if each.name.upper() not in enables)
+    enables = [enable.upper() for enable in ENABLES]
+    yield from (parameter for parameter in record.parameters if parameter.name.upper() not in enables)
 
 
 def _way_of(parameter: TagRecord) -> ParameterMode:

@@ -105,7 +105,7 @@ class Parts:
 
     def owned(self) -> list[tuple[str, Routine]]:
         """Return the routines of programs, each with its program."""
-        return [(part.name, each) for part in self.programs.values() for each in part.routines.values()]
+        return [(part.name, routine) for part in self.programs.values() for routine in part.routines.values()]
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
         """Return types and dimensions of an add-on instruction's operands; none for other instructions."""
@@ -114,7 +114,8 @@ class Parts:
     def with_fault_routines(self) -> Parts:
         """Return the same parts; each program without a fault routine gets one that clears faults."""
         programs = {
-            name: each if each.fault else each.with_fault_routine() for name, each in self.programs.items()
+            name: program if program.fault else program.with_fault_routine()
+            for name, program in self.programs.items()
         }
         return replace(self, programs=programs, _indexes={})
 
@@ -132,15 +133,15 @@ class Parts:
         for scope in scopes:
             part = self.programs.get(scope.upper())
             declared = self.declarations if not scope else part.declarations if part else []
-            found = self._index(scope, declared).get(name.upper())
-            if found is not None:
-                return found
+            declaration = self._index(scope, declared).get(name.upper())
+            if declaration is not None:
+                return declaration
         return None
 
     def _index(self, scope: str, declared: list[Declaration]) -> dict[str, Declaration]:
         count, index = self._indexes.get(scope.upper(), (-1, {}))
         if count != len(declared):
-            index = {each.name.upper(): each for each in declared}
+            index = {declaration.name.upper(): declaration for declaration in declared}
             self._indexes[scope.upper()] = len(declared), index
         return index
 
@@ -163,13 +164,13 @@ def owner_of(name: str) -> tuple[str, str]:
 def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:
     """Add declarations; return the accepted ones."""
     taken = []
-    for each in declarations:
+    for declaration in declarations:
         try:
-            to.add(each)
-            taken.append(each)
+            to.add(declaration)
+            taken.append(declaration)
         except LadderError as error:
             owner = "" if isinstance(to, Controller) else rf"\{to.name}."
-            report.leave_out(f"{owner}{each.name}", str(error))
+            report.leave_out(f"{owner}{declaration.name}", str(error))
     return taken
 
 
@@ -187,28 +188,30 @@ def harness_of(parts: Parts) -> Parts:
     """Return a controller with a program for each add-on that calls it once, as far as memory allows."""
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
-    left = MOST_MADE
+    budget = MOST_MADE
     for key, definition in parts.add_ons.items():
         tags = _arguments(definition)
-        taken = sum(_values(each.type, counts) * count_of(each.dims) for each in tags)
-        if key in parts.uncalled or taken > left:
+        taken = sum(_values(tag.type, counts) * count_of(tag.dims) for tag in tags)
+        if key in parts.uncalled or taken > budget:
             continue
-        left -= taken
-        rung = Rung((Instruction(definition.name, tuple(Address(each.name) for each in tags)),))
+        budget -= taken
+        rung = Rung((Instruction(definition.name, tuple(Address(tag.name) for tag in tags)),))
         programs[key] = ProgramPart(
             definition.name, declarations=[*tags], routines={"MAIN": Routine("Main", (rung,))}
         )
-    tasks = trial_tasks(parts, [each.name for each in programs.values()])
+    tasks = trial_tasks(parts, [program.name for program in programs.values()])
     return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, modules=parts.modules)
 
 
 def _arguments(definition: AddOn) -> list[Tag]:
     """Return the tags of a call: the instance, then the required parameters."""
-    lengths = {each.name: each.dims for each in definition.inouts}
+    lengths = {inout.name: inout.dims for inout in definition.inouts}
     tags = [Tag(_INSTANCE, definition.structure)]
-    for place, each in enumerate(definition.required):
-        dims = tuple(MADE if length == OPEN else length for length in lengths.get(each.name, each.dims))
-        tags.append(Tag(f"{_ARGUMENT}{place}", each.type, dims))
+    for place, parameter in enumerate(definition.required):
+        dims = tuple(
+            MADE if length == OPEN else length for length in lengths.get(parameter.name, parameter.dims)
+        )
+        tags.append(Tag(f"{_ARGUMENT}{place}", parameter.type, dims))
     return tags
 
 
@@ -217,7 +220,7 @@ def _values(kind: DataType, counts: dict[int, int]) -> int:
     if isinstance(kind, Elementary):
         return 1
     if id(kind) not in counts:
-        counts[id(kind)] = sum(_values(each.type, counts) * count_of(each.dims) for each in kind.own)
+        counts[id(kind)] = sum(_values(member.type, counts) * count_of(member.dims) for member in kind.own)
     return counts[id(kind)]
 
 
@@ -225,9 +228,9 @@ def call_of(routine: Routine) -> Rung:
     """Return a rung that calls a routine; the tags of its SBR keep their values."""
     inputs: tuple[Operand, ...] = ()
     first = routine.rungs[0].series[:1] if routine.rungs else ()
-    for each in first:
-        if isinstance(each, Instruction) and each.name == "SBR":
-            inputs = each.operands
+    for instruction in first:
+        if isinstance(instruction, Instruction) and instruction.name == "SBR":
+            inputs = instruction.operands
     return Rung((Instruction("JSR", (Address(routine.name), number(len(inputs)), *inputs)),))
 
 
@@ -243,8 +246,8 @@ def does_nothing(name: str) -> Callable[..., Any]:
 
 def trial_tasks(parts: Parts, programs: Iterable[str]) -> list[Task]:
     """Return a task with these programs, and empty tasks that EVENT instructions may trigger."""
-    events = (each for each in parts.tasks if each.kind is TaskKind.EVENT)
-    return [*implicit_task(programs), *(replace(each, programs=()) for each in events)]
+    events = (task for task in parts.tasks if task.kind is TaskKind.EVENT)
+    return [*implicit_task(programs), *(replace(event, programs=()) for event in events)]
 
 
 def implicit_task(programs: Iterable[str]) -> list[Task]:

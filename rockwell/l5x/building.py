@@ -54,15 +54,17 @@ class Builder:
     def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
         """Refuse the rungs and objects with problems; return whether any was refused."""
         something = False
-        for each in problems:
-            owner, routine = owner_of(each.site.routine)
-            if each.site.rung is not None:
-                something |= self.refuse(owner, routine, each.site.rung, each.text, each.remedy, each.site)
-                something |= parts is not self._parts and self._leave_out(owner, each)
-            elif each.site.tag:
-                something |= self._drop_initial(each.site.tag, each.text, parts)
+        for problem in problems:
+            owner, routine = owner_of(problem.site.routine)
+            if problem.site.rung is not None:
+                something |= self.refuse(
+                    owner, routine, problem.site.rung, problem.text, problem.remedy, problem.site
+                )
+                something |= parts is not self._parts and self._leave_out(owner, problem)
+            elif problem.site.tag:
+                something |= self._drop_initial(problem.site.tag, problem.text, parts)
             elif routine:
-                something |= self._refuse_routine(owner, routine, each)
+                something |= self._refuse_routine(owner, routine, problem)
         return something
 
     def _leave_out(self, name: str, problem: Problem) -> bool:
@@ -76,9 +78,9 @@ class Builder:
     def empty(self) -> None:
         """Empty all refused rungs at once."""
         for (owner, routine), numbers in self._emptied.items():
-            found = self._routine(owner, routine)
-            if found is not None and numbers:
-                self._replace(owner, routine, without(found, *numbers))
+            target = self._routine(owner, routine)
+            if target is not None and numbers:
+                self._replace(owner, routine, without(target, *numbers))
         self._emptied.clear()
 
     def refuse(
@@ -86,21 +88,21 @@ class Builder:
     ) -> bool:
         """Refuse a rung, which `empty` removes, or a text or chart routine; return whether it existed."""
         routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of routine Sequence
-        found = self._routine(owner, routine)
+        target = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
-        if found is None or record is None or number in emptied or found.statements == ():
+        if target is None or record is None or number in emptied or target.statements == ():
             return False
         text, remedy = self._explained(owner, text, remedy, site)
-        if found.statements is None and found.chart is None:
-            if number >= len(record.rungs) or not found.rungs[number].series:
+        if target.statements is None and target.chart is None:
+            if number >= len(record.rungs) or not target.rungs[number].series:
                 return False
             self._reader.refuse(owner, routine, number, text, remedy, site)
             emptied.add(number)
             return True
-        place, line = self._place_in(owner, found, body, number, site.line or record.line)
+        place, line = self._place_in(owner, target, body, number, site.line or record.line)
         self._reader.refuse_object(owner, routine, f"{place}{text}", line, remedy)
-        self._remove(owner, routine, found)
+        self._remove(owner, routine, target)
         return True
 
     def _place_in(self, owner: str, found: Routine, body: str, number: int, line: int) -> tuple[str, int]:
@@ -128,22 +130,22 @@ class Builder:
         return text, remedy
 
     def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
-        found = self._routine(owner, routine)
-        if found is None:
+        target = self._routine(owner, routine)
+        if target is None:
             return False
         refused = [
             self.refuse(owner, routine, number, problem.text, problem.remedy)
-            for number in range(len(found.rungs) or 1)
+            for number in range(len(target.rungs) or 1)
         ]
         return any(refused)
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
         reason = str(error).replace("\n", " ")
-        owned = [(owner, each, "correct the program") for owner, each in parts.owned()]
+        owned = [(owner, refused, "correct the program") for owner, refused in parts.owned()]
         owned += [
-            (definition.name, each, "correct the add-on")
+            (definition.name, refused, "correct the add-on")
             for definition in parts.add_ons.values()
-            for each in definition.routines
+            for refused in definition.routines
         ]
         for owner, routine, remedy in owned:
             for number in range(len(routine.rungs) or 1):
@@ -169,17 +171,17 @@ class Builder:
         """Start a tag with zeros if its initial value does not fit; return whether it had one."""
         owner, name = owner_of(tag) if program_of(tag) else ("", tag)
         scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
-        for place, each in enumerate(scope):
-            if isinstance(each, Tag) and each.initial is not None and each.name == name:
-                self._report.lose(each.name, f"it starts with zeros: {text}")
-                scope[place] = replace(each, initial=None)
+        for place, declaration in enumerate(scope):
+            if isinstance(declaration, Tag) and declaration.initial is not None and declaration.name == name:
+                self._report.lose(declaration.name, f"it starts with zeros: {text}")
+                scope[place] = replace(declaration, initial=None)
                 return True
         return self._drop_defaults(text)
 
     def _drop_defaults(self, text: str) -> bool:
         something = False
         for key, definition in self._parts.add_ons.items():
-            parameters = tuple(replace(each, initial=None) for each in definition.parameters)
+            parameters = tuple(replace(parameter, initial=None) for parameter in definition.parameters)
             if parameters != definition.parameters:
                 self._parts.add_ons[key] = replace(definition, parameters=parameters)
                 self._report.lose(definition.name, f"its defaults are not used: {text}")
@@ -188,5 +190,7 @@ class Builder:
 
 
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:
-    routines = [new if each.name.upper() == new.name.upper() else each for each in definition.routines]
+    routines = [
+        new if routine.name.upper() == new.name.upper() else routine for routine in definition.routines
+    ]
     return definition.with_routines(tuple(routines))

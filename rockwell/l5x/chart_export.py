@@ -36,13 +36,15 @@ class _Writer:
         for step in self._chart.steps:
             if not step.stop:
                 self._step(step)
-        numbers = [self._transition(each, place) for place, each in enumerate(self._chart.transitions)]
+        numbers = [
+            self._transition(transition, place) for place, transition in enumerate(self._chart.transitions)
+        ]
         for step in self._chart.steps:
             if step.stop:
                 stop = self._add("Stop", step.name, self._layout.steps[step.name.upper()])
                 self._ids[step.name.upper()] = int(stop.get("ID"))
-        for each, number in zip(self._chart.transitions, numbers, strict=True):
-            self._sides(each, number)
+        for transition, number in zip(self._chart.transitions, numbers, strict=True):
+            self._sides(transition, number)
         for step in self._chart.steps:
             self._selections(step, numbers)
         self._finish()
@@ -51,10 +53,10 @@ class _Writer:
         """Write the parameters of the chart, the links and the notes."""
         if self._chart.inputs or self._chart.returns:
             listed = {"In": self._chart.inputs, "Ret": self._chart.returns}
-            given = {name: " ".join(map(str, each)) for name, each in listed.items()}
-            element(self._content, "SbrRet", ID=self._id(), X="40", Y="60", **given)
-        for a, b in self._links:
-            element(self._content, "DirectedLink", FromID=str(a), ToID=str(b), Show="true")
+            attributes = {name: " ".join(map(str, names)) for name, names in listed.items()}
+            element(self._content, "SbrRet", ID=self._id(), X="40", Y="60", **attributes)
+        for source, target in self._links:
+            element(self._content, "DirectedLink", FromID=str(source), ToID=str(target), Show="true")
         for note in self._chart.notes:
             box = element(self._content, "TextBox", ID=self._id(), X="20", Y="20")
             element(box, "Text").text = cdata(note)
@@ -68,9 +70,9 @@ class _Writer:
         return element(self._content, tag, ID=self._id(), X=x, Y=y, Operand=name, HideDesc="true", **more)
 
     def _step(self, step: ChartStep) -> None:
-        given = dict(step.presets)
+        presets = dict(step.presets)
         uses = {
-            f"{'Preset' if name == 'PRE' else name}UsesExpr": flag(name in given)
+            f"{'Preset' if name == 'PRE' else name}UsesExpr": flag(name in presets)
             for name in ("PRE", "LimitHigh", "LimitLow")
         }
         cell = self._layout.steps[step.name.upper()]
@@ -142,7 +144,7 @@ class _Writer:
             self._links += [*zip(entering, legs, strict=True), (branch, own)]
 
     def _single(self, key: str, numbers: Sequence[int], side: str) -> Iterator[int]:
-        for each, number in zip(self._chart.transitions, numbers, strict=True):
-            names = getattr(each, side)
+        for transition, number in zip(self._chart.transitions, numbers, strict=True):
+            names = getattr(transition, side)
             if len(names) == 1 and names[0].upper() == key:
                 yield number

@@ -43,8 +43,8 @@ NAMES: Mapping[Qualifier, str] = {
 """Names of qualifiers in a document."""
 
 QUALIFIERS: Mapping[str, Qualifier] = {
-    **{name.upper(): each for each, name in NAMES.items()},
-    **{each.value: each for each in Qualifier},
+    **{name.upper(): qualifier for qualifier, name in NAMES.items()},
+    **{qualifier.value: qualifier for qualifier in Qualifier},
     "SET": Qualifier.S,
     "DELAYEDSTORED": Qualifier.DS,
 }
@@ -66,17 +66,17 @@ class _Graph:
         self._branches: dict[int, int] = {}  # of legs
         self.after: dict[int, list[int]] = {}
         self.before: dict[int, list[int]] = {}
-        for each in content.children:
-            if each.tag in ("Step", "Stop", "Transition", "Branch"):
-                self._add(each)
-            for inner in each.children:
+        for child in content.children:
+            if child.tag in ("Step", "Stop", "Transition", "Branch"):
+                self._add(child)
+            for inner in child.children:
                 if inner.tag in ("Leg", "Action"):
                     key = self._add(inner)
                     if inner.tag == "Leg":
-                        self._branches[key] = self.id_of(each)
-        for each in content.children:
-            if each.tag == "DirectedLink":
-                self._link(self.end_of(each, "FromID"), self.end_of(each, "ToID"))
+                        self._branches[key] = self.id_of(child)
+        for child in content.children:
+            if child.tag == "DirectedLink":
+                self._link(self.end_of(child, "FromID"), self.end_of(child, "ToID"))
         for leg, branch in self._branches.items():
             self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
 
@@ -103,10 +103,10 @@ class _Graph:
 
     def end_of(self, link: ElementRecord, name: str) -> int:
         """Return the ID at an end of a link."""
-        found = self.id_of(link, name)
-        if found not in self.elements or self.elements[found].tag not in _NODES:
-            raise self.refused(link, f"has {name} {found}, which does not exist")
-        return found
+        end = self.id_of(link, name)
+        if end not in self.elements or self.elements[end].tag not in _NODES:
+            raise self.refused(link, f"has {name} {end}, which does not exist")
+        return end
 
     def _link(self, a: int, b: int) -> None:
         self.after.setdefault(a, []).append(b)
@@ -122,18 +122,18 @@ class _Graph:
 
     def reached(self, start: int, way: dict[int, list[int]]) -> list[int]:
         """Return the steps, stops and transitions next to an element, through branches, by priority."""
-        found: list[int] = []
-        seen: set[int] = set()
+        ends: list[int] = []
+        visited: set[int] = set()
         todo = list(reversed(self._ordered(start, way)))
         while todo:
             key = todo.pop()
             if self.elements[key].tag not in ("Branch", "Leg"):
-                if key not in found:
-                    found.append(key)
-            elif key not in seen:
-                seen.add(key)
+                if key not in ends:
+                    ends.append(key)
+            elif key not in visited:
+                visited.add(key)
                 todo += reversed(self._ordered(key, way))
-        return found
+        return ends
 
     def _ordered(self, key: int, way: dict[int, list[int]]) -> list[int]:
         """Return the neighbors of an element; legs from left to right, unless they have priorities."""
@@ -156,14 +156,14 @@ class _Graph:
 
     def joins(self, start: int, way: dict[int, list[int]], kind: str) -> bool:
         """Whether an element leads to a branch of a kind, directly or through other branches."""
-        seen: set[int] = set()
+        visited: set[int] = set()
         todo = list(way.get(start, ()))
         while todo:
             key = todo.pop()
             element = self.elements[key]
-            if key in seen or element.tag not in ("Branch", "Leg"):
+            if key in visited or element.tag not in ("Branch", "Leg"):
                 continue
-            seen.add(key)
+            visited.add(key)
             if element.tag == "Branch" and element.attributes.get("BranchType") == kind:
                 return True
             todo += way.get(key, ())
@@ -191,23 +191,25 @@ class ChartBuilder:
             ChartRefusedError: an element or a link is invalid.
             RungTextError: the text of an element is invalid.
         """
-        steps = {key: self._step(key, each) for key, each in self._of("Step", "Stop")}
-        ends = {key: self._ends(key, each) for key, each in self._of("Transition")}
-        leaving = {key: self._leaving(key, each) for key, each in self._of("Step", "Stop")}
-        names = {key: each.name for key, each in steps.items()}
+        steps = {key: self._step(key, element) for key, element in self._of("Step", "Stop")}
+        ends = {key: self._ends(key, element) for key, element in self._of("Transition")}
+        leaving = {key: self._leaving(key, element) for key, element in self._of("Step", "Stop")}
+        names = {key: step.name for key, step in steps.items()}
         order = dict.fromkeys(chain(*leaving.values(), ends))
         made = {key: self._transition(key, *ends[key], names) for key in order}
-        notes = tuple(each.text for each in self._content.children if each.tag == "TextBox" and each.text)
+        notes = tuple(box.text for box in self._content.children if box.tag == "TextBox" and box.text)
         return in_order(Chart(tuple(steps.values()), tuple(made.values()), *self._arguments(), notes))
 
     def _arguments(self) -> tuple[tuple[Address, ...], tuple[Address, ...]]:
         """Return the inputs and returns of the subroutine."""
-        given = next((each.attributes for each in self._content.children if each.tag == "SbrRet"), {})
-        inputs, returns = (tuple(map(parse_address, _listed(given.get(name, "")))) for name in ("In", "Ret"))
+        attributes = next((child.attributes for child in self._content.children if child.tag == "SbrRet"), {})
+        inputs, returns = (
+            tuple(map(parse_address, _listed(attributes.get(name, "")))) for name in ("In", "Ret")
+        )
         return inputs, returns
 
     def _of(self, *tags: str) -> Iterator[tuple[int, ElementRecord]]:
-        return ((key, each) for key, each in self._graph.elements.items() if each.tag in tags)
+        return ((key, element) for key, element in self._graph.elements.items() if element.tag in tags)
 
     # --- elements
 
@@ -218,7 +220,7 @@ class ChartBuilder:
         return name
 
     def _step(self, key: int, element: ElementRecord) -> ChartStep:
-        actions = tuple(self._action(each) for each in element.children if each.tag == "Action")
+        actions = tuple(self._action(child) for child in element.children if child.tag == "Action")
         presets = tuple(
             (name, value)
             for name in PRESETS
@@ -241,7 +243,7 @@ class ChartBuilder:
         word = element.attributes.get("Qualifier", "NonStored")
         qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
         if qualifier is None:
-            allowed = ", ".join(each.value for each in Qualifier)
+            allowed = ", ".join(known.value for known in Qualifier)
             raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {allowed}")
         boolean = element.attributes.get("IsBoolean", "").lower() == "true"
         body = None if boolean or qualifier is Qualifier.R else self._body(element)
@@ -267,8 +269,8 @@ class ChartBuilder:
         element = self._graph.elements[key]
         return Transition(
             self._name(element),
-            tuple(names[each] for each in sources),
-            tuple(names[each] for each in targets),
+            tuple(names[source] for source in sources),
+            tuple(names[target] for target in targets),
             self._condition(element),
             number=key,
             origin=Origin(self._file, element.line),
@@ -287,30 +289,30 @@ class ChartBuilder:
     def _ends(self, key: int, element: ElementRecord) -> tuple[list[int], list[int]]:
         """Return the steps before and after a transition."""
         graph = self._graph
-        found = []
+        ends = []
         for way, side, flow in ((graph.before, "before", "converge"), (graph.after, "after", "diverge")):
             near = graph.reached(key, way)
-            for each in near:
-                if graph.elements[each].tag == "Transition":
-                    other = _named(graph.elements[each]).strip()
-                    raise graph.refused(element, f"and {other} have no step between them")
+            for neighbor in near:
+                if graph.elements[neighbor].tag == "Transition":
+                    other_name = _named(graph.elements[neighbor]).strip()
+                    raise graph.refused(element, f"and {other_name} have no step between them")
             if not near:
                 raise graph.refused(element, f"has no step {side} it")
             if len(near) > 1 and not graph.joins(key, way, "Simultaneous"):
                 raise graph.refused(
                     element, f"is linked to {len(near)} steps that no simultaneous branch {flow}s"
                 )
-            found.append(near)
-        return found[0], found[1]
+            ends.append(near)
+        return ends[0], ends[1]
 
     def _leaving(self, key: int, element: ElementRecord) -> list[int]:
         """Return the transitions that leave a step, in order of priority."""
         near = self._graph.reached(key, self._graph.after)
-        for each in near:
-            other = self._graph.elements[each]
-            if other.tag != "Transition":
+        for neighbor in near:
+            other_element = self._graph.elements[neighbor]
+            if other_element.tag != "Transition":
                 raise self._graph.refused(
-                    element, f"and {_named(other).strip()} have no transition between them"
+                    element, f"and {_named(other_element).strip()} have no transition between them"
                 )
         return near
 
@@ -319,8 +321,8 @@ def in_order(chart: Chart) -> Chart:
     """Return a chart with its steps in order of execution: top to bottom, branches left to right."""
     cells = layout_of(chart).steps
     steps = sorted(chart.steps, key=lambda each: (cells[each.name.upper()][1], cells[each.name.upper()][0]))
-    after = {each.name: [*chart.after(each.name)] for each in steps}
-    transitions = [each for step in steps for each in after[step.name]]
+    after = {step.name: [*chart.after(step.name)] for step in steps}
+    transitions = [follower for step in steps for follower in after[step.name]]
     return replace(
         chart, steps=tuple(steps), transitions=tuple(dict.fromkeys([*transitions, *chart.transitions]))
     )
@@ -329,8 +331,8 @@ def in_order(chart: Chart) -> Chart:
 def _text_in(element: ElementRecord | None) -> tuple[list[str], list[int]]:
     """Return the lines of an element's structured text, and their numbers."""
     content = None if element is None else element.child("STContent")
-    lines = [each for each in content.children if each.tag == "Line"] if content is not None else []
-    return lines_of((each.text, each.line) for each in lines)
+    lines = [child for child in content.children if child.tag == "Line"] if content is not None else []
+    return lines_of((line.text, line.line) for line in lines)
 
 
 def _called(call: ElementRecord) -> tuple[list[str], list[int]]:
@@ -342,4 +344,4 @@ def _called(call: ElementRecord) -> tuple[list[str], list[int]]:
 
 
 def _listed(text: str) -> list[str]:
-    return [each for each in re.split(r"[\s,]+", text) if each]
+    return [word for word in re.split(r"[\s,]+", text) if word]

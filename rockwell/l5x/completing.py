@@ -42,7 +42,7 @@ class Completion:
     def tags(self) -> None:
         """Declare missing tags, with types inferred from their use."""
         guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
-        guesses.read_all((owner, self._to_guess(owner, each)) for owner, each in self._parts.owned())
+        guesses.read_all((owner, self._to_guess(owner, routine)) for owner, routine in self._parts.owned())
         for guess in guesses.found.values():
             self._declare_guess(guess)
         if self._all:
@@ -53,7 +53,7 @@ class Completion:
         if self._all or self._aliases_of_modules or routine.block:
             return routine
         record = self._reader.record(owner, routine.name)
-        texts = [each.text for each in record.rungs] if record else []
+        texts = [rung.text for rung in record.rungs] if record else []
         pairs = zip(routine.rungs, texts, strict=False)
         return replace(routine, rungs=tuple(rung for rung, text in pairs if ":" in text))
 
@@ -61,13 +61,13 @@ class Completion:
     def _aliases_of_modules(self) -> bool:
         """Whether an alias names an undeclared module tag."""
         scopes = [("", self._parts.declarations)]
-        scopes += [(each.name, each.declarations) for each in self._parts.programs.values()]
+        scopes += [(program.name, program.declarations) for program in self._parts.programs.values()]
         return any(
             ":" in target.name and self._parts.declaration(program, target.name) is None
             for program, declared in scopes
-            for each in declared
-            if isinstance(each, Alias)
-            for target in [self._parts.without_aliases(program, Address(each.name))]
+            for declaration in declared
+            if isinstance(declaration, Alias)
+            for target in [self._parts.without_aliases(program, Address(declaration.name))]
         )
 
     def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
@@ -109,8 +109,8 @@ class Completion:
 
     def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
         """Append the labels to which a routine jumps and which the export omits."""
-        there = [name.upper() for name in named_first([routine], "LBL")]
-        missing = {name.upper(): name for name in named_first([routine], "JMP") if name.upper() not in there}
+        labels = [name.upper() for name in named_first([routine], "LBL")]
+        missing = {name.upper(): name for name in named_first([routine], "JMP") if name.upper() not in labels}
         for name in missing.values():
             self._report.declared[rf"\{part.name}.{routine.name}, label {name}"] = "after the last rung"
         rungs = tuple(Rung((Instruction("LBL", (Address(name),)),)) for name in missing.values())
@@ -118,18 +118,18 @@ class Completion:
 
     def tasks(self) -> None:
         """Declare missing event tasks; if there is no task at all, declare one for all programs."""
-        routines = [each for _, each in self._parts.owned()]
+        routines = [routine for _, routine in self._parts.owned()]
         events = {name.upper(): name for name in named_first(routines, "EVENT")}
-        known = {each.name.upper() for each in self._parts.tasks}
+        known = {task.name.upper() for task in self._parts.tasks}
         missing = [name for key, name in events.items() if key not in known]
         if missing and not self._parts.tasks:
-            self._parts.tasks = implicit_task([each.name for each in self._parts.programs.values()])
+            self._parts.tasks = implicit_task([program.name for program in self._parts.programs.values()])
         for name in missing:
             self._parts.tasks.append(Task(name, TaskKind.EVENT, ()))
             self._report.declared[f"task {name}"] = "event task that runs nothing"
 
     def _main_of(self, part: ProgramPart, called: Iterable[str]) -> None:
-        uncalled = [each for name, each in part.routines.items() if name not in called]
+        uncalled = [routine for name, routine in part.routines.items() if name not in called]
         call = call_of(uncalled[0]).series if len(part.routines) == 1 and uncalled else ()
         if len(call) == 1 and len(call[0].operands) <= 2:  # type: ignore[union-attr]
             part.main = uncalled[0].name  # it takes no inputs

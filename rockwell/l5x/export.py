@@ -72,7 +72,7 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
 
 def _check_known(logic: Program | Controller, routines: Iterable[Routine]) -> None:
     """Raise a LadderError for an instruction that no controller has."""
-    definitions = [each for add_on in logic.add_ons.values() for each in add_on.routines]
+    definitions = [add_on_routine for add_on in logic.add_ons.values() for add_on_routine in add_on.routines]
     for routine in (*routines, *definitions):
         for name in sorted(OWN - logic.add_ons.keys()):
             if re.search(rf"\b{name}\(", routine.text):
@@ -82,10 +82,10 @@ def _check_known(logic: Program | Controller, routines: Iterable[Routine]) -> No
 
 
 def _found(what: str, name: str, among: Sequence[Any]) -> Any:
-    for each in among:
-        if each.name.upper() == name.upper():
-            return each
-    names = ", ".join(each.name for each in among) or "none"
+    for item in among:
+        if item.name.upper() == name.upper():
+            return item
+    names = ", ".join(item.name for item in among) or "none"
     raise LadderError(f"no {what} {name!r}; choose from {names}")
 
 
@@ -94,13 +94,13 @@ def _found(what: str, name: str, among: Sequence[Any]) -> Any:
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
     """Yield the structures that declarations and add-ons use, inner ones first, except types of modules."""
-    seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
-    kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
-    kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
+    known = {*PREDEFINED_TYPES, *(add_on.name for add_on in logic.add_ons.values())}
+    kinds: list[DataType] = [declaration.type for declaration in declarations if isinstance(declaration, Tag)]
+    kinds += [parameter.type for definition in logic.add_ons.values() for parameter in definition.parameters]
 
     def walk(kind: DataType) -> Iterator[Structure]:
-        if isinstance(kind, Structure) and kind.name not in seen and ":" not in kind.name:
-            seen.add(kind.name)
+        if isinstance(kind, Structure) and kind.name not in known and ":" not in kind.name:
+            known.add(kind.name)
             for member in kind.members:
                 yield from walk(member.type)
             yield kind
@@ -115,8 +115,8 @@ def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
         family = "StringFamily" if kind.is_string else "NoFamily"
         made = element(parent, "DataType", Name=kind.name, Family=family, Class="User")
         members = element(made, "Members")
-        for each in kind.members:
-            _write_member(members, kind, each)
+        for member in kind.members:
+            _write_member(members, kind, member)
 
 
 def _write_member(members: Any, kind: Structure, member: Member) -> None:
@@ -149,17 +149,17 @@ def _radix(kind: DataType) -> str:
 
 def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
     parent = element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
-    for each in definitions:
+    for definition in definitions:
         made = element(
             parent,
             "AddOnInstructionDefinition",
-            Name=each.name,
+            Name=definition.name,
             Revision="1.0",
-            ExecutePrescan=flag(each.routine(PRESCAN) is not None),
-            ExecutePostscan=flag(each.routine(POSTSCAN) is not None),
-            ExecuteEnableInFalse=flag(each.routine(OTHERWISE) is not None),
+            ExecutePrescan=flag(definition.routine(PRESCAN) is not None),
+            ExecutePostscan=flag(definition.routine(POSTSCAN) is not None),
+            ExecuteEnableInFalse=flag(definition.routine(OTHERWISE) is not None),
         )
-        text_element(made, "Description", each.comment)
+        text_element(made, "Description", definition.comment)
         parameters, local = element(made, "Parameters"), element(made, "LocalTags")
         for name, usage in zip(ENABLES, ("Input", "Output"), strict=True):
             element(
@@ -171,10 +171,10 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
                 Usage=usage,
                 Required="false",
             )
-        for parameter in each.parameters:
+        for parameter in definition.parameters:
             _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
         inside = element(made, "Routines")
-        for routine in each.routines:
+        for routine in definition.routines:
             _write_routine(inside, routine)
 
 
@@ -199,23 +199,31 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
 
 
 def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
-    for each in declarations:
-        if isinstance(each, SlotAlias) or (isinstance(each, Alias) and each.type):
+    for declaration in declarations:
+        if isinstance(declaration, SlotAlias) or (isinstance(declaration, Alias) and declaration.type):
             raise LadderError(
-                f"{each.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
+                f"{declaration.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
             )
-        if isinstance(each, Alias):
-            made = element(parent, "Tag", Name=each.name, TagType="Alias", AliasFor=str(each.target))
-            text_element(made, "Description", each.comment)
+        if isinstance(declaration, Alias):
+            made = element(
+                parent, "Tag", Name=declaration.name, TagType="Alias", AliasFor=str(declaration.target)
+            )
+            text_element(made, "Description", declaration.comment)
             continue
-        if ":" in each.name:
+        if ":" in declaration.name:
             continue  # a module's tag, which is elsewhere in a controller
-        dims = {"Dimensions": " ".join(map(str, each.dims))} if each.dims else {}
+        dims = {"Dimensions": " ".join(map(str, declaration.dims))} if declaration.dims else {}
         made = element(
-            parent, "Tag", Name=each.name, TagType="Base", DataType=each.type.name, **dims, Constant="false"
+            parent,
+            "Tag",
+            Name=declaration.name,
+            TagType="Base",
+            DataType=declaration.type.name,
+            **dims,
+            Constant="false",
         )
-        text_element(made, "Description", each.comment)
-        _write_data(made, "Data", each.type, each.dims, each.initial)
+        text_element(made, "Description", declaration.comment)
+        _write_data(made, "Data", declaration.type, declaration.dims, declaration.initial)
 
 
 def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
@@ -263,15 +271,17 @@ def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
     if kind.is_string:
         _write_string(parent, kind, value)
         return
-    values = {name.upper(): each for name, each in value.items()} if isinstance(value, dict) else {}
+    values = (
+        {name.upper(): part_value for name, part_value in value.items()} if isinstance(value, dict) else {}
+    )
     for member in kind.members:
         if member.hidden:
             continue
-        given = values.get(member.name.upper())
-        if member.at and given is None:
+        member_value = values.get(member.name.upper())
+        if member.at and member_value is None:
             host, _, bit = member.at.rpartition(".")
-            given = int(values.get(host.upper()) or 0) >> int(bit) & 1
-        _write_value(parent, member.type, member.dims, given, member.name)
+            member_value = int(values.get(host.upper()) or 0) >> int(bit) & 1
+        _write_value(parent, member.type, member.dims, member_value, member.name)
 
 
 def _write_string(parent: Any, kind: Structure, value: Any) -> None:
@@ -304,14 +314,20 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
     )
     _write_tags(element(made, "Tags"), _without_generated(program))
     parent = element(made, "Routines", **({} if whole else _CONTEXT))
-    for each in routines:
-        _write_routine(parent, each, target=not whole)
+    for routine in routines:
+        _write_routine(parent, routine, target=not whole)
 
 
 def _without_generated(program: Program) -> Iterator[Declaration]:
     """Yield the tags of a program that are not of its diagrams."""
-    generated = [f"FBD_{each.name}_".upper() for each in program.routines if each.drawing is not None]
-    return (each for each in program.declarations if not each.name.upper().startswith(tuple(generated)))
+    generated = [
+        f"FBD_{routine.name}_".upper() for routine in program.routines if routine.drawing is not None
+    ]
+    return (
+        declaration
+        for declaration in program.declarations
+        if not declaration.name.upper().startswith(tuple(generated))
+    )
 
 
 def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> None:
@@ -340,6 +356,6 @@ def _write_drawing(parent: Any, record: ElementRecord) -> None:
     if record.text.strip():
         made = element(made, "Text") if record.tag == "TextBox" else made
         made.text = cdata(record.text)
-    for each in record.children:
-        if (record.tag, each.tag) != ("TextBox", "Text"):
-            _write_drawing(made, each)
+    for child in record.children:
+        if (record.tag, child.tag) != ("TextBox", "Text"):
+            _write_drawing(made, child)

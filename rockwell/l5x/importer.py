@@ -116,8 +116,8 @@ class Importer:
     def _stub_messages(self) -> None:
         """Complete messages without a stub of their own; report it if there are messages."""
         self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
-        used = all_instructions(each for _, each in self._owned())
-        if any(each.name == ALL_MESSAGES for each in used):
+        used = all_instructions(routine for _, routine in self._owned())
+        if any(instruction.name == ALL_MESSAGES for instruction in used):
             self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- reading
@@ -145,7 +145,7 @@ class Importer:
     def _known(self, owner: str) -> DocumentNames:
         """Return what the document says about the names in diagrams of a program or add-on."""
         names, add_ons = self._names, self._add_ons
-        modules = {each.name.upper(): each for each in self._parts.declarations}
+        modules = {declaration.name.upper(): declaration for declaration in self._parts.declarations}
         return DocumentNames(
             lambda address: names.type_of(owner, address, self._types, modules),
             lambda name: names.without_aliases(owner, Address(name)).name.upper(),
@@ -157,12 +157,12 @@ class Importer:
     def _note_others(self) -> None:
         for name, says, line in self._document.others:
             self.report.note(name, says, line)
-        seen: set[str] = set()
-        for each in self._document.data_types:
-            if each.name.upper() in seen:
+        names: set[str] = set()
+        for data_type in self._document.data_types:
+            if data_type.name.upper() in names:
                 text = "there are two data types of that name; the first one is used"
-                self.report.note(f"data type {each.name}", text, each.line)
-            seen.add(each.name.upper())
+                self.report.note(f"data type {data_type.name}", text, data_type.line)
+            names.add(data_type.name.upper())
 
     def _define_types(self) -> None:
         """Define missing types, inferred from their use."""
@@ -171,7 +171,7 @@ class Importer:
             return
         defined = unknown.define([*self._parts.owned(), *self._add_ons.routines()], self._reader.specs)
         for name, kind in defined.items():
-            members = [each.name for each in kind.members] if isinstance(kind, Structure) else [kind.name]
+            members = [member.name for member in kind.members] if isinstance(kind, Structure) else [kind.name]
             self.report.declared[f"type {name}"] = ", ".join(members)
 
     def _refuse_callers(self, withheld: Mapping[str, str]) -> None:
@@ -182,13 +182,13 @@ class Importer:
             for number, instruction in routine.instructions():
                 reason = withheld.get(instruction.name.upper())
                 if reason is not None:
-                    at, text = Site(instruction=instruction.name), f"{instruction.name}: {reason}"
-                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, at)
+                    site, text = Site(instruction=instruction.name), f"{instruction.name}: {reason}"
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, site)
         self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
         """Replace add-on instructions without a definition with stubs; see `_refuse_absent`."""
-        for name in instruction_names(each for _, each in self._document.routines()):
+        for name in instruction_names(routine for _, routine in self._document.routines()):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
                 self._absent[name.upper()] = name
@@ -203,8 +203,8 @@ class Importer:
                     continue
                 text = f"{name}: no instruction {name}, and no add-on in the export"
                 if routine.statements is None:
-                    at = Site(instruction=name)
-                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, at)
+                    site = Site(instruction=name)
+                    self._builder.refuse(owner, routine.name, number, text, UNKNOWN, site)
                 else:
                     self._reader.refuse_statement(owner, routine.name, number, text, UNKNOWN)
         self._builder.empty()
@@ -213,7 +213,7 @@ class Importer:
         definitions = self._parts.add_ons.values()
         return [
             *self._parts.owned(),
-            *((each.name, routine) for each in definitions for routine in each.routines),
+            *((definition.name, routine) for definition in definitions for routine in definition.routines),
         ]
 
     def _program(self, record: ProgramRecord) -> None:
@@ -221,13 +221,13 @@ class Importer:
         part = self._parts.programs.get(key)
         if part is None:
             if not NAME.fullmatch(record.name):
-                for each in record.routines:
+                for routine in record.routines:
                     reason = f"{record.name!r} is not a name of a program"
-                    self._reader.skipped(record.name, each, reason, "rename it")
+                    self._reader.skipped(record.name, routine, reason, "rename it")
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
-        for each in record.routines:
-            self._add_routine(part, record.name, each)
+        for routine in record.routines:
+            self._add_routine(part, record.name, routine)
         for encoded in record.encoded:
             self._reader.encoded(record.name, encoded)
             if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
@@ -279,6 +279,6 @@ class Importer:
             completion.routines()
         self._refuse_absent()
         document.release()
-        parts.tasks = tasks_of(document, [each.name for each in parts.programs.values()], self.report)
+        parts.tasks = tasks_of(document, [scope.name for scope in parts.programs.values()], self.report)
         if self._completes:
             completion.tasks()

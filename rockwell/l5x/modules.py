@@ -78,7 +78,7 @@ def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> ModuleMemory:
     """Return the tags of modules and the bytes of outputs in `slots`; report modules without a slot."""
-    found: dict[str, Declaration] = {}
+    tags: dict[str, Declaration] = {}
     outputs: dict[int, bytes] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
     for module in document.modules:
@@ -94,14 +94,14 @@ def module_tags(
             if made is None:
                 continue
             if not is_bound(made.name, slots):
-                found.setdefault(made.name.upper(), made)
+                tags.setdefault(made.name.upper(), made)
             elif tag.kind == "OutputTag" and slot is not None and made.initial is not None:
                 outputs.setdefault(slot, _memory(made))
     for module, tag in aliases:
-        alias = _alias(module, tag, found)
+        alias = _alias(module, tag, tags)
         if alias is not None:
-            found.setdefault(alias.name.upper(), alias)
-    return ModuleMemory(list(found.values()), outputs)
+            tags.setdefault(alias.name.upper(), alias)
+    return ModuleMemory(list(tags.values()), outputs)
 
 
 def _memory(tag: Tag) -> bytes:
@@ -119,7 +119,7 @@ def module_objects(
         kind = types.find(MODULE)
     except LadderError:
         return
-    taken = {each.name.upper() for each in declared}
+    taken = {declaration.name.upper() for declaration in declared}
     seen: set[str] = set()
     for module in document.modules:
         key = module.name.upper()
@@ -132,7 +132,9 @@ def module_objects(
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     """Return a tag with the values of the document; None if its type is not known."""
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag, types)
+    kind = next((shown for shown in _shown(tag, types) if shown is not None), None) or _sized(
+        module, tag, types
+    )
     if tag.forced:
         note_forces(tag, kind or DINT, (), types, report, name)
     if kind is None:
@@ -163,7 +165,7 @@ def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, remark: Callabl
 
 def _has_values(data: Data) -> bool:
     """Return whether the data contains a nonzero digit."""
-    return any(each in "123456789ABCDEF" for each in "".join(data.element.itertext()))
+    return any(character in "123456789ABCDEF" for character in "".join(data.element.itertext()))
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
@@ -186,8 +188,8 @@ _ONE_LIST = re.compile(r"\s*\[\s*\[([-\d,\s]*+)\]\s*\]\s*")
 
 def _numbers_in(data: Data) -> int:
     """Return how many numbers the only member of L5K data has; 0 for other data."""
-    found = _ONE_LIST.fullmatch("".join(data.element.itertext())) if data.form == "L5K" else None
-    return found[1].count(",") + 1 if found else 0
+    match = _ONE_LIST.fullmatch("".join(data.element.itertext())) if data.form == "L5K" else None
+    return match[1].count(",") + 1 if match else 0
 
 
 GENERIC = "1769-MODULE"

@@ -24,7 +24,7 @@ class Names:
         for program in document.programs:
             self.tags[program.name.upper()] = _by_name(program.tags)
         self.add_ons = {
-            each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
+            add_on.name.upper(): _by_name((*add_on.parameters, *add_on.locals)) for add_on in document.add_ons
         }
 
     def record(self, owner: str, name: str) -> TagRecord | None:
@@ -66,4 +66,4 @@ class Names:
 
 
 def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
-    return {each.name.upper(): each for each in records}
+    return {record.name.upper(): record for record in records}

@@ -41,13 +41,13 @@ def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
 
 
 def _routines(program: Span) -> list[Span]:
-    return [each for group in program.all("Routines") for each in group.children]
+    return [child for group in program.all("Routines") for child in group.children]
 
 
 def _found(what: str, among: list[Span], name: str) -> Span:
-    for each in defined(among, name):
-        return each
-    names = ", ".join(dict.fromkeys(each.name for each in among)) or "none"
+    for item in defined(among, name):
+        return item
+    names = ", ".join(dict.fromkeys(item.name for item in among)) or "none"
     raise LadderError(f"no {what} {name!r}; choose from {names}")
 
 
@@ -66,12 +66,12 @@ class _Extraction:
         assert controller is not None
         yield from self._head()
         yield from self._changed(controller, {"Use": "Context"})
-        for each in controller.children:
-            if each.tag not in _CONTEXT:
-                yield self._text.without(each)
+        for child in controller.children:
+            if child.tag not in _CONTEXT:
+                yield self._text.without(child)
                 continue
-            yield from self._changed(each, {"Use": "Context"})
-            for program in each.children if each.tag == "Programs" else ():
+            yield from self._changed(child, {"Use": "Context"})
+            for program in child.children if child.tag == "Programs" else ():
                 if program is self._program:
                     yield from self._of_program(program)
                 else:
@@ -80,8 +80,8 @@ class _Extraction:
     def _head(self) -> Iterator[Splice]:
         """Yield the splices for the attributes of the root element."""
         root, chosen = self._text.root, self._routine or self._program
-        there = root.attributes.get("ExportOptions", "").split()
-        options = sorted(_NEEDED | set(there), key=lambda each: (*_OPTIONS, *there).index(each))
+        present = root.attributes.get("ExportOptions", "").split()
+        options = sorted(_NEEDED | set(present), key=lambda each: (*_OPTIONS, *present).index(each))
         made: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
         if self._routine is not None:
             made["TargetSubType"] = self._routine.attributes.get("Type")
@@ -97,13 +97,13 @@ class _Extraction:
     def _of_program(self, program: Span) -> Iterator[Splice]:
         whole = self._routine is None
         yield from self._changed(program, {"Use": "Target" if whole else "Context"})
-        for each in program.children:
+        for child in program.children:
             if whole:
-                yield from self._plain([each])
-            elif each.tag in ("Tags", "Routines"):
-                yield from self._changed(each, {"Use": "Context"})
+                yield from self._plain([child])
+            elif child.tag in ("Tags", "Routines"):
+                yield from self._changed(child, {"Use": "Context"})
             else:
-                yield self._text.without(each)
+                yield self._text.without(child)
         for routine in _routines(program):
             if whole:
                 yield from self._plain([routine])
@@ -117,6 +117,6 @@ class _Extraction:
 
     def _plain(self, spans: Iterable[Span]) -> Iterator[Splice]:
         """Yield splices that remove the Use attribute, which parts have in an export of another target."""
-        for each in spans:
-            if each.attributes.get("Use", "Reference") != "Reference":
-                yield self._text.attribute(each, "Use", None)
+        for span in spans:
+            if span.attributes.get("Use", "Reference") != "Reference":
+                yield self._text.attribute(span, "Use", None)

@@ -38,7 +38,10 @@ class Presets:
 
     def settled(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
         """Return a document's rung, with `?` in place of presets that can't be initial values."""
-        if any(self._differs(each, specs.get(each.name.upper())) for each in instructions_of(rung.series)):
+        if any(
+            self._differs(instruction, specs.get(instruction.name.upper()))
+            for instruction in instructions_of(rung.series)
+        ):
             return Rung(self._series(rung.series, specs), rung.comment, rung.origin)
         return rung
 
@@ -46,7 +49,7 @@ class Presets:
         return spec is not None and self._operands(instruction, spec) != instruction.operands
 
     def _series(self, series: Series, specs: Mapping[str, Spec]) -> Series:
-        return tuple(self._element(each, specs) for each in series)
+        return tuple(self._element(element, specs) for element in series)
 
     def _element(self, element: Element, specs: Mapping[str, Spec]) -> Element:
         if isinstance(element, Branch):
@@ -60,13 +63,13 @@ class Presets:
         structure: Operand | None = None
         names: Iterator[str] = iter(())
         settled: list[Operand] = []
-        for use, given in zip(spec.operands, instruction.operands, strict=False):
+        for use, operand in zip(spec.operands, instruction.operands, strict=False):
             if use in WITH_PRESETS:
-                structure, names = given, iter(WITH_PRESETS[use])
+                structure, names = operand, iter(WITH_PRESETS[use])
             if use is Use.PRESET:
-                settled.append(self._preset(structure, next(names), given))
+                settled.append(self._preset(structure, next(names), operand))
             else:
-                settled.append(given)
+                settled.append(operand)
         return tuple(settled)
 
     def _preset(self, structure: Operand | None, name: str, given: Operand) -> Operand:
@@ -80,4 +83,4 @@ class Presets:
 
 
 def _is_computed(step: object) -> bool:
-    return isinstance(step, SubscriptStep) and not all(isinstance(each, Number) for each in step.indices)
+    return isinstance(step, SubscriptStep) and not all(isinstance(index, Number) for index in step.indices)

@@ -62,8 +62,8 @@ class Note:
     times: int = 1  # number of occurrences for that name
 
     def __str__(self) -> str:
-        more = f", {self.times} times" if self.times > 1 else ""
-        return f"{self.name}: {self.text}" + (f" (line {self.line}{more})" if self.line else more)
+        suffix = f", {self.times} times" if self.times > 1 else ""
+        return f"{self.name}: {self.text}" + (f" (line {self.line}{suffix})" if self.line else suffix)
 
 
 @dataclass(slots=True)
@@ -127,26 +127,26 @@ class Report:
     def structured(self) -> dict[str, dict[str, int]]:
         """Count routines, lines and statements of structured text: total, imported, refused, ran."""
         counted = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
-        for each in self._of("ST", "SFC"):
-            for name, total, refused in each.counts():
+        for text in self._of("ST", "SFC"):
+            for name, total, refused in text.counts():
                 imported = total - refused
-                for key, count in zip(_COUNTED, (total, imported, refused, imported * each.ran), strict=True):
+                for key, count in zip(_COUNTED, (total, imported, refused, imported * text.ran), strict=True):
                     counted[name][key] += count
         return counted
 
     def _of(self, *kinds: str) -> list[StructuredRoutine]:
-        return [each for each in self.texts if each.kind in kinds]
+        return [text for text in self.texts if text.kind in kinds]
 
     def drawn(self, kind: str) -> dict[str, int]:
         """Count charts, `SFC`, or function block diagrams, `FBD`: total, imported, refused, ran."""
         routines = self._of(kind)
-        refused = sum(each.is_refused for each in routines)
-        ran = sum(each.ran and not each.is_refused for each in routines)
+        refused = sum(routine.is_refused for routine in routines)
+        ran = sum(routine.ran and not routine.is_refused for routine in routines)
         return dict(zip(_COUNTED, (len(routines), len(routines) - refused, refused, ran), strict=True))
 
     def declare(self, name: str, kind: DataType, dims: tuple[int, ...]) -> None:
         """Note the type of a tag or member that the file lacks."""
-        self.declared[name] = kind.name + "".join(f"[{each}]" for each in dims)
+        self.declared[name] = kind.name + "".join(f"[{dim}]" for dim in dims)
 
     def note(self, name: str, text: str, line: int = 0) -> None:
         """Add a note, or count a repeated one."""
@@ -176,19 +176,19 @@ class Report:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings for a run, about lost values and online edits."""
-        found = []
+        texts = []
         if self.lost:
             shown = ", ".join(self.lost[:LOST_SHOWN])
-            more = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
-            lost = f"values of the export are lost: {shown}{more}"
-            found.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
+            suffix = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
+            lost = f"values of the export are lost: {shown}{suffix}"
+            texts.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
         if self.forces:
-            found.append(f"{self.file}: the export has {len(self.forces)} forces; --forces holds them")
+            texts.append(f"{self.file}: the export has {len(self.forces)} forces; --forces holds them")
         if self.edits:
-            runs = sum(each.runs for each in self.edits)
+            runs = sum(edit.runs for edit in self.edits)
             edits = f"the export has online edits, {runs} run and {len(self.edits) - runs} do not"
-            found.append(f"{self.file}: {edits}; scanrack l5x {self.file} lists them")
-        return tuple(found)
+            texts.append(f"{self.file}: {edits}; scanrack l5x {self.file} lists them")
+        return tuple(texts)
 
     def as_json(self) -> dict[str, Any]:
         """Return the data for `--json`."""
@@ -203,14 +203,14 @@ class Report:
             "structured_text": self.structured(),
             "charts": self.drawn("SFC"),
             "diagrams": self.drawn("FBD"),
-            "refused": [each.as_json() for each in self.refused],
-            "objects": [each.as_json() for each in self.objects],
+            "refused": [refusal.as_json() for refusal in self.refused],
+            "objects": [entry.as_json() for entry in self.objects],
             "declared": self.declared,
             "stubs": self.stubs,
             "faults": self.faults,
-            "edits": [asdict(each) for each in self.edits],
+            "edits": [asdict(edit) for edit in self.edits],
             "forces": self.forces,
-            "notes": [asdict(each) for each in self.notes],
+            "notes": [asdict(note) for note in self.notes],
             "lost": self.lost,
         }
 
@@ -247,5 +247,5 @@ class Report:
             "in the trial": map(": ".join, self.faults.items()),
         }
         for title, listed in sections.items():
-            shown = [f"    {each}" for each in listed]
+            shown = [f"    {line}" for line in listed]
             yield from (f"{title}:", *shown) if shown else ()

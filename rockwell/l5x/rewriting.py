@@ -34,33 +34,33 @@ def rewritten_l5x(
     """
     text = L5xText(data, file)
     by_routine: dict[str, list[RungEdit]] = {}
-    for each in edits:
-        by_routine.setdefault(each.routine, []).append(each)
+    for edit in edits:
+        by_routine.setdefault(edit.routine, []).append(edit)
     splices: list[Splice] = []
     changes: list[FileChange] = []
     for name, own in by_routine.items():
         routine = _EditedRoutine(text, file, name)
         splices += routine.edited(own)
         changes += routine.changes
-    for program in dict.fromkeys(each.program for each in tags):
-        new = [each for each in tags if each.program == program]
+    for program in dict.fromkeys(tag.program for tag in tags):
+        new = [tag for tag in tags if tag.program == program]
         splices.append(_declared(text, _program(text, file, program), new))
-        changes += (FileChange(f"tag {each.name}", "it is new") for each in new)
+        changes += (FileChange(f"tag {tag.name}", "it is new") for tag in new)
     return Rewritten(text.spliced(splices), tuple(changes))
 
 
 def _program(text: L5xText, file: str, name: str) -> Span:
     """Return the program with a name; for an empty name, the only program."""
     programs = text.programs
-    found = list(defined(programs, name)) if name or len(programs) != 1 else programs
-    if not found:
+    matches = list(defined(programs, name)) if name or len(programs) != 1 else programs
+    if not matches:
         raise LadderError(f"{file} has no program {name}{_instead(text, programs)}")
-    return found[0]
+    return matches[0]
 
 
 def _instead(text: L5xText, there: Sequence[Span]) -> str:
     """Return names and lines of the elements that the file has instead, as the end of a message."""
-    shown = ", ".join(f"{each.name} (line {text.line(each.begin)})" for each in there[:5])
+    shown = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in there[:5])
     return f": it has {shown}{', …' if len(there) > 5 else ''}" if there else ""
 
 
@@ -71,23 +71,23 @@ class _EditedRoutine:
         """Find the routine; raise a LadderError if it does not exist or is being edited in Studio 5000."""
         self._text, self._name = text, name
         program = _program(text, file, program_of(name))
-        routines = [each for group in program.all("Routines") for each in group.all("Routine")]
-        found = next(defined(routines, name.rpartition(".")[2]), None)
-        if found is None:
+        routines = [routine for group in program.all("Routines") for routine in group.all("Routine")]
+        span = next(defined(routines, name.rpartition(".")[2]), None)
+        if span is None:
             raise LadderError(f"{file} has no routine {name}{_instead(text, routines)}")
-        self._routine, self._where = found, f"{file}:{text.line(found.begin)}"
-        self._content = found.child("RLLContent")
-        if self._content is None and any(each.tag.endswith("Content") for each in found.children):
+        self._routine, self._where = span, f"{file}:{text.line(span.begin)}"
+        self._content = span.child("RLLContent")
+        if self._content is None and any(child.tag.endswith("Content") for child in span.children):
             raise LadderError(f"{self._where}: routine {name} has no rungs")
         self._rungs = [] if self._content is None else self._content.children
-        if any(each.attributes.get("Type", NORMAL).upper() != NORMAL for each in self._rungs):
+        if any(rung.attributes.get("Type", NORMAL).upper() != NORMAL for rung in self._rungs):
             says = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
             raise LadderError(f"{self._where}: {says}")
         self.changes: list[FileChange] = []
 
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
         """Yield the splices for some edits."""
-        by_rung = {each.rung: each for each in edits}
+        by_rung = {rung_edit.rung: rung_edit for rung_edit in edits}
         self._check_numbers(by_rung)
         first = by_rung.get(BEFORE_FIRST)
         moved = 0
@@ -132,7 +132,7 @@ class _EditedRoutine:
     def _before_first(self, texts: Sequence[str]) -> Iterator[Splice]:
         begin = _number(self._rungs[0], 0) if self._rungs else 0
         blanks = self._between
-        content = b"".join(self._rung(each, begin + more) + blanks for more, each in enumerate(texts))
+        content = b"".join(self._rung(text, begin + index) + blanks for index, text in enumerate(texts))
         if self._rungs:
             yield Splice(self._rungs[0].begin, self._rungs[0].begin, content)
         elif self._content is not None:
@@ -141,7 +141,7 @@ class _EditedRoutine:
             yield self._text.last(self._routine, b"<RLLContent>%s%s</RLLContent>" % (blanks, content))
 
     def _new_after(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
-        new = [self._between + self._rung(each, begin + more) for more, each in enumerate(texts)]
+        new = [self._between + self._rung(text, begin + index) for index, text in enumerate(texts)]
         if new:
             yield Splice(rung.end, rung.end, b"".join(new))
 
@@ -175,10 +175,10 @@ def _declared(text: L5xText, program: Span, new: Sequence[NewTag]) -> Splice:
     first = tags or program
     blanks = text.blanks_before(first)
     content = b"".join(
-        f'<Tag Name="{escape(each.name)}" TagType="Base" DataType="{escape(each.type)}" Constant="false" '
+        f'<Tag Name="{escape(tag.name)}" TagType="Base" DataType="{escape(tag.type)}" Constant="false" '
         f'ExternalAccess="Read/Write"/>'.encode()
         + blanks
-        for each in new
+        for tag in new
     )
     if tags is not None:
         return text.last(tags, blanks * tags.is_empty + content)

@@ -55,21 +55,21 @@ _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
 
 def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
     """Return the names of the called instructions, each once."""
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
     for routine in routines:
         for rung in routine.rungs:
-            found.update(dict.fromkeys(_CALLED.findall(_QUOTED.sub("", rung.text))))
+            names.update(dict.fromkeys(_CALLED.findall(_QUOTED.sub("", rung.text))))
         text = _ASIDE.sub(" ", "\n".join(line for line, _ in routine.lines))
-        found.update((each, None) for each in _INVOKED.findall(text) if each.upper() not in _STATEMENTS)
-    return list(found)
+        names.update((name, None) for name in _INVOKED.findall(text) if name.upper() not in _STATEMENTS)
+    return list(names)
 
 
 def _column(text: str, site: Site) -> int:
     """Return the column of a site in a rung: its own column, else its instruction's, else 1."""
     if site.column or not site.instruction:
         return site.column or 1
-    at = text.find(site.instruction)
-    return (at if at >= 0 else text.find(site.instruction.partition("(")[0])) + 1 or 1
+    column = text.find(site.instruction)
+    return (column if column >= 0 else text.find(site.instruction.partition("(")[0])) + 1 or 1
 
 
 def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
@@ -111,7 +111,7 @@ class RoutineReader:
             return self._statements(owner, record)
         if record.kind == "SFC":
             return self._chart(owner, record)
-        rungs = tuple(self._rung(owner, record, place, each) for place, each in enumerate(record.rungs))
+        rungs = tuple(self._rung(owner, record, place, rung) for place, rung in enumerate(record.rungs))
         return Routine(record.name, rungs, record.comment)
 
     def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
@@ -186,8 +186,8 @@ class RoutineReader:
             reason = error.reason if isinstance(error, RungTextError) else str(error)
             self._refuse_text(owner, record, reason, next(iter(error.sites), NOWHERE).line, _CORRECT_CHART)
             return None
-        for each in unreached(chart):
-            self._report.note(f"{owner}.{record.name}", f"{each.text}; only SFR can reach it", record.line)
+        for step in unreached(chart):
+            self._report.note(f"{owner}.{record.name}", f"{step.text}; only SFR can reach it", record.line)
         routine = Routine(record.name, (), record.comment, chart=chart)
         self._count_text(owner, record, routine.block)
         return routine
@@ -196,22 +196,27 @@ class RoutineReader:
         try:
             if record.chart is None or self.known is None:
                 raise DiagramError("the diagram is not in the file", Site(line=record.line))
-            found = lowered(record.chart, record.name, self.known(owner))
+            diagram = lowered(record.chart, record.name, self.known(owner))
         except LadderError as error:
             line = next(iter(error.sites), NOWHERE).line
             self._refuse_text(owner, record, str(error), line, _CORRECT_DIAGRAM)
             return None
-        self._diagrams[owner.upper(), record.name.upper()] = found
-        text, numbers = "\n".join(each.text for each in found.lines), [each.number for each in found.lines]
+        self._diagrams[owner.upper(), record.name.upper()] = diagram
+        text, numbers = (
+            "\n".join(drawn_line.text for drawn_line in diagram.lines),
+            [drawn_line.number for drawn_line in diagram.lines],
+        )
         try:
             block = parse_statements(text, file=self._report.file, lines=numbers, specs=self.specs)
         except RungTextError as error:
-            place = next((each.place for each in found.lines if each.number == error.site.line), "")
+            place = next(
+                (drawn_line.place for drawn_line in diagram.lines if drawn_line.number == error.site.line), ""
+            )
             reason = f"{place}: {error.reason}"
             self._refuse_text(owner, record, reason, error.site.line, _CORRECT_DIAGRAM)
             return None
         self._count_text(owner, record, block)
-        return Routine(record.name, (), record.comment, block, drawing=found.drawing)
+        return Routine(record.name, (), record.comment, block, drawing=diagram.drawing)
 
     def _refuse_text(
         self, owner: str, record: RoutineRecord, reason: str, line: int | None, remedy: str
@@ -223,17 +228,17 @@ class RoutineReader:
     def generated(self, owner: str) -> list[Tag]:
         """Return the tags that the diagrams of a program or an add-on need."""
         return [
-            each
-            for (name, _), found in self._diagrams.items()
+            tag
+            for (name, _), diagram in self._diagrams.items()
             if name == owner.upper()
-            for each in found.tags
+            for tag in diagram.tags
         ]
 
     def place_of(self, owner: str, routine: str, number: int) -> tuple[str, int]:
         """Return the place of a line of structured text or of a diagram as text, and the file's line."""
-        found = self._diagrams.get((owner.upper(), routine.upper()))
-        if found is not None:
-            line = found.lines[min(max(number - 1, 0), len(found.lines) - 1)]
+        diagram = self._diagrams.get((owner.upper(), routine.upper()))
+        if diagram is not None:
+            line = diagram.lines[min(max(number - 1, 0), len(diagram.lines) - 1)]
             return line.place, line.number
         record = self.record(owner, routine)
         return f"line {number}", 0 if record is None else line_of(record, number)
@@ -245,7 +250,7 @@ class RoutineReader:
             refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")
         else:
             refused = 0
-            count = sum(not isinstance(each, Empty | Region) for each in statements_in(block))
+            count = sum(not isinstance(statement, Empty | Region) for statement in statements_in(block))
         drawn = record.kind in ("SFC", "FBD")
         if record.kind == "FBD":
             lines, count = [], 1

@@ -33,9 +33,9 @@ def _programs_run(
 
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
     """Return the tasks of a document; report omitted tasks and programs."""
-    left = {name.upper(): name for name in programs}
-    off = {each.name.upper() for each in document.programs if each.disabled}
-    found: list[Task] = []
+    unscheduled = {name.upper(): name for name in programs}
+    off = {program.name.upper() for program in document.programs if program.disabled}
+    tasks: list[Task] = []
     names: set[str] = set()
     for record in document.tasks:
         if record.name.upper() in names:
@@ -45,16 +45,16 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
         if record.inhibited:
             report.note(f"task {record.name}", "it is inhibited, and does not run", record.line)
             for name in record.programs:
-                left.pop(name.upper(), None)
+                unscheduled.pop(name.upper(), None)
             continue
-        task = _task(record, tuple(_programs_run(record, left, off, report)), report)
-        if task is not None and not _is_second_continuous(task, found):
-            found.append(task)
-    return found
+        task = _task(record, tuple(_programs_run(record, unscheduled, off, report)), report)
+        if task is not None and not _is_second_continuous(task, tasks):
+            tasks.append(task)
+    return tasks
 
 
 def _is_second_continuous(task: Task, others: Iterable[Task]) -> bool:
-    return task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in others)
+    return task.kind is TaskKind.CONTINUOUS and any(other.kind is TaskKind.CONTINUOUS for other in others)
 
 
 _CHARTS: tuple[Mapping[str, Enum], ...] = (
@@ -73,19 +73,19 @@ def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
     """Return the options of a document's charts; report invalid ones."""
     chosen: list[Any] = []
     for text, known in zip(document.charts, _CHARTS, strict=True):
-        short = {name.removesuffix("Reset"): each for name, each in known.items()}
-        found = known.get(text) or short.get(text) or next(iter(known.values()))
+        short = {name.removesuffix("Reset"): value for name, value in known.items()}
+        option = known.get(text) or short.get(text) or next(iter(known.values()))
         if text and text not in known and text not in short:
             report.note(
-                "options of charts", f"{text!r} is not one of {', '.join(known)}; it is {found.value}"
+                "options of charts", f"{text!r} is not one of {', '.join(known)}; it is {option.value}"
             )
-        chosen.append(found)
+        chosen.append(option)
     return ChartOptions(*chosen)
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
     """Return a task; None if its record is invalid."""
-    kinds = {each.value: each for each in TaskKind}
+    kinds = {known.value: known for known in TaskKind}
     kind = kinds.get(record.kind)
     try:
         rate = Decimal(record.rate or 0) if kind is TaskKind.PERIODIC else Decimal(0)

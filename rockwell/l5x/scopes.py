@@ -83,18 +83,18 @@ def type_of(record: TagRecord, types: Types) -> DataType:
     try:
         return types.find(record.type)
     except LadderError:
-        shown = (types.show(each) for each in _shown(record))
-        found = next((each for each in shown if each is not None), None)
-        if found is None:
+        shown = (types.show(data) for data in _shown(record))
+        shown_type = next((candidate for candidate in shown if candidate is not None), None)
+        if shown_type is None:
             raise
-        return found
+        return shown_type
 
 
 def _shown(record: TagRecord) -> Iterator[Element]:
     """Yield the decorated data that show a tag's structure, or its first element's structure."""
-    for each in record.data:
-        if each.form == "Decorated":
-            inner = next(each.element.iterchildren("Structure", "Array"), None)
+    for data in record.data:
+        if data.form == "Decorated":
+            inner = next(data.element.iterchildren("Structure", "Array"), None)
             if inner is not None and inner.tag == "Array":
                 inner = inner.find("Element/Structure")
             if inner is not None:
@@ -116,7 +116,7 @@ def _access(record: TagRecord) -> ExternalAccess:
     """Return the access of clients; an unknown word in the file means no access."""
     if not record.access:
         return ExternalAccess.READ_WRITE
-    known = {each.value.upper(): each for each in ExternalAccess}
+    known = {access.value.upper(): access for access in ExternalAccess}
     return known.get(record.access.upper(), ExternalAccess.NONE)
 
 
@@ -136,8 +136,8 @@ def read_initial(
         report.lose(name, f"{what}: {error}", record.line)
         return None
     if losses:
-        more = f", and {len(losses) - 1} more" * (len(losses) > 1)
-        report.lose(name, f"{losses[0]}{more}", record.line)
+        suffix = f", and {len(losses) - 1} more" * (len(losses) > 1)
+        report.lose(name, f"{losses[0]}{suffix}", record.line)
     return initial
 
 
@@ -148,33 +148,33 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
         if record.type.upper() == "COORDINATE_SYSTEM":
             systems[record.name.upper()] = _attributes(record).get("Axes", "").split()
         elif record.type.upper() in AXIS_TYPES:
-            found = _attributes(record)
-            if found.get("RotaryAxis", "") == "Rotary":
+            attributes = _attributes(record)
+            if attributes.get("RotaryAxis", "") == "Rotary":
                 unwinds[record.name.upper()] = _ratio(
-                    found.get("PositionUnwind"), found.get("ConversionConstant")
+                    attributes.get("PositionUnwind"), attributes.get("ConversionConstant")
                 )
     return MotionData(systems, unwinds)
 
 
 def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remote]:
     """Return the remotes of consumed tags and of tags that receive message data, by tag in capitals."""
-    found = {}
+    remotes = {}
     for record in records:
         name = scoped(owner, record.name).upper()
         if record.kind.upper() == "CONSUMED":
-            found[name] = Remote(record.remote, _rpi_ns(record.rpi))
+            remotes[name] = Remote(record.remote, _rpi_ns(record.rpi))
         elif record.type.upper() == "MESSAGE":
             parameters = _attributes(record)
             to = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
             if to:
-                found[name] = Remote(_full_name(owner, to, records))
-    return found
+                remotes[name] = Remote(_full_name(owner, to, records))
+    return remotes
 
 
 def _full_name(owner: str, to: str, records: Iterable[TagRecord]) -> str:
     """Return a tag's full name: with the program, if it is a program's own tag."""
     head = re.split(r"[.\[]", to, maxsplit=1)[0].upper()
-    return scoped(owner, to) if any(each.name.upper() == head for each in records) else to
+    return scoped(owner, to) if any(record.name.upper() == head for record in records) else to
 
 
 def _rpi_ns(text: str) -> int:
@@ -187,13 +187,13 @@ def _rpi_ns(text: str) -> int:
 
 def _attributes(record: TagRecord) -> dict[str, str]:
     """Return the parameters of an axis or coordinate system."""
-    inner = (child for each in record.data for child in each.element.iterchildren("*"))
-    return next((dict(each.items()) for each in inner if each.tag.endswith("Parameters")), {})
+    inner = (child for data in record.data for child in data.element.iterchildren("*"))
+    return next((dict(child.items()) for child in inner if child.tag.endswith("Parameters")), {})
 
 
 def _ratio(counts: str | None, per_unit: str | None) -> float:
     try:
-        found = float(counts or 0) / float(per_unit or 0)
+        ratio = float(counts or 0) / float(per_unit or 0)
     except (ValueError, ZeroDivisionError):
         return 0.0
-    return found if 0 < found < inf else 0.0
+    return ratio if 0 < ratio < inf else 0.0

@@ -41,12 +41,12 @@ def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
     """Run an import; report executed rungs, faults and differences."""
     parts, report, work = imported.parts, imported.report, Work(scans)
     if imported.controller is not None:
-        tasks = parts.tasks or implicit_task([each.name for each in parts.programs.values()])
+        tasks = parts.tasks or implicit_task([program.name for program in parts.programs.values()])
         run = {name.upper() for task in tasks for name in task.programs}
-        others = [each.name for name, each in parts.programs.items() if name not in run]
+        unrun = [program.name for name, program in parts.programs.items() if name not in run]
         _run(imported, parts, tasks, imported.controller, work)
-        if others:
-            _run(imported, parts, trial_tasks(parts, others), None, work)
+        if unrun:
+            _run(imported, parts, trial_tasks(parts, unrun), None, work)
     if parts.add_ons:
         harness = harness_of(parts)
         _run(imported, harness, harness.tasks, None, work)
@@ -132,8 +132,8 @@ def _without(parts: Parts, owner: str, routine: str) -> Parts:
     if part is not None and routine.upper() in part.routines:
         part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
     elif definition is not None:
-        kept = (each for each in definition.routines if each.name.upper() != routine.upper())
-        parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *kept))
+        other_routines = (member for member in definition.routines if member.name.upper() != routine.upper())
+        parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *other_routines))
     return parts
 
 
@@ -143,9 +143,9 @@ def _count(imported: L5xImport, names: Iterable[str]) -> None:
         part = imported.parts.programs.get(name.upper())
         definition = imported.parts.add_ons.get(name.upper())
         routines = part.routines.values() if part else definition.routines if definition else ()
-        for each in routines:
-            imported.report.ran += imported.reader.accepted(name, each.name)
-            imported.reader.ran(name, each.name)
+        for routine in routines:
+            imported.report.ran += imported.reader.accepted(name, routine.name)
+            imported.reader.ran(name, routine.name)
 
 
 @dataclass(slots=True)
@@ -164,22 +164,22 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(work.scans):
         try:
-            theirs = work.scan(interpreted)
+            interpreted_scan = work.scan(interpreted)
         except OutOfLinesError as error:
             outcome.fault, outcome.program = f"scan {number}: {error}", ""
             return outcome
-        ours = _scan(compiled)
-        if str(ours) != str(theirs):
-            outcome.difference = f"scan {number}: compiled {ours}, interpreted {theirs}"
+        compiled_scan = _scan(compiled)
+        if str(compiled_scan) != str(interpreted_scan):
+            outcome.difference = f"scan {number}: compiled {compiled_scan}, interpreted {interpreted_scan}"
             return outcome
-        if ours is None:
+        if compiled_scan is None:
             different = _different(compiled, interpreted)
             if different:
                 outcome.difference = f"scan {number}: {different}"
                 return outcome
         elif not outcome.fault:
-            outcome.fault, outcome.program = f"scan {number}: {ours}", ours.site.program
-        if ours is not None and ours.type == WATCHDOG_TYPE:
+            outcome.fault, outcome.program = f"scan {number}: {compiled_scan}", compiled_scan.site.program
+        if compiled_scan is not None and compiled_scan.type == WATCHDOG_TYPE:
             return outcome
     outcome.scans = True
     return outcome
@@ -195,11 +195,11 @@ def _scan(engine: Engine) -> LadderFault | None:
 
 def _different(ours: Engine, theirs: Engine) -> str:
     """Return the name of a variable whose values differ; "" if there is none."""
-    there = theirs.memory.cells
+    their_cells = theirs.memory.cells
     for ident, cell in ours.memory.cells.items():
-        one, other = cell.cell_contents, there[ident].cell_contents
-        if one != other and not same(_plain(one), _plain(other)):
-            return f"{ident} is {_plain(one)!r} compiled and {_plain(other)!r} interpreted"[:300]
+        our_value, their_value = cell.cell_contents, their_cells[ident].cell_contents
+        if our_value != their_value and not same(_plain(our_value), _plain(their_value)):
+            return f"{ident} is {_plain(our_value)!r} compiled and {_plain(their_value)!r} interpreted"[:300]
     return ""
 
 

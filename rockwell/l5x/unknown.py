@@ -48,13 +48,13 @@ class UnknownTypes:
     def __init__(self, document: L5xDocument, types: Types) -> None:
         self._types = types
         self._members = {
-            record.name.upper(): {each.name.upper(): each.type for each in record.members}
+            record.name.upper(): {member.name.upper(): member.type for member in record.members}
             for record in document.data_types
         }
         names = Names(document)
         self._tags, self._add_ons = names.tags, names.add_ons
         self._record, self._without_aliases = names.record, names.without_aliases
-        self._arguments = {each.name.upper(): tuple(arguments_of(each)) for each in document.add_ons}
+        self._arguments = {add_on.name.upper(): tuple(arguments_of(add_on)) for add_on in document.add_ons}
         self._passed: dict[str, str] = {}
         self.names = dict(self._missing(document))
         self._with_axes = frozenset(self._naming_axis_members(document))
@@ -76,8 +76,10 @@ class UnknownTypes:
     def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield owner and name, in capitals, of routines that name axis members that `AXIS_TYPES` lacks."""
         records = list(self._records())
-        axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
-        axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
+        axes = {record.name.upper() for record in records if record.type.upper() in AXIS_TYPES}
+        axes |= {
+            record.name.upper() for record in records if record.target.rpartition(".")[2].upper() in axes
+        }
         for owner, routine in document.routines() if axes else ():
             named = _members_named(routine)
             if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
@@ -108,7 +110,7 @@ class UnknownTypes:
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define undefined types from their use; return them by name, axes with only the added members."""
         owned = list(routines)
-        passed = [each for owner, routine in owned for each in self._arguments_in(owner, routine)]
+        passed = [argument for owner, routine in owned for argument in self._arguments_in(owner, routine)]
         self._passed = dict(self._undeclared(passed))
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         guesses.read_all(
@@ -131,22 +133,22 @@ class UnknownTypes:
     def _parts_passed(self, passed: Iterable[Argument]) -> dict[str, list[Argument]]:
         """Return the arguments that are members of undefined types, by type in capitals."""
         parts: dict[str, list[Argument]] = {}
-        for each in passed:
-            use = self._use_of(each[0], each[1])
+        for argument in passed:
+            use = self._use_of(argument[0], argument[1])
             if use is not None and use[1]:
-                parts.setdefault(use[0].upper(), []).append(each)
+                parts.setdefault(use[0].upper(), []).append(argument)
         return parts
 
     def _extend_axes(self, guesses: Guesses) -> dict[str, DataType]:
         """Add the members in use to the types of axes; return the added members by type."""
-        found: dict[str, DataType] = {}
+        extended: dict[str, DataType] = {}
         for name, axis in AXIS_TYPES.items():
             guess = guesses.found.get(name)
             added = guess.type(name) if guess else None
             if isinstance(added, Structure):
-                found[name] = added
+                extended[name] = added
                 self._types.define(name, replace(axis, members=axis.members + added.members))
-        return found
+        return extended
 
     def _settle(
         self,
@@ -209,7 +211,7 @@ class UnknownTypes:
 
     def _known(self, owner: str, address: Address) -> DataType | None:
         record = self._record(owner, address.name)
-        if record is None or any(isinstance(each, MemberStep) for each in address.steps):
+        if record is None or any(isinstance(step, MemberStep) for step in address.steps):
             return None
         try:
             return self._types.find(record.type)
@@ -219,6 +221,6 @@ class UnknownTypes:
 
 def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
     """Yield the tags, each with a member, that the texts of a routine name."""
-    for text in (*(each.text for each in routine.rungs), *(text for text, _ in routine.lines)):
+    for text in (*(rung.text for rung in routine.rungs), *(text for text, _ in routine.lines)):
         yield from _MEMBER.findall(text)
         yield from _ATTRIBUTE.findall(text)

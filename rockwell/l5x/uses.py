@@ -10,9 +10,9 @@ from scanrack.ladder.model.tree import Address, Instruction
 
 def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
     """Yield the first operand of each such instruction, if it is a name."""
-    for each in all_instructions(routines):
-        if each.name in instructions and each.operands:
-            target = each.operands[0]
+    for instruction in all_instructions(routines):
+        if instruction.name in instructions and instruction.operands:
+            target = instruction.operands[0]
             if isinstance(target, Address) and not target.steps:
                 yield target.name
 

@@ -26,15 +26,17 @@ def widen(parts: Parts, specs: Mapping[str, Spec], report: Report) -> None:
     guesses.read_all(parts.owned())
     for key, guess in guesses.found.items():
         members = widening.added[key] = tuple(guess.root.own_members(guess.name))
-        for each in members:
-            report.declare(f"{guess.name}.{each.name}", each.type, each.dims)
+        for member in members:
+            report.declare(f"{guess.name}.{member.name}", member.type, member.dims)
     if not widening.added:
         return
     parts.declarations = widening.all_of(parts.declarations)
     for part in parts.programs.values():
         part.declarations = widening.all_of(part.declarations)
     for key, definition in parts.add_ons.items():
-        parameters = tuple(replace(each, type=widening.of(each.type)) for each in definition.parameters)
+        parameters = tuple(
+            replace(parameter, type=widening.of(parameter.type)) for parameter in definition.parameters
+        )
         if parameters != definition.parameters:
             parts.add_ons[key] = replace(definition, parameters=parameters)
 
@@ -69,7 +71,10 @@ class _Widening:
     def all_of(self, declarations: list[Declaration]) -> list[Declaration]:
         """Return declarations with the widened types."""
         return [
-            replace(each, type=self.of(each.type)) if isinstance(each, Tag) else each for each in declarations
+            replace(declaration, type=self.of(declaration.type))
+            if isinstance(declaration, Tag)
+            else declaration
+            for declaration in declarations
         ]
 
     def of(self, kind: DataType) -> DataType:
@@ -77,7 +82,7 @@ class _Widening:
         if not isinstance(kind, Structure):
             return kind
         if id(kind) not in self._made:
-            members = tuple(replace(each, type=self.of(each.type)) for each in kind.members)
+            members = tuple(replace(member, type=self.of(member.type)) for member in kind.members)
             wider = members + self.added.get(kind.name.upper(), ())
             self._made[id(kind)] = kind, kind if wider == kind.members else replace(kind, members=wider)
         return self._made[id(kind)][1]

@@ -65,8 +65,8 @@ def is_address(text: str) -> bool:
     >>> is_address("B3/17"), is_address("#N7:0"), is_address("100"), is_address("ADD")
     (True, True, False, False)
     """
-    found = _ADDRESS.fullmatch(text)
-    return found is not None and any(found[each] for each in ("element", "part", "bit"))
+    match = _ADDRESS.fullmatch(text)
+    return match is not None and any(match[group] for group in ("element", "part", "bit"))
 
 
 def parse(text: str, *, file: bool = False) -> Address:
@@ -78,18 +78,18 @@ def parse(text: str, *, file: bool = False) -> Address:
     Raises:
         AddressTextError: the text is not an address.
     """
-    found = _ADDRESS.fullmatch(text)
-    if found is None or not is_address(text):
+    match = _ADDRESS.fullmatch(text)
+    if match is None or not is_address(text):
         raise AddressTextError(f"{text!r} is not an address of a data file")
-    letters = found["letters"].upper()
+    letters = match["letters"].upper()
     if letters in IMAGES:
-        return _image(letters, found, text)
-    name = letters if letters == "S" else f"{letters}{found['file']}"
-    indexed = bool(found["indexed"]) and not file
-    if found["element"] is None:
-        return Address(name, (*_whole_file(found["bit"], text),))
-    steps: list[Step] = [_element(found["element"], indexed=indexed)]
-    return Address(name, (*steps, *_inside(letters, found["part"], found["bit"], text)))
+        return _image(letters, match, text)
+    name = letters if letters == "S" else f"{letters}{match['file']}"
+    indexed = bool(match["indexed"]) and not file
+    if match["element"] is None:
+        return Address(name, (*_whole_file(match["bit"], text),))
+    steps: list[Step] = [_element(match["element"], indexed=indexed)]
+    return Address(name, (*steps, *_inside(letters, match["part"], match["bit"], text)))
 
 
 def _element(text: str, *, indexed: bool) -> Step:

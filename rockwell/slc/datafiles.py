@@ -119,13 +119,13 @@ class DataFiles:
                 text = f"elements of {letters} have three words, {len(row.values)} values are given"
                 yield f"{record.file}:{place}", text, row.line
             end = place + len(row.values) // words
-            for at, element in enumerate(range(place, end)):
+            for index, element in enumerate(range(place, end)):
                 where = f"{record.file}{'.' if letters in IMAGES else ':'}{element}"
                 if element >= MOST:
                     yield where, f"a file has up to {MOST} elements, these are {end}", row.line
                     return
                 try:
-                    file.values[element] = value_of(letters, row.values[at * words : (at + 1) * words])
+                    file.values[element] = value_of(letters, row.values[index * words : (index + 1) * words])
                 except ValueError as error:
                     yield where, str(error), row.line
             file.need(end)
@@ -163,7 +163,7 @@ class DataFiles:
             if element is None or not isinstance(address, Address):
                 continue
             shown = self._file(address.name).shown.setdefault(element, {})
-            shown.update((name, int(each.value)) for each in word if isinstance(each, Number))
+            shown.update((name, int(operand.value)) for operand in word if isinstance(operand, Number))
 
     def _length(self, instruction: Instruction) -> None:
         """Extend a file by the length of a COP, FLL or sequencer instruction."""
@@ -210,7 +210,7 @@ class DataFiles:
 def _count(instruction: Instruction) -> int:
     """Return the number of elements that an instruction uses, from its length operand."""
     name = instruction.name
-    numbers = [int(each.value) for each in instruction.operands if isinstance(each, Number)]
+    numbers = [int(operand.value) for operand in instruction.operands if isinstance(operand, Number)]
     if name in ("COP", "FLL"):
         return numbers[-1] if numbers else 0
     if len(numbers) < 2:

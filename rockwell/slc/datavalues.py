@@ -56,7 +56,7 @@ def _joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
 def value_of(letters: str, words: Sequence[str]) -> Any:
     """Return an element from its values; raise a ValueError if they do not fit the file."""
     if letters in STRUCTURED:
-        flags, first, second = (_integer(each, 16) for each in words)
+        flags, first, second = (_integer(word, 16) for word in words)
         bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}
         return {**bits, **dict(zip(INNER[letters], (first, second), strict=True))}
     if letters == "ST":
@@ -88,8 +88,8 @@ def _integer(word: str, bits: int) -> int:
     """Read a value such as -3, 0XFF, 0FFh, 16#FF or sixteen binary digits, or raise a ValueError."""
     if len(word) == 16 and set(word) <= {"0", "1"}:
         value = int(word, 2)
-    elif found := _HEX.fullmatch(word):
-        value = int(found[1] or found[2], 16)
+    elif match := _HEX.fullmatch(word):
+        value = int(match[1] or match[2], 16)
     else:
         if not _DECIMAL.fullmatch(word):
             raise ValueError(f"{word} is not a whole number")

@@ -123,7 +123,7 @@ def parse_document(text: str, file: str, name: str) -> SlcDocument:
         SlcError: it has no rung.
     """
     document = _SlcReader(text, SlcDocument(file, name, source=text.encode(errors="replace"))).read()
-    if not any(each.rungs for each in document.ladders.values()):
+    if not any(ladder.rungs for ladder in document.ladders.values()):
         raise SlcError(f"{file}: no rung in it: SOR ... EOR")
     return document
 
@@ -220,8 +220,8 @@ class _SlcReader:
             place = self._place_of(line)
             self._place = self._place if place is None else place
         elif not plain:
-            for each in line.comments:
-                self._note_comment(each)
+            for comment in line.comments:
+                self._note_comment(comment)
         if plain and not (self._section(line, plain) or self._more(line, plain)):
             file = self._data.file if self._data is not None else ""
             self._leave()
@@ -232,34 +232,34 @@ class _SlcReader:
     def _section(self, line: Line, plain: str) -> bool:
         """Begin a section if the line is its heading; return whether it is."""
         document = self._document
-        if found := _LADDER.fullmatch(plain):
+        if match := _LADDER.fullmatch(plain):
             self._leave()
             self._comment = []
-            self._file(int(found[1]), found[2].strip()).line = line.number
-        elif found := _SLOT.fullmatch(plain):
+            self._file(int(match[1]), match[2].strip()).line = line.number
+        elif match := _SLOT.fullmatch(plain):
             self._leave()
-            comment = " ".join(each.strip() for each in line.comments)
-            self._slot = SlotRecord(int(found[1]), found[2].strip(), line.number, comment)
+            comment = " ".join(remark.strip() for remark in line.comments)
+            self._slot = SlotRecord(int(match[1]), match[2].strip(), line.number, comment)
             if self._slot.number in document.slots:
                 document.others.append(Other(line.number, plain))
             document.slots.setdefault(self._slot.number, self._slot)
-        elif found := _DATA.fullmatch(plain):
+        elif match := _DATA.fullmatch(plain):
             self._leave()
-            self._data = _data_record(found, line.number)
+            self._data = _data_record(match, line.number)
             document.data.append(self._data)
-            self._row(line.number, found["values"], self._place_of(line))
+            self._row(line.number, match["values"], self._place_of(line))
         elif _FORCE.fullmatch(plain):
             self._leave()
             self._forcing = True
-        elif found := _PROJECT.fullmatch(plain):
+        elif match := _PROJECT.fullmatch(plain):
             self._leave()
-            document.name = found[1].strip() or document.name
-        elif found := _PROCESSOR.fullmatch(plain):
+            document.name = match[1].strip() or document.name
+        elif match := _PROCESSOR.fullmatch(plain):
             self._leave()
-            words = " ".join((found[1], *line.comments)).split()
+            words = " ".join((match[1], *line.comments)).split()
             document.processor = " ".join(dict.fromkeys(words))
-        elif self._data is None and (found := _FILE_NAME.fullmatch(plain)):
-            self._names[int(found[1])] = found[2].strip()
+        elif self._data is None and (match := _FILE_NAME.fullmatch(plain)):
+            self._names[int(match[1])] = match[2].strip()
         else:
             return False
         return True
@@ -283,18 +283,18 @@ class _SlcReader:
     def _row(self, number: int, text: str, place: int | None) -> None:
         assert self._data is not None
         words = WORD.findall(text)
-        values = tuple(each for each in words if _VALUE.fullmatch(each))
+        values = tuple(word for word in words if _VALUE.fullmatch(word))
         if values:
             self._data.rows.append(DataRow(place, number, values))
-        wrong = (each for each in words if not _VALUE.fullmatch(each))
-        self._document.others += [Other(number, each, self._data.file) for each in wrong]
+        wrong = (word for word in words if not _VALUE.fullmatch(word))
+        self._document.others += [Other(number, word, self._data.file) for word in wrong]
 
     def _place_of(self, line: Line) -> int | None:
         """Return the element, or word of an image, that a comment gives for the values on its line."""
         assert self._data is not None
-        for each in line.comments:
-            found = _DATA.fullmatch(each.strip())
-            record = None if found is None or found["values"] else _data_record(found, 0)
+        for comment in line.comments:
+            match = _DATA.fullmatch(comment.strip())
+            record = None if match is None or match["values"] else _data_record(match, 0)
             if record is not None and record.file == self._data.file:
                 return record.element
         return None

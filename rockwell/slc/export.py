@@ -43,17 +43,17 @@ def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
     """Yield edits where a program's rungs differ from a document's; a refused rung is empty, and is kept."""
     reader = RungReader(program.specs)
     for routine in program.routines:
-        name, found = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
-        records, new = found.rungs if found is not None else [], list(map(str, routine.rungs))
+        name, ladder = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
+        records, new = ladder.rungs if ladder is not None else [], list(map(str, routine.rungs))
         last = len(records) - 1
         for number, record in enumerate(records):
             if number >= len(new):
                 yield RungEdit(name, number, ())
                 continue
             keeps = _keeps(reader, routine.rungs[number], record)
-            more = new[number + 1 :] if number == last else []
-            if more or not keeps:
-                yield RungEdit(name, number, (new[number], *more), keeps)
+            extra_rungs = new[number + 1 :] if number == last else []
+            if extra_rungs or not keeps:
+                yield RungEdit(name, number, (new[number], *extra_rungs), keeps)
         if new and not records:
             yield RungEdit(name, BEFORE_FIRST, tuple(new))
 
@@ -87,8 +87,10 @@ def _data(program: Program) -> Iterator[str]:
             continue
         words = list(_words(tag))
         address = f"{tag.name}.0" if ":" in tag.name else f"{tag.name}:0"
-        for at in range(0, len(words), _PER_LINE):
-            yield " ".join([f"DATA {address}" if not at else "", *words[at : at + _PER_LINE]]).strip()
+        for offset in range(0, len(words), _PER_LINE):
+            yield " ".join(
+                [f"DATA {address}" if not offset else "", *words[offset : offset + _PER_LINE]]
+            ).strip()
 
 
 def _words(tag: Tag) -> Iterator[str]:

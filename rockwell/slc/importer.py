@@ -83,7 +83,7 @@ class _Importer:
             report.lost += [data_file] * (bool(data_file) and data_file not in report.lost)
         for line, text in document.forces:
             report.note(text, "the force is not applied: set it in the rack file", line)
-        routines = [self._routine(each) for each in document.ladders.values()]
+        routines = [self._routine(ladder) for ladder in document.ladders.values()]
         program = None
         reason = f"it can't be built in {ROUNDS} attempts"
         for _ in range(ROUNDS):
@@ -107,17 +107,17 @@ class _Importer:
     def _routine(self, record: LadderRecord) -> Routine:
         reader = RungReader(self._specs)
         rungs = []
-        for number, each in enumerate(record.rungs):
+        for number, rung in enumerate(record.rungs):
             self._report.rungs += 1
-            self._rungs[record.number, number] = each.line, each.text
+            self._rungs[record.number, number] = rung.line, rung.text
             series: Series = ()
             try:
-                if not each.whole:
-                    raise RungError("the rung has no EOR", len(each.text), "end it with EOR")
-                series = reader.read(each.words)
+                if not rung.whole:
+                    raise RungError("the rung has no EOR", len(rung.text), "end it with EOR")
+                series = reader.read(rung.words)
             except RungError as error:
                 self._refuse(record.number, number, str(error), error.remedy, error.column)
-            rungs.append(Rung(series, each.comment, Origin(self._document.file, each.line)))
+            rungs.append(Rung(series, rung.comment, Origin(self._document.file, rung.line)))
         return Routine(routine_name(record.number), tuple(rungs), record.name)
 
     def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
@@ -143,7 +143,7 @@ class _Importer:
 
     def _refuse_rest(self, reason: str) -> None:
         """Refuse the remaining rungs, which can't be built together."""
-        gone = {(each.routine, each.rung) for each in self._report.refused}
+        gone = {(refusal.routine, refusal.rung) for refusal in self._report.refused}
         for file, rung in self._rungs:
             if (routine_name(file), rung) not in gone:
                 self._refuse(file, rung, reason, "correct the program")
@@ -152,7 +152,7 @@ class _Importer:
 
     def _program(self, routines: list[Routine]) -> Program:
         name = re.sub(r"\W", "_", self._document.name) or "program"
-        main = next((each.name for each in routines if each.name == routine_name(MAIN)), None)
+        main = next((candidate.name for candidate in routines if candidate.name == routine_name(MAIN)), None)
         program = Program(name, main=main, dialect=SLC)
         program.take_stubs(self._stubs)
         files = DataFiles(self._specs)
@@ -175,7 +175,7 @@ class _Importer:
 
     def _bound_images(self, files: DataFiles) -> list[str]:
         """Return the images of the rack's slots; make memory of the others."""
-        bound = [each for each in files.images if self._is_bound(_slot_of(each))]
+        bound = [file_image for file_image in files.images if self._is_bound(_slot_of(file_image))]
         for image in files.images:
             if image not in bound:
                 self._store_image(image, files)

@@ -49,28 +49,30 @@ class Line:
 def lines_of(text: str) -> Iterator[Line]:
     """Yield the lines of an export, except lines inside comments."""
     lines = text.splitlines()
-    at = searched = 0  # no line from `at` up to `searched` ends a comment
-    while at < len(lines):
+    position = searched = 0  # no line from `at` up to `searched` ends a comment
+    while position < len(lines):
         words: list[str] = []
         comments: list[str] = []
-        after = at + 1
-        for piece in _PIECE.finditer(lines[at]):
+        after = position + 1
+        for piece in _PIECE.finditer(lines[position]):
             comment, word, _, opened = piece.groups()
             if word:
                 words.append(word)
             elif comment is not None:
                 comments.append(comment)
             elif opened:
-                searched, ends = (searched, False) if searched > at + 1 else _end_of_comment(lines, at + 1)
+                searched, ends = (
+                    (searched, False) if searched > position + 1 else _end_of_comment(lines, position + 1)
+                )
                 if not ends:
                     words.append(opened)
                     continue
-                inside = [lines[at][piece.end() :], *lines[at + 1 : searched]]
+                inside = [lines[position][piece.end() :], *lines[position + 1 : searched]]
                 comments.append("\n".join((*inside, lines[searched].rstrip()[:-1])))
                 after = searched + 1
                 break
-        yield Line(at + 1, tuple(words), tuple(comments))
-        at = after
+        yield Line(position + 1, tuple(words), tuple(comments))
+        position = after
 
 
 def _end_of_comment(lines: list[str], at: int) -> tuple[int, bool]:

@@ -54,8 +54,8 @@ class DataRecord:
 
     def begin(self, words: int) -> int:
         """Return the element at which values without a place begin; each element has `words` values."""
-        count = sum(len(each.values) for each in self.rows)
-        placed = any(each.place is not None for each in self.rows)
+        count = sum(len(row.values) for row in self.rows)
+        placed = any(row.place is not None for row in self.rows)
         is_last = count == (self.element + 1) * words and not placed
         return 0 if is_last and not self.first else self.element
 
@@ -74,7 +74,7 @@ class SlotRecord:
     def is_3601(self) -> bool:
         """Whether it is an AMCI 3601, by name, or as an I/O card of vendor 3, type 10, code 25."""
         numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d{1,9}(?![\w.-])", self.text)))
-        card = any(numbers[at : at + 3] == (3, 10, 25) for at in range(len(numbers)))
+        card = any(numbers[offset : offset + 3] == (3, 10, 25) for offset in range(len(numbers)))
         return card or "3601" in self.text or "3601" in self.comment
 
     @property
@@ -93,8 +93,8 @@ class SlotRecord:
         return self._size("SCAN_OUT")
 
     def _size(self, key: str) -> int | None:
-        found = re.search(rf"\b{key}\s+(\d{{1,4}})\b", f"{self.text} {self.settings}", re.IGNORECASE)
-        return int(found[1]) if found else None
+        match = re.search(rf"\b{key}\s+(\d{{1,4}})\b", f"{self.text} {self.settings}", re.IGNORECASE)
+        return int(match[1]) if match else None
 
 
 class Other(NamedTuple):

@@ -41,17 +41,17 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
     'XIC(B3:1/1)COP(N7:0,N7[N7:9],5);'
     """
-    pieces, at = [], 0
-    while (found := _BEGIN.search(text, at)) is not None:
-        words, end = _operands(text, found.end())
-        spec = specs.get(found[1].upper())
+    pieces, position = [], 0
+    while (match := _BEGIN.search(text, position)) is not None:
+        words, end = _operands(text, match.end())
+        spec = specs.get(match[1].upper())
         read = [
-            _word(found[1].upper(), spec.use_at(place) if spec else None, each)
-            for place, each in enumerate(words)
+            _word(match[1].upper(), spec.use_at(place) if spec else None, word)
+            for place, word in enumerate(words)
         ]
-        pieces += [text[at : found.end()], ",".join(read)]
-        at = end
-    return "".join([*pieces, text[at:]])
+        pieces += [text[position : match.end()], ",".join(read)]
+        position = end
+    return "".join([*pieces, text[position:]])
 
 
 def _operands(text: str, at: int) -> tuple[list[str], int]:
@@ -70,8 +70,8 @@ def _operands(text: str, at: int) -> tuple[list[str], int]:
 def _word(name: str, use: Use | None, word: str) -> str:
     """Return an operand in the notation of programs; an unreadable operand is returned unchanged."""
     word = word.strip()
-    if name == "JSR" and (found := ROUTINE_WORD.fullmatch(word)):
-        return routine_name(int(found[1]))
+    if name == "JSR" and (match := ROUTINE_WORD.fullmatch(word)):
+        return routine_name(int(match[1]))
     try:
         if use in (Use.EXPRESSION, Use.CONDITION):
             return str(read_operand(use, word))
@@ -108,17 +108,19 @@ def rewritten_slc(
     changes: list[_Change] = []
     for edit in edits:
         ladder = _ladder_of(edit, ladders)
-        texts = [f"SOR {rung_text(parse_rung(each, specs=specs).series, specs)} EOR" for each in edit.texts]
+        texts = [
+            f"SOR {rung_text(parse_rung(new_text, specs=specs).series, specs)} EOR" for new_text in edit.texts
+        ]
         place = places.get((ladder.number, max(edit.rung, 0)))
-        at = ladder.line if place is None else place.begin
+        line_index = ladder.line if place is None else place.begin
         if place is not None and edit.rung != BEFORE_FIRST:
-            at = place.end
+            line_index = place.end
             changes += _replaced(lines, place, texts[:1], keeps=edit.keeps)
             texts = texts[1:]
-        added = "".join(f"{each}{newline}" for each in texts)
-        if added and at >= len(lines) and not text.endswith("\n"):
+        added = "".join(f"{new_text}{newline}" for new_text in texts)
+        if added and line_index >= len(lines) and not text.endswith("\n"):
             added = newline + added
-        changes.append((at, at, added))
+        changes.append((line_index, line_index, added))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
     written = "".join(lines).encode(encoding, errors="surrogateescape")
@@ -171,8 +173,8 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         LadderError: two rungs share a line.
     """
     lines = list(lines_of(text))
-    ends = {each.number: after.number for each, after in pairwise(lines)}
-    known = {each.number: each for each in lines}
+    ends = {line.number: after.number for line, after in pairwise(lines)}
+    known = {line.number: line for line in lines}
     last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
@@ -201,4 +203,4 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
 
 
 def _shares(rung: SlcRungRecord, after: Sequence[SlcRungRecord]) -> bool:
-    return any(each.line <= rung.end for each in after)
+    return any(follower.line <= rung.end for follower in after)

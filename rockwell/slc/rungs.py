@@ -73,9 +73,9 @@ class RungReader:
         self._words = list(words)
         self._columns: list[int] = []
         column = 5
-        for each in words:
+        for word in words:
             self._columns.append(column)
-            column += len(each) + 1
+            column += len(word) + 1
         self._end = column
         self._at = self._branches = 0
         series = self._series()
@@ -145,13 +145,13 @@ class RungReader:
     def _operands(self, spec: Spec, words: Sequence[str], at: int) -> list[Operand]:
         if spec.name == "JSR":
             return [self._routine(words[0], at)] if words else []
-        found: list[Operand] = []
+        operands: list[Operand] = []
         for place, word in enumerate(words):
             try:
-                found.append(read_operand(spec.use_at(place) or Use.IGNORED, word))
+                operands.append(read_operand(spec.use_at(place) or Use.IGNORED, word))
             except LadderError as error:
                 self._fail(str(error), "write an address, a number or an expression", at + place)
-        return found
+        return operands
 
     def _routine(self, word: str, at: int) -> Address:
         digits = ROUTINE_WORD.fullmatch(word)
@@ -214,7 +214,7 @@ def _expression(text: str) -> Operand:
 
 def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
     if isinstance(operand, Operation):
-        return Operation(operand.name, tuple(_with_addresses(each, addresses) for each in operand.operands))
+        return Operation(operand.name, tuple(_with_addresses(inner, addresses) for inner in operand.operands))
     if not isinstance(operand, Address):
         return operand
     place = _PLACEHOLDER.fullmatch(str(operand))
@@ -228,7 +228,7 @@ def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
 
 def rung_text(series: Series, specs: Mapping[str, Spec]) -> str:
     """Return a rung in the notation of exports, without SOR and EOR."""
-    return " ".join(_element_text(each, specs) for each in series)
+    return " ".join(_element_text(element, specs) for element in series)
 
 
 def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
@@ -261,7 +261,7 @@ def _expression_text(operand: Operand) -> str:
     """Return an expression, fully parenthesized, with `|` for division."""
     if not isinstance(operand, Operation):
         return text_of(operand)
-    inner = [_expression_text(each) for each in operand.operands]
+    inner = [_expression_text(part) for part in operand.operands]
     if len(inner) == 1:
         sign = {"NEG": "-", "NOT": "NOT "}.get(operand.name)
         return f"{sign}({inner[0]})" if sign else f"{operand.name}({inner[0]})"

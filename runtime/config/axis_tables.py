@@ -45,10 +45,10 @@ class AxisTable(Table):
     def _fits(self) -> Self:
         """Refuse the keys of a 3601 if there is no slot, and the keys of an ideal axis if there is one."""
         keys = self.model_fields_set
-        wrong = keys & {"unwind"} if self.slot is not None else keys - {*IDEAL, "slot"}
-        if wrong:
+        wrong_keys = keys & {"unwind"} if self.slot is not None else keys - {*IDEAL, "slot"}
+        if wrong_keys:
             kind = "an ideal axis" if self.slot is not None else "an axis with a slot"
-            raise SettingError(min(wrong), f"this key is that of {kind}")
+            raise SettingError(min(wrong_keys), f"this key is that of {kind}")
         return self
 
     def values(self) -> dict[str, Any]:

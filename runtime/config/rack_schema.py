@@ -46,8 +46,8 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
     """
     schema = RackSpec.model_json_schema(schema_generator=_Generator)
     _add_options(schema)
-    whole = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
-    return _as_draft4(whole, top=True) if draft4 else whole
+    document = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
+    return _as_draft4(document, top=True) if draft4 else document
 
 
 def described_keys(cls: type) -> dict[str, str]:
@@ -85,10 +85,12 @@ class _Generator(GenerateJsonSchema):
         if table is None:
             return super().function_plain_schema(schema)
         table.model_rebuild()
-        whole: Any = table.__pydantic_core_schema__
-        if whole["type"] == "definitions":
-            return self.generate_inner({**whole, "schema": {**whole["schema"], "ref": table.__name__}})
-        return self.generate_inner({**whole, "ref": table.__name__})
+        plain_schema: Any = table.__pydantic_core_schema__
+        if plain_schema["type"] == "definitions":
+            return self.generate_inner(
+                {**plain_schema, "schema": {**plain_schema["schema"], "ref": table.__name__}}
+            )
+        return self.generate_inner({**plain_schema, "ref": table.__name__})
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
         """Describe a number of any kind."""
@@ -138,13 +140,14 @@ def _add_options(schema: dict[str, Any]) -> None:
     for name, record in OWN.items():
         if record.option_table is not None:
             branches.setdefault(record.option_table(), []).append(name)
-    named = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
+    own_modules = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
     slot["properties"]["module"]["examples"] = list(OWN)
-    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, named  # [modules] adds other names
+    # [modules] adds other names
+    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, own_modules
     for table in branches:
-        inner = table.model_json_schema(schema_generator=_Generator)
-        tables.update(inner.pop("$defs", {}))
-        tables[table.__name__] = inner
+        table_schema = table.model_json_schema(schema_generator=_Generator)
+        tables.update(table_schema.pop("$defs", {}))
+        tables[table.__name__] = table_schema
     slot["anyOf"] = [
         {"properties": {"module": {"enum": names}, "options": {"$ref": f"#/$defs/{table.__name__}"}}}
         for table, names in branches.items()
@@ -158,9 +161,9 @@ def _without_null(node: Any) -> Any:
         return [_without_null(entry) for entry in node]
     if not isinstance(node, dict):
         return node
-    rest = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
-    if len(rest) == 1:
-        node = {**rest[0], **{key: value for key, value in node.items() if key != "anyOf"}}
+    branches = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
+    if len(branches) == 1:
+        node = {**branches[0], **{key: value for key, value in node.items() if key != "anyOf"}}
     return {key: _without_null(value) for key, value in node.items()}
 
 

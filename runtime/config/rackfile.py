@@ -115,13 +115,13 @@ def parse_rack_file(
     if program is not None:
         document.setdefault("program", program)
     lines = KeyLines(text)
-    named = document.get("modules", {})
-    own = (
-        {name: file for name, file in named.items() if isinstance(file, str)}
-        if isinstance(named, dict)
+    module_files = document.get("modules", {})
+    own_files = (
+        {name: file for name, file in module_files.items() if isinstance(file, str)}
+        if isinstance(module_files, dict)
         else {}
     )
-    records = modules(own, path) if own else None
+    records = modules(own_files, path) if own_files else None
     try:
         with plugins_not_searched():
             spec = RackSpec.model_validate(document, context=records)
@@ -169,11 +169,11 @@ def explained(error: ValidationError, path: Path, lines: KeyLines | None = None)
     Args:
         lines: lines of its keys, if known.
     """
-    shown, more = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
-    mistakes = [_mistake(details) for details in shown if not _follows_from_others(details, shown)]
+    listed, unlisted = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
+    mistakes = [_mistake(details) for details in listed if not _follows_from_others(details, listed)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
-    return _refusal(mistakes, path, lines, f"{path}: and {more:,} more mistakes" if more > 0 else "")
+    return _refusal(mistakes, path, lines, f"{path}: and {unlisted:,} more mistakes" if unlisted > 0 else "")
 
 
 def _refusal(
@@ -229,8 +229,8 @@ class _Mistake:
         return ": ".join(filter(None, (key_and_value, self.problem)))
 
     def message(self, path: Path, lines: KeyLines | None) -> str:
-        where = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
-        return f"{where}: {self.reason}"
+        location = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
+        return f"{location}: {self.reason}"
 
 
 def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails]) -> bool:

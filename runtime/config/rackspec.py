@@ -99,8 +99,8 @@ def _of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
 
 def _module_name(value: object, info: ValidationInfo) -> object:
     if isinstance(value, str) and value not in MODULES and value not in _of_file(info):
-        known = [*MODULES, *_of_file(info)]
-        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, known)})
+        known_names = [*MODULES, *_of_file(info)]
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, known_names)})
     return value
 
 
@@ -433,26 +433,26 @@ class RackSpec(Table):
                 raise MisplacedError(("stubs", name), setting, f'must be "{only}"')
 
     def _check_axes(self) -> None:
-        known = [slot.number for slot in self.slot]
-        taken: dict[int, str] = {}
+        known_slots = [slot.number for slot in self.slot]
+        axis_names: dict[int, str] = {}
         for name, axis in self.axes.items():
             path: KeyPath = ("axes", name, "slot")
             if axis.slot is None:
                 continue
-            if axis.slot not in known:
-                there = ", ".join(map(str, known))
-                raise MisplacedError(path, axis.slot, f"this slot is empty: modules sit in {there}")
-            if axis.slot in taken:
-                raise MisplacedError(path, axis.slot, f"{taken[axis.slot]} has this slot already")
-            taken[axis.slot] = name
+            if axis.slot not in known_slots:
+                slot_list = ", ".join(map(str, known_slots))
+                raise MisplacedError(path, axis.slot, f"this slot is empty: modules sit in {slot_list}")
+            if axis.slot in axis_names:
+                raise MisplacedError(path, axis.slot, f"{axis_names[axis.slot]} has this slot already")
+            axis_names[axis.slot] = name
 
     def _check_properties(self) -> None:
-        seen: set[str] = set()
+        claimed_names: set[str] = set()
         for index, claim in enumerate(self.prove.property):
-            if claim.name.upper() in seen:
+            if claim.name.upper() in claimed_names:
                 path: KeyPath = ("prove", "property", index, "name")
                 raise MisplacedError(path, claim.name, "another property has this name")
-            seen.add(claim.name.upper())
+            claimed_names.add(claim.name.upper())
 
     def _check_modules(self) -> None:
         for name, address in self.modules.items():
@@ -460,31 +460,31 @@ class RackSpec(Table):
                 raise MisplacedError(("modules", name), address, "another module has this name")
 
     def _check_slots(self) -> None:
-        seen: set[int] = set()
+        seen_numbers: set[int] = set()
         for index, slot in enumerate(self.slot):
-            if slot.number in seen:
+            if slot.number in seen_numbers:
                 path: KeyPath = ("slot", index, "number")
                 raise MisplacedError(path, slot.number, f"slot {slot.number} is used twice")
-            seen.add(slot.number)
+            seen_numbers.add(slot.number)
             if "controller" in self.model_fields_set:
                 path = ("slot", index, "firmware")
                 check = slot.record.check_controller
                 _at(path, slot.firmware, check, slot.firmware, self.controller)
             if "firmware" in slot.model_fields_set and not slot.record.has_firmware:
-                says = f"a {slot.module} has no firmware here: leave the key out"
-                raise MisplacedError(("slot", index, "firmware"), slot.firmware, says)
+                reason = f"a {slot.module} has no firmware here: leave the key out"
+                raise MisplacedError(("slot", index, "firmware"), slot.firmware, reason)
             self._check_family(index, slot)
 
     def _check_family(self, index: int, slot: SlotSpec) -> None:
         """Refuse a card that does not fit the controller, if the rack or its program names it."""
-        own = slot.record.family
+        own_family = slot.record.family
         by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
         stated = self.controller if "controller" in self.model_fields_set else by_program
-        expected = _FAMILIES.get(stated, own)
-        if own and own != expected:
-            cards = ", ".join(name for name, record in OWN.items() if record.family == expected)
-            says = f"this card does not fit a {_CONTROLLERS[stated]}; choose from {cards}, discrete16"
-            raise MisplacedError(("slot", index, "module"), slot.module, says)
+        expected_family = _FAMILIES.get(stated, own_family)
+        if own_family and own_family != expected_family:
+            cards = ", ".join(name for name, record in OWN.items() if record.family == expected_family)
+            reason = f"this card does not fit a {_CONTROLLERS[stated]}; choose from {cards}, discrete16"
+            raise MisplacedError(("slot", index, "module"), slot.module, reason)
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
@@ -496,9 +496,9 @@ class RackSpec(Table):
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
                 if number not in bolted:
-                    there = ", ".join(map(str, bolted)) or "none"
-                    says = f"cam: slot {number} has no simulated stepper; there is one in {there}"
-                    raise MisplacedError(("slot", index, "options", "cam"), number, says)
+                    slot_list = ", ".join(map(str, bolted)) or "none"
+                    reason = f"cam: slot {number} has no simulated stepper; there is one in {slot_list}"
+                    raise MisplacedError(("slot", index, "options", "cam"), number, reason)
             for number, switch in slot.record.switches(slot.options):
                 self._check_switch(index, number, switch)
 
@@ -506,11 +506,15 @@ class RackSpec(Table):
         """Refuse a cam of a switch that the stepper's machine does not have."""
         machine = next(slot.machine for slot in self.slot if slot.number == number)
         by_hand = sum({entry.input.value for entry in machine.timeline})
-        wired = machine.fed_inputs | by_hand
-        if not wired & INPUT_NAMES[switch].value:
-            there = ", ".join(name for name, bit in INPUT_NAMES.items() if wired & bit.value) or "none"
-            says = f"cam: the machine of slot {number} has no switch {switch!r}; its switches are {there}"
-            raise MisplacedError(("slot", index, "options", "cam"), switch, says)
+        wired_bits = machine.fed_inputs | by_hand
+        if not wired_bits & INPUT_NAMES[switch].value:
+            switch_list = (
+                ", ".join(name for name, bit in INPUT_NAMES.items() if wired_bits & bit.value) or "none"
+            )
+            reason = (
+                f"cam: the machine of slot {number} has no switch {switch!r}; its switches are {switch_list}"
+            )
+            raise MisplacedError(("slot", index, "options", "cam"), switch, reason)
 
     def _check_forces(self) -> None:
         words = {slot.number: slot.words for slot in self.slot}
@@ -531,26 +535,26 @@ class RackSpec(Table):
             elif incident.slot is None and len(numbers) > 1:
                 raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
             elif incident.slot is not None and incident.slot not in numbers:
-                says = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
-                raise MisplacedError(path, incident.slot, says)
+                reason = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
+                raise MisplacedError(path, incident.slot, reason)
             elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
-                says = "the line of a real port can't be disturbed"
-                raise MisplacedError(("incident", index, "what"), incident.what.value, says)
+                reason = "the line of a real port can't be disturbed"
+                raise MisplacedError(("incident", index, "what"), incident.what.value, reason)
             elif incident.late_words:
                 outputs = len(self._slot_of(incident).words.outputs)
-                where = ("incident", index, "late_words")
-                _at(where, list(incident.late_words), incident.incident().check_late_words, outputs)
+                key_path = ("incident", index, "late_words")
+                _at(key_path, list(incident.late_words), incident.incident().check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
 
     def _check_units(self) -> None:
-        seen: set[int] = set()
+        addresses: set[int] = set()
         for index, unit in enumerate(self.unit):
-            if unit.address in seen:
+            if unit.address in addresses:
                 path: KeyPath = ("unit", index, "address")
                 raise MisplacedError(path, unit.address, f"address {unit.address} is used twice")
-            seen.add(unit.address)
+            addresses.add(unit.address)
 
 
 def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:

@@ -97,8 +97,8 @@ class StubTable(Table):
         if len(sources) > 1:
             raise SettingError(sources[1], f"{sources[0]} is given already: one of value, table and rack")
         message = self.after_ns is not None
-        wrong = {"rpi_ms"} if message else {"error", "to"}
-        for key in sorted(wrong & self.model_fields_set):
+        wrong_keys = {"rpi_ms"} if message else {"error", "to"}
+        for key in sorted(wrong_keys & self.model_fields_set):
             raise SettingError(key, f"this key is that of a {'consumed tag' if message else 'message'}")
         if not message and not sources:
             raise SettingError("value", "a consumed tag needs value, table or rack, a message after_ms")

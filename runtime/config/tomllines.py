@@ -166,6 +166,6 @@ class KeyLines:
         return match[0]
 
     def _line_here(self) -> int:
-        at, line = self._counted
-        self._counted = self._at, line + self._text.count("\n", at, self._at)
+        counted_to, line = self._counted
+        self._counted = self._at, line + self._text.count("\n", counted_to, self._at)
         return self._counted[1]

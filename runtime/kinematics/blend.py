@@ -69,5 +69,5 @@ def check_blend(
         if number == len(segments) and speed_sps > start_sps:
             needed += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
         if length < 1 or length * PICO < needed:
-            least = max(1, -(-needed // PICO))
-            raise ValueError(f"blend segment {number} is {length} steps long: its ramps need {least}")
+            steps_least = max(1, -(-needed // PICO))
+            raise ValueError(f"blend segment {number} is {length} steps long: its ramps need {steps_least}")

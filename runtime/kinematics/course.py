@@ -68,15 +68,22 @@ def phases_of(rising: Fraction) -> tuple[Phase, ...]:
     Args:
         rising: the fraction, above 0, up to 1/2.
     """
-    f, r = rising, 1 / (1 - rising)
+    rise, scale = rising, 1 / (1 - rising)
     rows = (
-        (Fraction(0), f, Fraction(0), Fraction(0), Fraction(0), r / (6 * f)),
-        (f, 1 - f, r * f * f / 6, r * f / 2, r / 2, Fraction(0)),
-        (1 - f, Fraction(1), Fraction(1, 2) - f + r * f * f / 6, 1 - r * f / 2, r / 2, -r / (6 * f)),
+        (Fraction(0), rise, Fraction(0), Fraction(0), Fraction(0), scale / (6 * rise)),
+        (rise, 1 - rise, scale * rise * rise / 6, scale * rise / 2, scale / 2, Fraction(0)),
+        (
+            1 - rise,
+            Fraction(1),
+            Fraction(1, 2) - rise + scale * rise * rise / 6,
+            1 - scale * rise / 2,
+            scale / 2,
+            -scale / (6 * rise),
+        ),
     )
-    whole = lcm(*(part.denominator for row in rows for part in row))
-    scaled = [tuple(int(part * whole) for part in row) for row in rows]
-    return tuple((a, b, c, d, e, g) for a, b, c, d, e, g in scaled if a < b)
+    denominator = lcm(*(part.denominator for row in rows for part in row))
+    scaled = [tuple(int(part * denominator) for part in row) for row in rows]
+    return tuple((begin, end, c3, c2, c1, c0) for begin, end, c3, c2, c1, c0 in scaled if begin < end)
 
 
 _NOTHING = Fraction(0)
@@ -147,8 +154,10 @@ class Course:
 
     def ended(self, direction: int, origin: int) -> Motion:
         """Return the course as a motion that ends with it."""
-        rest = segment(-(-self.now // self.scale), FOREVER, 0, (0, 0, 0, self.travel, self.scale * FINE))
-        return Motion(direction, origin, self._start_ns, self.segments, rest)
+        standstill = segment(
+            -(-self.now // self.scale), FOREVER, 0, (0, 0, 0, self.travel, self.scale * FINE)
+        )
+        return Motion(direction, origin, self._start_ns, self.segments, standstill)
 
     def endless(self, direction: int, origin: int, speed_nsps: int) -> Motion:
         """Return the course as a motion that continues at constant speed without end."""
@@ -210,24 +219,24 @@ class Course:
 
 def _polynomial(phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
     """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
-    gone, _, made, speed, rate, jerk = phase
+    past_ticks, _, travel_made, speed, rate, jerk = phase
     square = ticks * ticks
     return (
         jerk * change,
         rate * change * ticks,
         (whole * from_nsps + speed * change) * square,
-        (whole * travel + (gone * from_nsps + made * change) * ticks) * square,
+        (whole * travel + (past_ticks * from_nsps + travel_made * change) * ticks) * square,
         whole * square,
     )
 
 
 def _in_ns(polynomial: Polynomial, scale: int, late: int) -> Polynomial:
     """Return the picosteps as a polynomial of the ns since `late` ticks after the phase began."""
-    c3, c2, c1, c0, q = polynomial
+    c3, c2, c1, c0, divisor = polynomial
     return (
         c3 * scale**3,
         (c2 + 3 * c3 * late) * scale**2,
         (c1 + (2 * c2 + 3 * c3 * late) * late) * scale,
         ((c3 * late + c2) * late + c1) * late + c0,
-        q * scale * FINE,
+        divisor * scale * FINE,
     )

@@ -190,8 +190,8 @@ def register(
         raise ValueError(f"nothing to register at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     needed = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
     if steps < 1 or steps * PICO < needed:
-        least = max(1, -(-needed // PICO))
-        raise ValueError(f"{steps} registration steps are too few to stop in: must be {least} or more")
+        steps_least = max(1, -(-needed // PICO))
+        raise ValueError(f"{steps} registration steps are too few to stop in: must be {steps_least} or more")
     base_nsps = min(speed_nsps, NANO * start_sps)
     course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
     return course.ended(motion.direction, motion.origin)
@@ -219,9 +219,11 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     if speed_nsps == 0:
         raise ValueError(f"nothing to continue from at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     target, base_nsps = motion.steps_at(now_ns) + steps, NANO * profile.base_sps
-    least = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
-    if target < least:
-        raise ValueError(f"{steps} steps are too few to stop in: must be {least - target + steps} or more")
+    stopping_steps = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
+    if target < stopping_steps:
+        raise ValueError(
+            f"{steps} steps are too few to stop in: must be {stopping_steps - target + steps} or more"
+        )
     peak_nsps = max(speed_nsps, _peak_from(speed_nsps, course.steps_left(target), profile))
     course.ramp(speed_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
     course.arrive(target, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
@@ -241,9 +243,11 @@ def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
     if isinstance(shape, Jerk):
         return _peak_with_jerk(speed_nsps, Fraction(steps), profile)
     up, down = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
-    made = 2 * steps * up * down * NANO**2 * shape.denominator
+    travel_made = 2 * steps * up * down * NANO**2 * shape.denominator
     squares = (down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2) * shape.numerator
-    return min(NANO * profile.speed_sps, isqrt(int((made + squares) // ((up + down) * shape.numerator))))
+    return min(
+        NANO * profile.speed_sps, isqrt(int((travel_made + squares) // ((up + down) * shape.numerator)))
+    )
 
 
 def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:

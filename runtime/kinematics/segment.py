@@ -63,11 +63,11 @@ class Segment:
         self.start_ns = start_ns
         self.until_ns = until_ns
         self.ramp = ramp
-        c3, c2, c1, c0, q = polynomial
-        self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, q
+        c3, c2, c1, c0, divisor = polynomial
+        self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, divisor
         # The same in steps instead of picosteps, in the smallest numbers with the same floor:
         # the scan loop needs only this.
-        step = q * PICO
+        step = divisor * PICO
         common = gcd(c3, c2, c1, step)
         self._c3, self._c2, self._c1, self._c0 = c3 // common, c2 // common, c1 // common, c0 // common
         self._step = step // common
@@ -79,28 +79,28 @@ class Segment:
 
     def exact_travel_at(self, t_ns: int) -> Fraction:
         """Return the picosteps made since the motion began, not rounded."""
-        u = t_ns - self.start_ns
-        return Fraction(((self.c3 * u + self.c2) * u + self.c1) * u + self.c0, self.q)
+        elapsed = t_ns - self.start_ns
+        return Fraction(((self.c3 * elapsed + self.c2) * elapsed + self.c1) * elapsed + self.c0, self.q)
 
     def exact_speed_at(self, t_ns: int) -> Fraction:
         """Return the speed in 1e-3 step/s, not rounded."""
-        u = t_ns - self.start_ns
-        return Fraction((3 * self.c3 * u + 2 * self.c2) * u + self.c1, self.q)
+        elapsed = t_ns - self.start_ns
+        return Fraction((3 * self.c3 * elapsed + 2 * self.c2) * elapsed + self.c1, self.q)
 
     def travel_at(self, t_ns: int) -> int:
         """Return the picosteps made since the motion began, rounded down."""
-        u = t_ns - self.start_ns
-        return (((self.c3 * u + self.c2) * u + self.c1) * u + self.c0) // self.q
+        elapsed = t_ns - self.start_ns
+        return (((self.c3 * elapsed + self.c2) * elapsed + self.c1) * elapsed + self.c0) // self.q
 
     def speed_at(self, t_ns: int) -> int:
         """Return the speed in 1e-3 step/s, rounded down."""
-        u = t_ns - self.start_ns
-        return ((3 * self.c3 * u + 2 * self.c2) * u + self.c1) // self.q
+        elapsed = t_ns - self.start_ns
+        return ((3 * self.c3 * elapsed + 2 * self.c2) * elapsed + self.c1) // self.q
 
     def steps_at(self, t_ns: int) -> int:
         """Return the whole steps made since the motion began."""
-        u = t_ns - self.start_ns
-        return (((self._c3 * u + self._c2) * u + self._c1) * u + self._c0) // self._step
+        elapsed = t_ns - self.start_ns
+        return (((self._c3 * elapsed + self._c2) * elapsed + self._c1) * elapsed + self._c0) // self._step
 
     @property
     def step(self) -> int:
@@ -112,11 +112,11 @@ class Segment:
 
         Divided by `step` and rounded down, it is `steps_at` of that instant.
         """
-        c3, c2, c1, c0, u = self._c3, self._c2, self._c1, self._c0, first_ns - self.start_ns
+        c3, c2, c1, c0, elapsed = self._c3, self._c2, self._c1, self._c0, first_ns - self.start_ns
         return (
-            ((c3 * u + c2) * u + c1) * u + c0,
-            ((3 * c3 * u + 2 * c2) * u + c1) * every_ns,
-            (3 * c3 * u + c2) * every_ns**2,
+            ((c3 * elapsed + c2) * elapsed + c1) * elapsed + c0,
+            ((3 * c3 * elapsed + 2 * c2) * elapsed + c1) * every_ns,
+            (3 * c3 * elapsed + c2) * every_ns**2,
             c3 * every_ns**3,
         )
 
@@ -132,15 +132,15 @@ class Segment:
         c3, c2, c1 = self._c3, self._c2, self._c1
         goal = steps * self._step - self._c0
         low, high = 0, self.until_ns - self.start_ns
-        u = self._guess(goal)
+        elapsed = self._guess(goal)
         while high - low > 1:
-            u = min(max(u, low + 1), high - 1)
-            excess = ((c3 * u + c2) * u + c1) * u - goal
+            elapsed = min(max(elapsed, low + 1), high - 1)
+            excess = ((c3 * elapsed + c2) * elapsed + c1) * elapsed - goal
             if excess >= 0:
-                high = u
+                high = elapsed
             else:
-                low = u
-            u -= excess // ((3 * c3 * u + 2 * c2) * u + c1)
+                low = elapsed
+            elapsed -= excess // ((3 * c3 * elapsed + 2 * c2) * elapsed + c1)
         return self.start_ns + high
 
     def _guess(self, goal: int) -> int:
@@ -160,8 +160,8 @@ class Quadratic(Segment):
 
     @override
     def steps_at(self, t_ns: int) -> int:
-        u = t_ns - self.start_ns
-        return ((self._c2 * u + self._c1) * u + self._c0) // self._step
+        elapsed = t_ns - self.start_ns
+        return ((self._c2 * elapsed + self._c1) * elapsed + self._c0) // self._step
 
     @override
     def instant_of(self, steps: int) -> int:
@@ -175,10 +175,10 @@ class Quadratic(Segment):
         goal = steps * self._step - self._c0
         high = self.until_ns - self.start_ns
         root = isqrt(max(0, c1 * c1 + 4 * c2 * goal))
-        u = min(2 * goal // (c1 + root), high)
-        if u < high and (c2 * u + c1) * u < goal:
-            u += 1
-        return self.start_ns + u
+        elapsed = min(2 * goal // (c1 + root), high)
+        if elapsed < high and (c2 * elapsed + c1) * elapsed < goal:
+            elapsed += 1
+        return self.start_ns + elapsed
 
 
 class Cruise(Segment):

@@ -27,10 +27,11 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     step = segment.step
     index = _indices(count)
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
-        made, rest = divmod(terms[0], step)
-        per_instant, more = divmod(terms[1], step)
-        whole = made + per_instant * index
-        return whole + (rest + more * index) // step if more else whole  # a division is the slowest operation
+        whole_steps, remainder = divmod(terms[0], step)
+        per_instant, extra = divmod(terms[1], step)
+        steps_made = whole_steps + per_instant * index
+        # a division is the slowest operation
+        return steps_made + (remainder + extra * index) // step if extra else steps_made
     return _estimated(segment, first_ns, every_ns, index)
 
 
@@ -42,15 +43,15 @@ def _indices(count: int) -> NDArray[np.int64]:
 def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the steps made, in floats; where rounding might matter, they are computed exactly."""
     terms, step = segment.terms(first_ns, every_ns), segment.step
-    made, rest = divmod(terms[0], step)
-    powers = (rest / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
+    whole_steps, remainder = divmod(terms[0], step)
+    powers = (remainder / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
     k = index.astype(np.float64)
     steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
-    most = float(len(index))
-    error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * most**n for n, power in enumerate(powers)))
+    highest_index = float(len(index))
+    error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * highest_index**n for n, power in enumerate(powers)))
     below = np.floor(steps)
-    exact = below.astype(np.int64) + made
+    exact = below.astype(np.int64) + whole_steps
     doubtful = (steps - below < error) | (below + 1 - steps < error)
-    for at in np.flatnonzero(doubtful).tolist():
-        exact[at] = segment.steps_at(first_ns + at * every_ns)
+    for place in np.flatnonzero(doubtful).tolist():
+        exact[place] = segment.steps_at(first_ns + place * every_ns)
     return exact

@@ -43,8 +43,8 @@ class Hits:
         if self.of:
             self._seen = self._seen % self.of + 1
             return self._seen > self.of - self.count
-        self.count -= (met := self.count > 0)
-        return met
+        self.count -= (is_hit := self.count > 0)
+        return is_hit
 
 
 def hits_of(value: str) -> Hits:
@@ -55,8 +55,8 @@ def hits_of(value: str) -> Hits:
     """
     match = _HITS.fullmatch(value)
     count, of = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
-    whole = match is not None and (match[2] is None or 1 <= count <= of)
-    if not whole or max(count, of) > MOST_REPLIES:
+    is_whole = match is not None and (match[2] is None or 1 <= count <= of)
+    if not is_whole or max(count, of) > MOST_REPLIES:
         raise ValueError(f"{value!r} is no number of replies: must be N, or N/M for N of every M")
     return Hits(count, of)
 

@@ -125,11 +125,11 @@ class Gateway(Generic[Asker]):
             self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
         if self._quiet_ns is not None and now_ns >= self._quiet_ns:
             self._quiet_ns = None
-            heard, sent = bytes(self._heard), self._sent
+            heard, request = bytes(self._heard), self._sent
             self._heard.clear()
-            if self._is_reply(heard, sent):
+            if self._is_reply(heard, request):
                 self._sent = None
-                return [(sent.asker, heard[1:-2])]
+                return [(request.asker, heard[1:-2])]
         return self._given_up(now_ns)
 
     def _is_reply(self, heard: bytes, sent: GatewayRequest[Asker]) -> bool:
@@ -137,10 +137,10 @@ class Gateway(Generic[Asker]):
         return right and heard[1] & ~EXCEPTION == sent.pdu[0]
 
     def _given_up(self, now_ns: int) -> Answered[Asker]:
-        sent = self._sent
-        if sent is None or now_ns < self._give_up_ns:
+        request = self._sent
+        if request is None or now_ns < self._give_up_ns:
             return []
         self._sent = None
-        if self._address_of(sent.unit) == BROADCAST:
+        if self._address_of(request.unit) == BROADCAST:
             return []
-        return [(sent.asker, sent.refused(FAILED_TO_RESPOND))]
+        return [(request.asker, request.refused(FAILED_TO_RESPOND))]

@@ -88,7 +88,7 @@ def encoded(pdu: ModbusPDU) -> bytes:
 
 def bits_of(number: int, count: int) -> list[bool]:
     """Return the lowest bits of a number, bit 0 first; the inverse of `number_of`."""
-    return [bool(number >> at & 1) for at in range(count)]
+    return [bool(number >> index & 1) for index in range(count)]
 
 
 def number_of(bits: Sequence[bool]) -> int:
@@ -97,7 +97,7 @@ def number_of(bits: Sequence[bool]) -> int:
     >>> number_of([True, False, True])
     5
     """
-    return sum(bit << at for at, bit in enumerate(bits))
+    return sum(bit << index for index, bit in enumerate(bits))
 
 
 # --- requests
@@ -202,10 +202,10 @@ def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
     if answer.function_code != function:
         return "a response to a different request"
     if function in _REGISTERS_READ:
-        wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
+        is_wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
     else:
-        wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
-    if wrong:
+        is_wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
+    if is_wrong:
         return "an answer with a wrong byte count"
     if function in _WRITES and not request.encode().startswith(answer.encode()):
         return "an answer to another write"

@@ -25,7 +25,7 @@ def ask_address(unit: int) -> LineRequest:
 
 
 def back_to_modbus(unit: int) -> LineRequest:
-    r"""Return the command that ends AA ASCII; it has no answer.
+    r"""Return the command that ends AA ASCII; it gets no reply.
 
     >>> back_to_modbus(1).frame
     b'@1|\r'

@@ -129,23 +129,23 @@ class Framer:
         Args:
             final: a silence has passed, so also look for frames after an unlikely beginning.
         """
-        buffer, at, end = bytes(self._buffer), 0, 0
-        while at < len(buffer):
-            frame = _frame_at(buffer, at)
-            if not frame and final and at in self._starts and is_frame(buffer[at:]):
-                frame = buffer[at:]  # the length of this function is unknown
-            if frame and (start := self._within(buffer, at, frame)) is not None:
-                at = start
+        buffer, offset, end = bytes(self._buffer), 0, 0
+        while offset < len(buffer):
+            frame = _frame_at(buffer, offset)
+            if not frame and final and offset in self._starts and is_frame(buffer[offset:]):
+                frame = buffer[offset:]  # the length of this function is unknown
+            if frame and (start := self._within(buffer, offset, frame)) is not None:
+                offset = start
             elif frame:
                 yield frame
-                at = end = at + len(frame)
-            elif frame is not None or (final and not self._may_begin(buffer, at)):
-                at += 1
-            elif (start := self._frame_after(buffer, at)) is not None:
-                at = start
+                offset = end = offset + len(frame)
+            elif frame is not None or (final and not self._may_begin(buffer, offset)):
+                offset += 1
+            elif (start := self._frame_after(buffer, offset)) is not None:
+                offset = start
             else:
                 break
-        self._drop(max(end, len(buffer) - LONGEST) if final else at)
+        self._drop(max(end, len(buffer) - LONGEST) if final else offset)
 
     def _may_begin(self, buffer: bytes, at: int) -> bool:
         return at in self._starts and _begins(buffer, at)
@@ -161,8 +161,8 @@ class Framer:
         start = self._frame_after(buffer, at)
         if start is None or start >= end:
             return None
-        inner = _frame_at(buffer, start) or b""
-        return None if end == len(buffer) != start + len(inner) else start
+        inner_frame = _frame_at(buffer, start) or b""
+        return None if end == len(buffer) != start + len(inner_frame) else start
 
     def _frame_after(self, buffer: bytes, at: int) -> int | None:
         """Return the first place after a silence and after `at` where a frame begins."""

@@ -263,9 +263,9 @@ def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> A
     kind = known.get(name) if isinstance(name, str) else None
     if kind is None:
         raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
-    given = {key: value for key, value in message.items() if key != "do"}
-    _check_keys(f"{name}", given, {each.name: each.default for each in fields(kind)})
-    return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
+    arguments = {key: value for key, value in message.items() if key != "do"}
+    _check_keys(f"{name}", arguments, {field.name: field.default for field in fields(kind)})
+    return kind(**{key: _checked(f"{name}", key, value) for key, value in arguments.items()})
 
 
 def names_in(restart: str) -> tuple[str, ...]:
@@ -274,7 +274,7 @@ def names_in(restart: str) -> tuple[str, ...]:
     >>> names_in("cycle, panel"), names_in("")
     (('cycle', 'panel'), ())
     """
-    return tuple(each.strip() for each in restart.split(",") if each.strip())
+    return tuple(name.strip() for name in restart.split(",") if name.strip())
 
 
 _LISTS = ("late_words", "rungs", "tags")
@@ -317,7 +317,7 @@ def _refuse_oddities(value: object) -> None:
         for text in level:
             if isinstance(text, str) and not _is_unicode(text):
                 raise ValueError(f"{_shown(text)} has half of a surrogate pair")
-        level = [inner for each in level for inner in _inside(each)]
+        level = [member for container in level for member in _inside(container)]
         if not level:
             return
     raise ValueError(_TOO_DEEP)
@@ -380,7 +380,7 @@ def _are_words(value: object) -> bool:
 def _is_hex(value: object) -> bool:
     if not isinstance(value, str) or len(value) > 2 * STORE_MOST or len(value) % 2:
         return False
-    return all(each in "0123456789abcdef" for each in value)
+    return all(digit in "0123456789abcdef" for digit in value)
 
 
 def _are_rungs(value: object) -> bool:
@@ -395,13 +395,13 @@ def _is_rung(value: object) -> bool:
     routine, number, texts = value
     if not _is_text(routine) or not _whole(-1, MOST_EDITS)(number) or not isinstance(texts, (list, tuple)):
         return False
-    return all(isinstance(each, str) and each.isprintable() for each in texts)
+    return all(isinstance(text, str) and text.isprintable() for text in texts)
 
 
 def _are_tags(value: object) -> bool:
     return _is_short(value) and all(
-        isinstance(each, (list, tuple)) and list(map(type, each)) == [str] * 3 and "".join(each).isprintable()
-        for each in value
+        isinstance(tag, (list, tuple)) and list(map(type, tag)) == [str] * 3 and "".join(tag).isprintable()
+        for tag in value
     )
 
 
@@ -417,7 +417,7 @@ def _frozen(value: object) -> Any:
 
 
 STEPS = ("accept", "test", "untest", "assemble", "reopen", "cancel", "save")
-_KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
+_KINDS = tuple(kind.value for kind in FaultKind if kind is not FaultKind.PROGRAM_MODE)
 _MODES = ("run", "program", "test")
 _TEXT = f"text of 1 to {TEXT_MOST} printable characters"
 _OPTIONAL = (lambda value: value == "" or _is_text(value), _TEXT)

@@ -1,7 +1,8 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) only reads attributes of nodes that exist: it accepts any age and timestamps, returns all
-timestamps, and knows neither ranges nor encodings. Here each row of the tables of result codes has its check:
+asyncua (2.1) does little more than read attributes of existing nodes: it accepts any age and timestamps,
+returns all timestamps, and supports neither index ranges nor data encodings. Here each row of the tables of
+result codes has its check:
 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
                         BadMaxAgeInvalid, BadTimestampsToReturnInvalid
@@ -89,7 +90,7 @@ class Attributes:
     def read(self, params: Any) -> list[Any]:
         """Return the values that a request names; the values of tags have already been read."""
         now = datetime.now(UTC)
-        return [self._read(each, params.TimestampsToReturn, now) for each in params.NodesToRead]
+        return [self._read(node, params.TimestampsToReturn, now) for node in params.NodesToRead]
 
     def _read(self, item: Any, timestamps: Any, now: datetime) -> Any:
         try:
@@ -120,8 +121,8 @@ class Attributes:
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
         part = part_of(variant.Value, parse_ranges(text), rank)
         dims = shape_of(part)[:rank] if rank > 1 else None
-        made = ua.Variant(part, variant.VariantType, dims, bool(rank))
-        return ua.DataValue(made, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
+        part_variant = ua.Variant(part, variant.VariantType, dims, bool(rank))
+        return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, of: Any = None) -> Any:
         times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)
@@ -202,10 +203,10 @@ class Attributes:
         kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
         if not has_value or variant.Value is None:
             raise BadStatusError("BadTypeMismatch")
-        value, found = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
-        if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not found:
+        value, dimensions = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
+        if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not dimensions:
             return list(value)
-        if variant.VariantType != kind or found > rank or (found < rank and not is_part):
+        if variant.VariantType != kind or dimensions > rank or (dimensions < rank and not is_part):
             raise BadStatusError("BadTypeMismatch")
         return value
 

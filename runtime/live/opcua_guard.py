@@ -61,14 +61,14 @@ class UaGuard:
         (self._creates,) = self._ids(("CreateSessionRequest",))
 
     def _ids(self, names: tuple[str, ...]) -> set[Any]:
-        return {ua.NodeId(getattr(ua.ObjectIds, f"{each}_Encoding_DefaultBinary")) for each in names}
+        return {ua.NodeId(getattr(ua.ObjectIds, f"{name}_Encoding_DefaultBinary")) for name in names}
 
     async def set_up(self, server: Any) -> None:
         """Offer the policy and the kinds of users, before the server listens."""
-        inner, security = server.iserver, self._security
+        inner_server, security = server.iserver, self._security
         server.allow_remote_admin(False)
-        inner.lookup_external_session = lambda _token: None
-        inner.register_external_session = lambda _session: None  # only asyncua's look-up would read it
+        inner_server.lookup_external_session = lambda _token: None
+        inner_server.register_external_session = lambda _session: None  # only asyncua's look-up would read it
         policies, token = ua.SecurityPolicyType, ua.AnonymousIdentityToken
         if security is None:
             server.set_security_policy([policies.NoSecurity])
@@ -78,7 +78,7 @@ class UaGuard:
             server.set_security_policy([policies.Basic256Sha256_SignAndEncrypt])
             if security.users:
                 token = ua.UserNameIdentityToken
-                inner.user_manager, inner.decrypt_user_token = self, self._name_and_password
+                inner_server.user_manager, inner_server.decrypt_user_token = self, self._name_and_password
         server.set_identity_tokens([token])
 
     def get_user(
@@ -101,7 +101,7 @@ class UaGuard:
     def watch(self, connection: Any) -> None:
         """Check each request of a connection before asyncua sees it; close it after an unreadable message.
 
-        asyncua alone would continue, even after a request for a channel that it has accepted only in part.
+        On its own, asyncua would continue, even after accepting only part of an open-channel request.
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
@@ -170,11 +170,11 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
     def own(given: Any) -> Any:
         """Return the subscriptions that a request names, without those of other sessions."""
         if isinstance(given, int):
-            there = subscriptions.get(given)
-            is_own = there is not None and there.session_id == session.session_id
+            subscription = subscriptions.get(given)
+            is_own = subscription is not None and subscription.session_id == session.session_id
             return given if is_own else NO_SUBSCRIPTION
         if isinstance(given, list):
-            return [own(each) for each in given]
+            return [own(value) for value in given]
         for name in ("SubscriptionId", "SubscriptionIds"):
             if hasattr(given, name):
                 setattr(given, name, own(getattr(given, name)))

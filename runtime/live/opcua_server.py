@@ -100,12 +100,14 @@ class OpcUaServer:
         await self._listen(guard)
 
     def _limit(self) -> None:
-        inner = self._inner
-        inner.max_connections = CLIENTS_MOST
-        inner.max_pending_messages_per_connection = PENDING_MOST
-        inner.max_pending_activation_seconds = ACTIVATION_S
-        inner.max_subscriptions = SUBSCRIPTIONS_MOST
-        inner.max_monitored_item_queue_size = inner.max_unacked_messages_per_subscription = QUEUE_MOST
+        inner_server = self._inner
+        inner_server.max_connections = CLIENTS_MOST
+        inner_server.max_pending_messages_per_connection = PENDING_MOST
+        inner_server.max_pending_activation_seconds = ACTIVATION_S
+        inner_server.max_subscriptions = SUBSCRIPTIONS_MOST
+        inner_server.max_monitored_item_queue_size = inner_server.max_unacked_messages_per_subscription = (
+            QUEUE_MOST
+        )
         limits = self._server.limits
         limits.max_recv_buffer = limits.max_send_buffer = CHUNK_MOST
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
@@ -125,11 +127,11 @@ class OpcUaServer:
         talk.set_policies(self._server._policies)
 
         def client() -> Any:
-            made = talk._make_protocol()
-            made.data_received = _bounded(made, made.data_received)
-            made.connection_made = _impatient(_guarded(made, made.connection_made, guard))
-            made.connection_lost = self._tidying(made.connection_lost)
-            return made
+            protocol = talk._make_protocol()
+            protocol.data_received = _bounded(protocol, protocol.data_received)
+            protocol.connection_made = _impatient(_guarded(protocol, protocol.connection_made, guard))
+            protocol.connection_lost = self._tidying(protocol.connection_lost)
+            return protocol
 
         await asyncio.get_running_loop().create_server(client, sock=self._listening)
         talk.cleanup_task = asyncio.create_task(talk._close_task_loop())
@@ -193,11 +195,14 @@ class OpcUaServer:
         """Write values as one packet; return the status of each."""
         codes = ua.StatusCodes
         requested, version = params.NodesToWrite, self._process.version
-        await self._refresh((self._attributes.tag_of(each) for each in requested if each.IndexRange), client)
+        await self._refresh(
+            (self._attributes.tag_of(write_value) for write_value in requested if write_value.IndexRange),
+            client,
+        )
         status, operations, places = [codes.Good] * len(requested), list[Operation](), list[int]()
-        for place, each in enumerate(requested):
+        for place, value in enumerate(requested):
             try:
-                changes = self._attributes.changes(each)
+                changes = self._attributes.changes(value)
             except BadStatusError as refused:
                 status[place] = getattr(codes, refused.code)
             else:
@@ -208,7 +213,7 @@ class OpcUaServer:
             for number, place in enumerate(places):
                 if results is None or results[number] is None:
                     status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
-        return [ua.StatusCode(each) for each in status]
+        return [ua.StatusCode(code) for code in status]
 
     # --- subscriptions
 
@@ -219,8 +224,10 @@ class OpcUaServer:
                 alive = KEEP_ALIVES * params.RequestedMaxKeepAliveCount
                 params.RequestedLifetimeCount = max(params.RequestedLifetimeCount, alive)
             result = await create(params, *more, **named)
-            made = self._inner.subscription_service.subscriptions[result.SubscriptionId]
-            made.publish_results = self._publishing(made, made.publish_results, client)
+            subscription = self._inner.subscription_service.subscriptions[result.SubscriptionId]
+            subscription.publish_results = self._publishing(
+                subscription, subscription.publish_results, client
+            )
             return result
 
         return subscribing
@@ -238,7 +245,7 @@ class OpcUaServer:
         async def publishing(request: Any = None) -> Any:
             if request is None:  # the interval has passed; otherwise a late request fetches queued values
                 items = list(made.monitored_item_srv._monitored_items.values())
-                await self._refresh((self._attributes.tag_of(each.read_value_id) for each in items), client)
+                await self._refresh((self._attributes.tag_of(item.read_value_id) for item in items), client)
             return await publish(request)
 
         return publishing
@@ -246,11 +253,11 @@ class OpcUaServer:
     def _monitoring(self, create: Service, client: str) -> Service:
         async def monitoring(params: Any) -> Any:
             every = self._inner.subscription_service.subscriptions.values()
-            there = sum(len(each.monitored_item_srv._monitored_items) for each in every)
-            if there + len(params.ItemsToCreate) > ITEMS_MOST:
+            item_count = sum(len(service.monitored_item_srv._monitored_items) for service in every)
+            if item_count + len(params.ItemsToCreate) > ITEMS_MOST:
                 raise service_error("BadTooManyMonitoredItems")
             await self._refresh(
-                (self._attributes.tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client
+                (self._attributes.tag_of(item.ItemToMonitor) for item in params.ItemsToCreate), client
             )
             return await create(params)
 
@@ -267,10 +274,12 @@ class OpcUaServer:
                 size += nodes[count].variable.size
                 count += 1
             turn, nodes = nodes[:count], nodes[count:]
-            results = await self._carry_out([each.variable.reads for each in turn], client, version)
+            results = await self._carry_out([request.variable.reads for request in turn], client, version)
             if results is not None:
-                found = ((each, data) for each, data in zip(turn, results, strict=True) if data is not None)
-                await self._space.take(found)
+                answered = (
+                    (request, data) for request, data in zip(turn, results, strict=True) if data is not None
+                )
+                await self._space.take(answered)
 
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
@@ -293,10 +302,10 @@ class OpcUaServer:
                 return None
             work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
             try:
-                found = await work
+                answers = await work
             except ValueError as error:  # too much for one exchange
                 raise service_error("BadRequestTooLarge") from error
-        return None if found is None else found[2][0]
+        return None if answers is None else answers[2][0]
 
 
 def _by_user(user: Any, client: str) -> str:

@@ -53,8 +53,8 @@ def limit_operations(session: Any) -> None:
 
 def accept_unknown_values() -> None:
     """Let asyncua read unknown values of enumerations as *Invalid*: services have a status for them."""
-    for each in (ua.TimestampsToReturn, ua.BrowseDirection):
-        each._missing_ = classmethod(lambda kind, _value: kind.Invalid)
+    for enumeration in (ua.TimestampsToReturn, ua.BrowseDirection):
+        enumeration._missing_ = classmethod(lambda kind, _value: kind.Invalid)
 
 
 def answer_browse_next(processor: Any) -> None:

@@ -73,8 +73,8 @@ class TagSpace:
         self._ours: list[Any] = []
         self.nodes: dict[Any, TagNode] = {}
         ids = ua.ObjectIds
-        known = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
-        self._folder, self._object, self._variable = map(ua.NodeId, known)
+        type_ids = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
+        self._folder, self._object, self._variable = map(ua.NodeId, type_ids)
         references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
         self._component, self._definition, self._organizes = map(ua.NodeId, references)
         self._fixed: dict[tuple[str, Any], Any] = {}
@@ -85,13 +85,13 @@ class TagSpace:
 
         Subscriptions to a tag continue if it still exists.
         """
-        before = self.nodes
+        nodes_before = self.nodes
         self._clear()
         objects = ua.NodeId(ua.ObjectIds.ObjectsFolder)
         root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
         self._add_all(root, TagTree(database).roots())
         self._add_elements()
-        for node_id, old in before.items():
+        for node_id, old in nodes_before.items():
             new = self.nodes.get(node_id)
             if new is None or new.shape != old.shape:
                 await self._end(old)
@@ -100,8 +100,10 @@ class TagSpace:
 
     def _clear(self) -> None:
         objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]
-        ours = set(self._ours)
-        objects.references[:] = [each for each in objects.references if each.NodeId not in ours]
+        own_ids = set(self._ours)
+        objects.references[:] = [
+            reference for reference in objects.references if reference.NodeId not in own_ids
+        ]
         for node_id in self._ours:
             del self._space[node_id]
         self._ours, self.nodes = [], {}
@@ -109,9 +111,9 @@ class TagSpace:
 
     async def _end(self, node: TagNode) -> None:
         """Notify the subscriptions to a tag that it no longer exists."""
-        gone = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
+        deleted = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
-            await call(handle, gone)
+            await call(handle, deleted)
 
     def _add_all(self, parent: Any, items: Iterator[Leaf | TagGroup]) -> None:
         for item in items:
@@ -136,19 +138,19 @@ class TagSpace:
         access = ua.AccessLevel.CurrentRead.mask
         if variable.writable:
             access |= ua.AccessLevel.CurrentWrite.mask
-        given = self._space[node_id].attributes
+        attributes = self._space[node_id].attributes
         kind = getattr(ua.ObjectIds, TYPES[variable.type_name])
-        given[ua.AttributeIds.DataType] = self._shared("NodeId", ua.NodeId(kind))
-        given[ua.AttributeIds.ValueRank] = self._shared("Int32", len(variable.dims) or -1)
+        attributes[ua.AttributeIds.DataType] = self._shared("NodeId", ua.NodeId(kind))
+        attributes[ua.AttributeIds.ValueRank] = self._shared("Int32", len(variable.dims) or -1)
         for attribute in (ua.AttributeIds.AccessLevel, ua.AttributeIds.UserAccessLevel):
-            given[attribute] = self._shared("Byte", access)
-        given[ua.AttributeIds.Historizing] = self._shared("Boolean", False)
-        given[ua.AttributeIds.MinimumSamplingInterval] = self._shared("Double", 0.0)
+            attributes[attribute] = self._shared("Byte", access)
+        attributes[ua.AttributeIds.Historizing] = self._shared("Boolean", False)
+        attributes[ua.AttributeIds.MinimumSamplingInterval] = self._shared("Double", 0.0)
         if variable.dims:
             sizes = ua.Variant(list(variable.dims), ua.VariantType.UInt32, is_array=True)
-            given[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
+            attributes[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
         value = self._made.AttributeValue(ua.DataValue(StatusCode=status("BadWaitingForInitialData")))
-        given[ua.AttributeIds.Value] = value
+        attributes[ua.AttributeIds.Value] = value
         self.nodes[node_id] = TagNode(variable, node_id, value)
 
     def _add(
@@ -164,13 +166,15 @@ class TagSpace:
         """Add a node below another one; return its identifier."""
         by = self._component if reference is None else reference
         node_id = ua.NodeId(path, self._namespace)
-        shown, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
+        browse_name, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
         node_class = ua.NodeClass.Variable if is_variable else ua.NodeClass.Object
         node = self._made.NodeData(node_id)
         node.attributes = {
             ua.AttributeIds.NodeId: self._attribute(ua.Variant(node_id, ua.VariantType.NodeId)),
             ua.AttributeIds.NodeClass: self._shared("Int32", int(node_class)),
-            ua.AttributeIds.BrowseName: self._attribute(ua.Variant(shown, ua.VariantType.QualifiedName)),
+            ua.AttributeIds.BrowseName: self._attribute(
+                ua.Variant(browse_name, ua.VariantType.QualifiedName)
+            ),
             ua.AttributeIds.DisplayName: self._attribute(ua.Variant(text, ua.VariantType.LocalizedText)),
             ua.AttributeIds.WriteMask: self._shared("UInt32", 0),
             ua.AttributeIds.UserWriteMask: self._shared("UInt32", 0),
@@ -197,18 +201,20 @@ class TagSpace:
         """Return a reference with the names of its target, as browsing shows it."""
         node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
-        shown, text, node_class = (node.attributes[each].value.Value.Value for each in names)
+        browse_name, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
         kinds = (
-            each for each in node.references if each.ReferenceTypeId == self._definition and each.IsForward
+            reference
+            for reference in node.references
+            if reference.ReferenceTypeId == self._definition and reference.IsForward
         )
         return ua.ReferenceDescription(
             ReferenceTypeId=by,
             IsForward=is_forward,
             NodeId=target,
-            BrowseName=shown,
+            BrowseName=browse_name,
             DisplayName=text,
             NodeClass=ua.NodeClass(node_class),
-            TypeDefinition=next((each.NodeId for each in kinds), ua.NodeId()),
+            TypeDefinition=next((reference.NodeId for reference in kinds), ua.NodeId()),
         )
 
     def _shared(self, kind: str, value: Any) -> Any:

@@ -41,8 +41,12 @@ class Subscriptions:
 
     def _own(self, number: int) -> Any:
         """Return a subscription of the session; None if it does not exist there."""
-        found = self._service.subscriptions.get(number)
-        return found if found is not None and found.session_id == self._session.session_id else None
+        subscription = self._service.subscriptions.get(number)
+        return (
+            subscription
+            if subscription is not None and subscription.session_id == self._session.session_id
+            else None
+        )
 
     def _subscription(self, params: Any) -> Any:
         """Return the subscription that a request names; refuse the request if it does not exist."""
@@ -54,27 +58,27 @@ class Subscriptions:
     def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
         """Acknowledge messages; return the number of subscriptions, and a status for each message."""
         session = self._session.session_id
-        own = sum(each.session_id == session for each in self._service.subscriptions.values())
-        if not own:
+        own_count = sum(active.session_id == session for active in self._service.subscriptions.values())
+        if not own_count:
             raise service_error("BadNoSubscription")
         results = []
-        for each in acknowledged or ():
-            subscription, code = self._own(each.SubscriptionId), "Good"
+        for acknowledgement in acknowledged or ():
+            subscription, code = self._own(acknowledgement.SubscriptionId), "Good"
             if subscription is None:
                 code = "BadSubscriptionIdInvalid"
-            elif subscription._not_acknowledged_results.pop(each.SequenceNumber, None) is None:
+            elif subscription._not_acknowledged_results.pop(acknowledgement.SequenceNumber, None) is None:
                 code = "BadSequenceNumberUnknown"
             results.append(status(code))
-        return own, results
+        return own_count, results
 
     def republish(self, params: Any) -> Any:
         """Return a message that is not acknowledged."""
         subscription = self._subscription(params)
         subscription._publish_cycles_count = 0
-        found = subscription._not_acknowledged_results.get(params.RetransmitSequenceNumber)
-        if found is None:
+        notification = subscription._not_acknowledged_results.get(params.RetransmitSequenceNumber)
+        if notification is None:
             raise service_error("BadMessageNotAvailable")
-        return found.NotificationMessage
+        return notification.NotificationMessage
 
     # --- monitored items
 
@@ -83,31 +87,34 @@ class Subscriptions:
         self._attributes.check_timestamps(params.TimestampsToReturn)
         service = self._subscription(params).monitored_item_srv
         refusals = list(map(self._refusal, params.ItemsToCreate))
-        accepted = [each for each, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
+        accepted = [item for item, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
         params.ItemsToCreate = accepted
         _shape(service, self._attributes).timestamps = params.TimestampsToReturn
-        made = await self._create_items(params) if accepted else []
-        for each in made:
-            if each.StatusCode.is_good():
-                service._monitored_items[each.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused = iter(made), ua.MonitoredItemCreateResult
-        return [refused(status(each)) if each else next(results) for each in refusals]
+        made_items = await self._create_items(params) if accepted else []
+        for result in made_items:
+            if result.StatusCode.is_good():
+                service._monitored_items[result.MonitoredItemId].timestamps = params.TimestampsToReturn
+        results, refused = iter(made_items), ua.MonitoredItemCreateResult
+        return [refused(status(refusal)) if refusal else next(results) for refusal in refusals]
 
     async def modify_items(self, params: Any) -> list[Any]:
         """Change items."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
         items = self._subscription(params).monitored_item_srv._monitored_items
-        known = [items.get(each.MonitoredItemId) for each in params.ItemsToModify]
+        known_items = [items.get(request.MonitoredItemId) for request in params.ItemsToModify]
         params.ItemsToModify = [
-            each for each, item in zip(params.ItemsToModify, known, strict=True) if item is not None
+            request
+            for request, item in zip(params.ItemsToModify, known_items, strict=True)
+            if item is not None
         ]
         changed = iter(await self._modify_items(params) if params.ItemsToModify else ())
-        for item in known:
+        for item in known_items:
             if item is not None:
                 item.timestamps = params.TimestampsToReturn
         unknown = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if each is not None else ua.MonitoredItemModifyResult(unknown) for each in known
+            next(changed) if known is not None else ua.MonitoredItemModifyResult(unknown)
+            for known in known_items
         ]
 
     def _refusal(self, item: Any) -> str:
@@ -164,7 +171,7 @@ class _Shape:
 
 def _shape(service: Any, attributes: Attributes) -> _Shape:
     """Return the shaper of a subscription's values; install it at the first call."""
-    there = service.datachange_callback
-    if not isinstance(there, _Shape):
-        there = service.datachange_callback = _Shape(service, attributes)
-    return there
+    callback = service.datachange_callback
+    if not isinstance(callback, _Shape):
+        callback = service.datachange_callback = _Shape(service, attributes)
+    return callback

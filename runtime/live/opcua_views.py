@@ -46,7 +46,7 @@ class Views:
         self.space = space
         self.edition = 0
         self._subtype = ua.NodeId(ua.ObjectIds.HasSubtype)
-        self._fields = [each for each in ua.BrowseResultMask if each.name in FIELDS]
+        self._fields = [field for field in ua.BrowseResultMask if field.name in FIELDS]
         self._all = sum(self._fields)
 
     def _start_refusal(self, node_id: Any) -> str:
@@ -61,7 +61,7 @@ class Views:
         elements = path.RelativePath.Elements
         if not elements:
             return "BadNothingToDo"
-        return "" if all(each.TargetName.Name for each in elements) else "BadBrowseNameInvalid"
+        return "" if all(element.TargetName.Name for element in elements) else "BadBrowseNameInvalid"
 
     def refusal(self, description: Any) -> str:
         """Return the name of the status that refuses a browse; "" for none."""
@@ -81,17 +81,19 @@ class Views:
         kinds = None if description.ReferenceTypeId.is_null() else {description.ReferenceTypeId}
         if kinds is not None and description.IncludeSubtypes:
             kinds.update(self._subtypes(description.ReferenceTypeId))
-        for each in self.space[description.NodeId].references:
-            if each.IsForward not in forward or (kinds is not None and each.ReferenceTypeId not in kinds):
+        for reference in self.space[description.NodeId].references:
+            if reference.IsForward not in forward or (
+                kinds is not None and reference.ReferenceTypeId not in kinds
+            ):
                 continue
-            if not description.NodeClassMask or description.NodeClassMask & each.NodeClass:
-                yield self._masked(each, description.ResultMask)
+            if not description.NodeClassMask or description.NodeClassMask & reference.NodeClass:
+                yield self._masked(reference, description.ResultMask)
 
     def _subtypes(self, kind: Any) -> Iterator[Any]:
-        for each in self.space[kind].references:
-            if each.ReferenceTypeId == self._subtype and each.IsForward:
-                yield each.NodeId
-                yield from self._subtypes(each.NodeId)
+        for reference in self.space[kind].references:
+            if reference.ReferenceTypeId == self._subtype and reference.IsForward:
+                yield reference.NodeId
+                yield from self._subtypes(reference.NodeId)
 
     def _is_reference_type(self, node_id: Any) -> bool:
         node, key = self.space.get(node_id), ua.AttributeIds.NodeClass
@@ -101,11 +103,11 @@ class Views:
         """Return a reference with the fields of a mask."""
         if mask & self._all == self._all:
             return reference
-        made = ua.ReferenceDescription(NodeId=reference.NodeId)
-        for each in self._fields:
-            if mask & each:
-                setattr(made, each.name, getattr(reference, each.name))
-        return made
+        masked = ua.ReferenceDescription(NodeId=reference.NodeId)
+        for field in self._fields:
+            if mask & field:
+                setattr(masked, field.name, getattr(reference, field.name))
+        return masked
 
 
 class Browsing:
@@ -125,23 +127,25 @@ class Browsing:
         """Answer Browse."""
         if not params.View.ViewId.is_null():
             raise service_error("BadViewIdUnknown")
-        most, before = params.RequestedMaxReferencesPerNode, list(self._paused)
+        references_most, paused_before = params.RequestedMaxReferencesPerNode, list(self._paused)
         results = []
-        for each in params.NodesToBrowse:
-            if refusal := self._views.refusal(each):
+        for description in params.NodesToBrowse:
+            if refusal := self._views.refusal(description):
                 results.append(ua.BrowseResult(status(refusal)))
             else:
-                results.append(self._results(self._views.references(each), most, before))
+                results.append(
+                    self._results(self._views.references(description), references_most, paused_before)
+                )
         return results
 
     async def translate(self, paths: list[Any]) -> list[Any]:
         """Answer TranslateBrowsePathsToNodeIds; asyncua resolves valid paths."""
         results = []
-        for each in paths:
-            if refusal := self._views.path_refusal(each):
+        for path in paths:
+            if refusal := self._views.path_refusal(path):
                 results.append(ua.BrowsePathResult(status(refusal)))
             else:
-                results += await self._translate([each])
+                results += await self._translate([path])
         return results
 
     async def browse_next(self, params: Any) -> list[Any]:
@@ -163,18 +167,18 @@ class Browsing:
         """Return the next references, and a continuation point if there are more.
 
         Args:
-            most: references; 0 = all.
-            before: points of earlier requests, which may be released.
+            most: maximum number of references; 0 for no limit.
+            before: continuation points of earlier requests, which may be released.
         """
-        found = [] if first is None else [first]
-        found += islice(rest, most - len(found)) if most else rest
+        references = [] if first is None else [first]
+        references += islice(rest, most - len(references)) if most else rest
         following = next(rest, None) if most else None
         if following is None:
-            return ua.BrowseResult(References=found)
+            return ua.BrowseResult(References=references)
         while len(self._paused) >= CONTINUATIONS_MOST:
             if not before:
                 return ua.BrowseResult(status("BadNoContinuationPoints"))
             self._paused.pop(before.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
         self._paused[point] = _Continuation(self._views.edition, rest, following, most)
-        return ua.BrowseResult(ContinuationPoint=point, References=found)
+        return ua.BrowseResult(ContinuationPoint=point, References=references)

@@ -34,7 +34,7 @@ from .actions import ALL, NAMES, Action, Value, text_of
 
 
 class AppliedAction(NamedTuple):
-    """An order that was carried out before scan `scan`."""
+    """An operator action that was applied before scan `scan`."""
 
     scan: int
     order: Action
@@ -180,8 +180,8 @@ class OperatorActions:
         module = self._rack.slots[order.slot].module
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
-        what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        incident = InjectedFault(at_ns, what, order.slot, for_ns, order.late_words, order.state)
+        kind, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
+        incident = InjectedFault(at_ns, kind, order.slot, for_ns, order.late_words, order.state)
         incident.check_late_words(len(self.words[order.slot].outputs))
         module.happen(incident)
 

@@ -101,13 +101,13 @@ class Ring:
         self._stride = self.dtype.itemsize
         self._mask = shape.rows - 1
         self.at_once = min(AT_ONCE, shape.rows // 4 or 1)
-        whole = memoryview(memory.map)
+        memory_view = memoryview(memory.map)
         start = _HEAD_BYTES + shape.rows * self._stride
-        self.head = whole[:_HEAD_BYTES].cast("Q")
-        self._rows = whole[_HEAD_BYTES:start]
-        self.messages = Records(self.head, _MESSAGES, whole[start : start + MESSAGE_BYTES])
+        self.head = memory_view[:_HEAD_BYTES].cast("Q")
+        self._rows = memory_view[_HEAD_BYTES:start]
+        self.messages = Records(self.head, _MESSAGES, memory_view[start : start + MESSAGE_BYTES])
         start += MESSAGE_BYTES
-        self.snapshots = Records(self.head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
+        self.snapshots = Records(self.head, _SNAPSHOTS, memory_view[start : start + SNAPSHOT_BYTES])
         pad = self._stride - _row_struct(shape, 0).size
         self.put = _putter(self.head, self._rows, _row_struct(shape, pad), self._mask)
 
@@ -129,15 +129,15 @@ class Ring:
             scan: number of the last one; its times are the next two.
             images: the rack's memory after each, at most `at_once`.
         """
-        back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
+        scans_back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
         rows = np.zeros(len(images), self.dtype)
-        rows["scan"] = rows["again"] = (scan + back) & SCAN_MASK
+        rows["scan"] = rows["again"] = (scan + scans_back) & SCAN_MASK
         rows["flags"], rows["figures"] = flags, figures
-        rows["now_ns"], rows["wall_ns"] = now_ns + back * period_ns, wall_ns + back * wall_step_ns
+        rows["now_ns"], rows["wall_ns"] = now_ns + scans_back * period_ns, wall_ns + scans_back * wall_step_ns
         rows["words"] = np.frombuffer(b"".join(images), "<i2").reshape(rows["words"].shape)
-        data, at = rows.tobytes(), (written & self._mask) * self._stride
-        left = len(self._rows) - at
-        self._rows[at : at + len(data)] = data[:left]
+        data, offset = rows.tobytes(), (written & self._mask) * self._stride
+        left = len(self._rows) - offset
+        self._rows[offset : offset + len(data)] = data[:left]
         self._rows[: max(0, len(data) - left)] = data[left:]
         self.head[_ROWS] = written + len(images)
 
@@ -218,14 +218,14 @@ class Records:
         if length > self._size // 4:
             return False
         end = self.end
-        at = end % self._size
-        if at + length > self._size:  # continue at the start of the buffer
-            _LENGTH.pack_into(self._room, at, _REST)
-            end += self._size - at
+        offset = end % self._size
+        if offset + length > self._size:  # continue at the start of the buffer
+            _LENGTH.pack_into(self._room, offset, _REST)
+            end += self._size - offset
             self._head[self._index] = end
-            at = 0
-        _LENGTH.pack_into(self._room, at, len(record))
-        self._room[at + 4 : at + 4 + len(record)] = record
+            offset = 0
+        _LENGTH.pack_into(self._room, offset, len(record))
+        self._room[offset + 4 : offset + 4 + len(record)] = record
         self._head[self._index] = end + length
         return True
 
@@ -247,10 +247,12 @@ class Records:
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
-        at, to = since % self._size, end % self._size
+        begin, to = since % self._size, end % self._size
         if end == since:
             return b""
-        return bytes(self._room[at:to]) if at < to else bytes(self._room[at:]) + bytes(self._room[:to])
+        return (
+            bytes(self._room[begin:to]) if begin < to else bytes(self._room[begin:]) + bytes(self._room[:to])
+        )
 
     def release(self) -> None:
         """Release the memory."""
@@ -267,15 +269,15 @@ def _aligned(length: int) -> int:
 
 
 def _taken_apart(copy: bytes, since: int, size: int) -> list[bytes]:
-    found, at = [], 0
-    while at < len(copy):
-        (length,) = _LENGTH.unpack_from(copy, at)
+    records, offset = [], 0
+    while offset < len(copy):
+        (length,) = _LENGTH.unpack_from(copy, offset)
         if length == _REST:
-            at += size - (since + at) % size
+            offset += size - (since + offset) % size
             continue
-        found.append(copy[at + 4 : at + 4 + length])
-        at += _aligned(4 + length)
-    return found
+        records.append(copy[offset + 4 : offset + 4 + length])
+        offset += _aligned(4 + length)
+    return records
 
 
 def row_type(memory_bytes: int, figures: int) -> np.dtype[Any]:

@@ -207,7 +207,7 @@ class Session:
 
     def _run(self, end: int | None) -> None:
         """Run scans until they are done, or the CPU is stopped."""
-        ends = [each for each in (self._until, end) if each is not None]
+        ends = [instant for instant in (self._until, end) if instant is not None]
         self._cpu.run(min(ends) - self._cpu.scan if ends else None)
         if self._until is not None and self._cpu.scan >= self._until and not self.state.paused:
             self._pause()
@@ -229,7 +229,7 @@ class Session:
             return
         stops, self.state.ran = self.stops.stops, self.stops.ran
         if stops and not self.repeats:
-            self.state.met = [str(each) for each in stops]
+            self.state.met = [str(stop) for stop in stops]
             self._pause()
 
     # --- orders
@@ -361,10 +361,10 @@ class Session:
             self.state.breakpoints.append(order.at)
 
     def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
-        left = [each for each in self.state.breakpoints if each != order.at and order.at != ALL]
+        left = [location for location in self.state.breakpoints if location != order.at and order.at != ALL]
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
-            there = ", ".join(left) or "none"
-            raise ValueError(f"no breakpoint at {order.at}; there are {there}")
+            breakpoint_list = ", ".join(left) or "none"
+            raise ValueError(f"no breakpoint at {order.at}; there are {breakpoint_list}")
         if order.at == ALL:
             self._with_breakpoints().clear_breakpoints()
         elif not any(_is_same(order.at, other) for other in left):

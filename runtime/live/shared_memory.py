@@ -49,7 +49,7 @@ def _new_place(size: int) -> int | str:
         if hasattr(os, "memfd_create"):
             place: int = os.memfd_create("scanrack")
         else:
-            with tempfile.TemporaryFile() as named:
-                place = os.dup(named.fileno())
+            with tempfile.TemporaryFile() as memory_file:
+                place = os.dup(memory_file.fileno())
         os.ftruncate(place, size)
         return place

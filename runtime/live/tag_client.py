@@ -51,10 +51,10 @@ class Client:
         """Send; return whether all bytes were sent. BrokenClientError if the client does not read."""
         self.unread += data
         try:
-            sent = self.socket.send(self.unread) if self.unread else 0
+            sent_bytes = self.socket.send(self.unread) if self.unread else 0
         except BlockingIOError:
-            sent = 0
-        self.unread = self.unread[sent:]
+            sent_bytes = 0
+        self.unread = self.unread[sent_bytes:]
         if len(self.unread) > UNREAD_MOST:
             raise BrokenClientError("the client does not read")
         return not self.unread

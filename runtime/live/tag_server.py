@@ -67,10 +67,10 @@ class TagServer:
         self.clients: dict[socket.socket, Client] = {}
         self.dropped, self.reason = 0, ""
         self._selector = selectors.DefaultSelector()
-        for each in (listening, udp):
-            if each is not None:
-                each.setblocking(False)
-                self._selector.register(each, selectors.EVENT_READ)
+        for listener in (listening, udp):
+            if listener is not None:
+                listener.setblocking(False)
+                self._selector.register(listener, selectors.EVENT_READ)
         self.set_up(setup)
 
     def set_up(self, setup: TagSetup) -> None:
@@ -90,16 +90,16 @@ class TagServer:
         delay no other one.
         """
         has_message = False
-        waits = any(each.waiting for each in self.clients.values())
+        waits = any(tag_client.waiting for tag_client in self.clients.values())
         for key, events in self._selector.select(0 if waits else seconds):
             if isinstance(key.fileobj, socket.socket):
                 self._handle(key.fileobj, events)
             else:
                 has_message = True
-        if any(each.waiting for each in self.clients.values()) and not self._serve():
+        if any(tag_client.waiting for tag_client in self.clients.values()) and not self._serve():
             return True
         now_ns = wall_ns()
-        for client in [each for each in self.clients.values() if each.is_late(now_ns)]:
+        for client in [tag_client for tag_client in self.clients.values() if tag_client.is_late(now_ns)]:
             self._drop(client, "it is silent, or its frame is not whole")
         return has_message
 
@@ -122,23 +122,23 @@ class TagServer:
 
     def _accept(self) -> None:
         try:
-            where, address = self._listening.accept()
+            connection, address = self._listening.accept()
         except OSError:
             return
         if not self._has_place():
-            where.close()
+            connection.close()
             return
-        where.setblocking(False)
-        where.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.clients[where] = Client(where, self._sessions.open(), f"{address[0]}:{address[1]}")
-        self._selector.register(where, selectors.EVENT_READ)
+        connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.clients[connection] = Client(connection, self._sessions.open(), f"{address[0]}:{address[1]}")
+        self._selector.register(connection, selectors.EVENT_READ)
 
     def _has_place(self) -> bool:
         """Return whether there is a place for another client; if necessary, drop a silent one."""
-        heard = {each: client.heard_ns for each, client in self.clients.items()}
-        gone, has_place = make_place(heard, wall_ns())
-        if gone is not None:
-            self._drop(self.clients[gone], "all places are taken, and it is silent")
+        heard = {connection: client.heard_ns for connection, client in self.clients.items()}
+        evicted, has_place = make_place(heard, wall_ns())
+        if evicted is not None:
+            self._drop(self.clients[evicted], "all places are taken, and it is silent")
         return has_place
 
     def _move(self, client: Client, events: int) -> None:
@@ -167,9 +167,9 @@ class TagServer:
 
     def _answer_datagram(self, udp: socket.socket) -> None:
         try:
-            data, where = udp.recvfrom(1 << 12)
+            data, sender = udp.recvfrom(1 << 12)
             if answer := self._sessions.datagram(data):
-                udp.sendto(answer, where)
+                udp.sendto(answer, sender)
         except OSError:
             return
 
@@ -179,7 +179,7 @@ class TagServer:
         """Return the packets to answer now: one of each client that waits, up to BATCH_BYTES."""
         turn: list[tuple[Client, Plan]] = []
         left = BATCH_BYTES
-        for client in [each for each in self.clients.values() if each.waiting]:
+        for client in [tag_client for tag_client in self.clients.values() if tag_client.waiting]:
             plan = self._planned(client)
             if plan is None:
                 continue
@@ -193,12 +193,12 @@ class TagServer:
         """Answer a packet of each client that waits; return False if the program has been edited."""
         turn = self._turn()
         packets: list[Packet] = [(client.address, plan.operations) for client, plan in turn]
-        found: Answers | None = 0, self.setup.version, [[] for _ in packets]
+        answers: Answers | None = 0, self.setup.version, [[] for _ in packets]
         if any(plan.operations or plan.is_timed for _, plan in turn):
-            found = self._exchange(packets)
-        if found is None:
+            answers = self._exchange(packets)
+        if answers is None:
             return False
-        now_ns, version, results = found
+        now_ns, version, results = answers
         for (client, _), result in zip(turn, results, strict=True):
             self.clients[client.socket] = self.clients.pop(client.socket)  # the others come first next time
             self._reply(client, Instant(result, now_ns, version))

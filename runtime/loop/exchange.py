@@ -247,8 +247,8 @@ class EveryRpi(Exchange):
         if exchanges[-1] >= 0:
             rows = self._outlook.rows(latest_ns, self._next_ns, rpi_ns, exchanges[-1] + 1)
             table += [rows] * (exchanges[-1] + 1) if isinstance(rows, bytes) else rows
-        fresh = [at > before for before, at in pairwise([-1, *exchanges])]
-        return Block([table[at + 1] for at in exchanges], count, fresh)
+        are_fresh = [exchange > previous for previous, exchange in pairwise([-1, *exchanges])]
+        return Block([table[exchange + 1] for exchange in exchanges], count, are_fresh)
 
     @override
     def catch_up(self, now_ns: int) -> None:

@@ -40,8 +40,8 @@ class Fault:
     site: Site = NOWHERE  # routine and rung of a ladder program
 
     def __str__(self) -> str:
-        at = f"scan {self.scan} (t = {seconds(self.now_ns)} s)"
-        return f"{at}: {_BLAME[self.cause]} {self.text} [{self.where}]"
+        instant = f"scan {self.scan} (t = {seconds(self.now_ns)} s)"
+        return f"{instant}: {_BLAME[self.cause]} {self.text} [{self.where}]"
 
     @property
     def fields(self) -> Mapping[str, JsonValue]:
@@ -107,8 +107,8 @@ def place_of(error: BaseException) -> str:
     comes from "<string>"). If there is none, this is the innermost frame.
     """
     steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
-    theirs = [step for step in steps if is_the_users(step[0].co_filename)]
-    code, line = (theirs or steps)[-1]
+    user_steps = [step for step in steps if is_the_users(step[0].co_filename)]
+    code, line = (user_steps or steps)[-1]
     return f"{code.co_filename}:{line}"
 
 

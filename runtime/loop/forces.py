@@ -140,10 +140,12 @@ class Forces:
 
 def check_value(address: str, place: Address, value: object) -> None:
     """Refuse a value that does not fit a word or bit, with a ValueError that names the address."""
-    least, most = (WORD_MIN, UNSIGNED_MAX) if place.bit is None else (0, 1)
-    if not isinstance(value, int) or not least <= value <= most:
+    lowest, highest = (WORD_MIN, UNSIGNED_MAX) if place.bit is None else (0, 1)
+    if not isinstance(value, int) or not lowest <= value <= highest:
         place_name = "word" if place.bit is None else "bit"
-        raise ValueError(f"{address!r} cannot be forced to {value!r}: a {place_name} is {least} to {most}")
+        raise ValueError(
+            f"{address!r} cannot be forced to {value!r}: a {place_name} is {lowest} to {highest}"
+        )
 
 
 def _add(masked: _MaskedWord, bit: int | None, value: int) -> None:

@@ -158,9 +158,9 @@ class Listeners:
             scan: number of the scan that reports it.
             origin: `slot`, the number of the module's slot.
         """
-        own = {"kind": event.kind, "name": event.name, "text": event.text}
+        own_fields = {"kind": event.kind, "name": event.name, "text": event.text}
         topic = TOPIC_OF_KIND.get(event.kind, "/events")
-        self.event(scan, event.at_ns, topic, {**event.fields, **origin, **own})
+        self.event(scan, event.at_ns, topic, {**event.fields, **origin, **own_fields})
 
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
         """Pass on the modules' events in order of time, and empty the modules' lists."""

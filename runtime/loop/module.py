@@ -93,8 +93,8 @@ class ForeseeingModule(Module, Protocol):
 
 def foreseeing(module: Module) -> ForeseeingModule | None:
     """Return a module that can compute its coming inputs, None for others; faster than `isinstance`."""
-    known = all(hasattr(module, name) for name in ("before_change", "calm_until_ns", "foretell"))
-    return module if known else None  # type: ignore[return-value]
+    is_foreseeing = all(hasattr(module, name) for name in ("before_change", "calm_until_ns", "foretell"))
+    return module if is_foreseeing else None  # type: ignore[return-value]
 
 
 def unnoticed() -> None:

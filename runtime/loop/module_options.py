@@ -69,6 +69,6 @@ def _problem(field: FieldInfo, details: ErrorDetails) -> str:
 
 
 def _range(field: FieldInfo) -> str:
-    least = next(limit.ge for limit in field.metadata if hasattr(limit, "ge"))
-    most = next((f"to {limit.le}" for limit in field.metadata if hasattr(limit, "le")), "and more")
-    return f"{least} {most}"
+    lower = next(limit.ge for limit in field.metadata if hasattr(limit, "ge"))
+    upper = next((f"to {limit.le}" for limit in field.metadata if hasattr(limit, "le")), "and more")
+    return f"{lower} {upper}"

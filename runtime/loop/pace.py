@@ -313,9 +313,9 @@ class Watchdog:
             WatchdogTimeout: it took longer than the limit.
         """
         since = _clocks()
-        with _noticing_breakpoints() as met:
+        with _noticing_breakpoints() as breakpoints:
             logic()
-        if not (met or _traced_by_debugger()):
+        if not (breakpoints or _traced_by_debugger()):
             self._expire_if_over(since)
 
     def _look(self, scan: int) -> None:
@@ -351,7 +351,7 @@ def _stack(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
-    return any(inner.f_code in codes for inner in _stack(frame))
+    return any(caller.f_code in codes for caller in _stack(frame))
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
@@ -359,7 +359,7 @@ DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_py
 
 
 def _in_debugger(frame: FrameType | None) -> bool:
-    return any(_of_debugger(inner.f_globals.get("__name__")) for inner in _stack(frame))
+    return any(_of_debugger(caller.f_globals.get("__name__")) for caller in _stack(frame))
 
 
 def _traced_by_debugger() -> bool:
@@ -374,16 +374,16 @@ def _of_debugger(module: object) -> bool:
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
     """Collect one entry per call of `breakpoint()`; the original hook still runs."""
-    met: list[None] = []
+    met_lines: list[None] = []
     hook = sys.breakpointhook
 
     def noticed(*arguments: Any, **options: Any) -> Any:
-        met.append(None)
+        met_lines.append(None)
         return hook(*arguments, **options)
 
     sys.breakpointhook = noticed
     try:
-        yield met
+        yield met_lines
     finally:
         sys.breakpointhook = hook
 
@@ -424,7 +424,7 @@ class _Ticker:
     @contextmanager
     def ticking(self, interval: float, handler: Handler) -> Iterator[None]:
         """Run `handler` in the main thread every `interval` seconds."""
-        before = self._interval, self._handler
+        previous = self._interval, self._handler
         with self._changing:
             self._interval, self._handler = interval, handler
             if self.thread is None:
@@ -434,7 +434,7 @@ class _Ticker:
         try:
             yield
         finally:
-            self._interval, self._handler = before
+            self._interval, self._handler = previous
 
     def _run(self) -> None:
         while True:

@@ -109,10 +109,10 @@ def check_slot_number(number: object) -> None:
 
 
 def _checked(cards: Iterable[Card]) -> list[Card]:
-    seen: dict[int, Card] = {}
+    cards_by_slot: dict[int, Card] = {}
     for card in cards:
         check_slot_number(card.slot)
-        if card.slot in seen:
+        if card.slot in cards_by_slot:
             raise ValueError(f"slot {card.slot} is used twice: every module needs its own slot")
-        seen[card.slot] = card
-    return list(seen.values())
+        cards_by_slot[card.slot] = card
+    return list(cards_by_slot.values())

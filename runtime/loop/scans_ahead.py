@@ -135,9 +135,9 @@ class ScansAhead:
             self._scan_repeats(self._finder, block)
         else:
             self._scan_block(block)
-        used = view.number - first
-        patience.ended(used, block.length)
-        return used
+        scans_used = view.number - first
+        patience.ended(scans_used, block.length)
+        return scans_used
 
     def _calm_scans(self, most: int) -> int:
         """Return how many scans can go by rows now; 0 if that is unknown, -1 if the next scan can't."""
@@ -175,9 +175,9 @@ class ScansAhead:
         self._by_rows = True
         try:
             while self._by_rows and done < block.length:
-                most = self._phases.rows_at_once()
-                if most:
-                    count = min(most, block.length - done)
+                rows_most = self._phases.rows_at_once()
+                if rows_most:
+                    count = min(rows_most, block.length - done)
                     self._scan_at_once(block, done, count)
                 else:
                     count = block.length - done
@@ -230,20 +230,20 @@ class ScansAhead:
         times = list(range(view.now_ns, view.now_ns + count * period_ns, period_ns))
         rows = block.part(start, count)
         self._pending = numbers, times, rows
-        self.present, whole = phases.call_logic, False
+        self.present, is_whole = phases.call_logic, False
         try:
-            whole = self._play(numbers, times, rows, self._program_in_rows(block, start))
+            is_whole = self._play(numbers, times, rows, self._program_in_rows(block, start))
             self.present = phases.record
         finally:
-            self._pass_on(view.number + whole)
+            self._pass_on(view.number + is_whole)
             self._pending = _NO_ROWS
-        if whole and not self._ends:
+        if is_whole and not self._ends:
             view.number += 1
             view.now_ns += period_ns
             return
         self.present = phases.input_latch
         self.catch_up()
-        for self.present in (phases.housekeeping,) if whole else phases.after_logic:
+        for self.present in (phases.housekeeping,) if is_whole else phases.after_logic:
             self.present()
 
     def _pass_on(self, end: int) -> None:

@@ -92,8 +92,8 @@ class _Turn:
             return self.counts
         if now_ns <= self.start_ns:
             return 0
-        made = abs(self.counts) * (now_ns - self.start_ns) // (self.end_ns - self.start_ns)
-        return made if self.counts > 0 else -made
+        counts_made = abs(self.counts) * (now_ns - self.start_ns) // (self.end_ns - self.start_ns)
+        return counts_made if self.counts > 0 else -counts_made
 
 
 class HandTurning:

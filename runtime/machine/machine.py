@@ -136,8 +136,8 @@ class Machine:
     def rewire(self, bit: InputBit, switches: Sequence[Switch]) -> None:
         """Wire an input to other switches now, and release it; without switches it is de-energized."""
         self.before_change()
-        kept = [switch for switch in self.spec.switches if switch.input is not bit]
-        self.spec = replace(self.spec, switches=(*kept, *switches))
+        kept_switches = [switch for switch in self.spec.switches if switch.input is not bit]
+        self.spec = replace(self.spec, switches=(*kept_switches, *switches))
         self._switches = SwitchTable(self.spec.switches)
         self._refused = self._refused & ~bit.value | (bit.value if switches else 0)
         self._stimuli.hold(bit, None)

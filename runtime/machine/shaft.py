@@ -72,7 +72,9 @@ class Shaft:
             for direction in (1, -1):
                 if slip.direction != -direction:
                     self._slips.setdefault((slip.at, direction), []).append(state)
-        self._obstacles = sorted({at for at, _ in self._jams} | {at for at, _ in self._slips})
+        self._obstacles = sorted(
+            {position for position, _ in self._jams} | {position for position, _ in self._slips}
+        )
         self._departing = 0  # direction in which the motor leaves `position`, 0 = not yet
         self._left = 0  # steps still to be lost before the shaft leaves
         self._survey()
@@ -139,10 +141,10 @@ class Shaft:
         if distance <= 0:
             return 0 if distance == 0 else None
         lost = 0
-        for at in self._obstacles_before(direction, target):
-            if (at, direction) in self._jams:
+        for position in self._obstacles_before(direction, target):
+            if (position, direction) in self._jams:
                 return None
-            lost += self._due(at, direction)
+            lost += self._due(position, direction)
         return distance + lost
 
     def _obstacles_before(self, direction: int, target: int) -> list[int]:

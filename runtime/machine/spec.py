@@ -111,8 +111,8 @@ def refusal(owner: object, field: str, value: object, allowed: str) -> ValueErro
 
 def _check_whole(owner: object, field: str, least: int | None = None) -> None:
     value = getattr(owner, field)
-    whole = isinstance(value, int) and not isinstance(value, bool)
-    if not whole or (least is not None and value < least):
+    is_int = isinstance(value, int) and not isinstance(value, bool)
+    if not is_int or (least is not None and value < least):
         raise refusal(owner, field, value, "a whole number" + ("" if least is None else f", {least} or more"))
 
 

@@ -168,8 +168,8 @@ class NamedStatus:
             return self._inputs.bit(self._bits[name].word, self._bits[name].bit)
         if name in self._words:
             return self._inputs[self._words[name]]
-        there = ", ".join([*self._bits, *self._words])
-        raise AttributeError(f"the module has no {name!r} in its inputs: they are {there}")
+        name_list = ", ".join([*self._bits, *self._words])
+        raise AttributeError(f"the module has no {name!r} in its inputs: they are {name_list}")
 
     def __str__(self) -> str:
         return " ".join(name for name in self._bits if getattr(self, name)) or "no bit"

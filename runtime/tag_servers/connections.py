@@ -81,26 +81,26 @@ class Connections:
         return bytes((service | 0x80, 0, 0, 0)) + reply
 
     def _begin(self, data: bytes, *, large: bool) -> bytes:
-        theirs, serial, vendor, origin = struct.unpack_from("<IHHI", data, 6)
+        client_id, serial, vendor, origin = struct.unpack_from("<IHHI", data, 6)
         form = struct.Struct("<II" if large else "<IH")
         there_us, _ = form.unpack_from(data, 22)
-        back_us, back = form.unpack_from(data, 22 + form.size)
-        at = 22 + 2 * form.size + 1
-        if len(data) < at + 1 + 2 * data[at]:
+        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
+        offset = 22 + 2 * form.size + 1
+        if len(data) < offset + 1 + 2 * data[offset]:
             raise CipRefusedError(TOO_SHORT)
-        path = parse_path(data[at + 1 : at + 1 + 2 * data[at]])
-        if any(each != OWN_ROUTE for each in path.ports):
+        path = parse_path(data[offset + 1 : offset + 1 + 2 * data[offset]])
+        if any(port != OWN_ROUTE for port in path.ports):
             raise CipRefusedError(NO_CONNECTION, NO_SLOT)
         if path.numbers.get("class") != ROUTER:
             raise CipRefusedError(NO_CONNECTION, NO_TARGET)
-        size, triad = back & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
+        size, triad = back_parameters & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
         self._check(size, triad)
-        ours = next(self._numbers)
-        self._open[ours] = Connection(theirs, size, triad)
-        return struct.pack("<IIHHIIIBB", ours, theirs, *triad, there_us, back_us, 0, 0)
+        own_id = next(self._numbers)
+        self._open[own_id] = Connection(client_id, size, triad)
+        return struct.pack("<IIHHIIIBB", own_id, client_id, *triad, there_us, back_us, 0, 0)
 
     def _check(self, size: int, triad: Triad) -> None:
-        if any(each.triad == triad for each in self._open.values()):
+        if any(connection.triad == triad for connection in self._open.values()):
             raise CipRefusedError(NO_CONNECTION, IN_USE)
         if len(self._open) >= CONNECTIONS_MOST:
             raise CipRefusedError(NO_CONNECTION, NO_PLACES)
@@ -109,8 +109,8 @@ class Connections:
 
     def _close(self, data: bytes) -> bytes:
         triad: Triad = struct.unpack_from("<HHI", data, 2)
-        for number, each in self._open.items():
-            if each.triad == triad:
+        for number, connection in self._open.items():
+            if connection.triad == triad:
                 del self._open[number]
                 return struct.pack("<HHIBB", *triad, 0, 0)
         raise CipRefusedError(NO_CONNECTION, NOT_FOUND)

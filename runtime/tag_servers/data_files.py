@@ -83,42 +83,42 @@ class DataFile:
         """Return the runs of bytes: offset in the message, offset in the tag, and length."""
         if self.letters != "ST":
             return [(0, start, size)] if self._own == self.element else self._by_element(start, size)
-        return [(at - start, self._of_text(at), 1) for at in range(start, start + size)]
+        return [(position - start, self._of_text(position), 1) for position in range(start, start + size)]
 
     def _by_element(self, start: int, size: int) -> list[tuple[int, int, int]]:
-        found, at = [], start
-        while at < start + size:
-            number, inside = divmod(at, self.element)
-            length = min(self.element - inside, start + size - at)
-            found.append((at - start, number * self._own + inside, length))
-            at += length
-        return found
+        runs, position = [], start
+        while position < start + size:
+            number, byte_offset = divmod(position, self.element)
+            length = min(self.element - byte_offset, start + size - position)
+            runs.append((position - start, number * self._own + byte_offset, length))
+            position += length
+        return runs
 
     def _of_text(self, at: int) -> int:
-        number, inside = divmod(at, self.element)
-        return number * self._own + (inside if inside < 2 else 4 + (inside - 2 ^ 1))
+        number, byte_offset = divmod(at, self.element)
+        return number * self._own + (byte_offset if byte_offset < 2 else 4 + (byte_offset - 2 ^ 1))
 
     def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
         """Return bytes of the file."""
         runs = self.runs(start, size)
-        first = min(at for _, at, _ in runs)
-        last = max(at + length for _, at, length in runs)
+        first = min(offset for _, offset, _ in runs)
+        last = max(offset + length for _, offset, length in runs)
         raw = snapshot.read(ReadBytes(self._symbol.index, first, last - first))
-        return b"".join(raw[at - first : at - first + length] for _, at, length in runs)
+        return b"".join(raw[offset - first : offset - first + length] for _, offset, length in runs)
 
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
         """Write bytes to the file, as one write, and only the bits of a mask."""
         runs = self.runs(start, len(data))
-        first = min(at for _, at, _ in runs)
-        last = max(at + length for _, at, length in runs)
+        first = min(position for _, position, _ in runs)
+        last = max(position + length for _, position, length in runs)
         put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
-        for here, at, length in runs:
+        for here, offset, length in runs:
             for number in range(length):
-                place = at - first + number
+                place = offset - first + number
                 allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
                 put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
-        kept = bytes(keep) if any(keep) else b""
-        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
+        kept_bits = bytes(keep) if any(keep) else b""
+        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept_bits))
 
     def target(self) -> Target:
         """Return the target of the whole file, for the check of access."""
@@ -148,11 +148,11 @@ class DataFiles:
         """Return the reply to a command."""
         if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
             raise CipRefusedError(TOO_SHORT)
-        requester, rest = data[: data[0]], data[data[0] :]
-        command, _, number = struct.unpack_from("<BBH", rest)
+        requester, command_data = data[: data[0]], data[data[0] :]
+        command, _, number = struct.unpack_from("<BBH", command_data)
         status, body = 0, b""
         try:
-            body = self._command(command, rest[4:], snapshot)
+            body = self._command(command, command_data[4:], snapshot)
         except PcccRefusedError as refusal:
             status = refusal.status
             body = b"" if refusal.extended is None else bytes([refusal.extended])
@@ -167,10 +167,10 @@ class DataFiles:
         if command != _WHOLE_FILE or not rest or rest[0] not in FUNCTIONS:
             raise PcccRefusedError(ILLEGAL)
         function, size = rest[0], rest[1]
-        number, at = _field(rest, 2)
-        kind = rest[at]
-        element, at = _field(rest, at + 1)
-        sub, at = _field(rest, at) if function in TYPED else (0, at)
+        number, offset = _field(rest, 2)
+        kind = rest[offset]
+        element, offset = _field(rest, offset + 1)
+        sub, offset = _field(rest, offset) if function in TYPED else (0, offset)
         if not 1 <= size <= DATA_MOST:
             raise PcccRefusedError(EXTENDED, TOO_BIG)
         if (number, kind, function) == (0, _DIRECTORY, 0xA1):
@@ -180,7 +180,7 @@ class DataFiles:
             raise PcccRefusedError(EXTENDED, ADDRESS)
         if function in READS:
             return file.read(snapshot, start, size)
-        self._write(file, start, size, rest[at:], snapshot, masked=function == MASKED)
+        self._write(file, start, size, rest[offset:], snapshot, masked=function == MASKED)
         return b""
 
     def _place(self, number: int, kind: int, element: int, sub: int) -> tuple[DataFile, int]:
@@ -225,11 +225,11 @@ class DataFiles:
 
     def _directory(self) -> bytes:
         """Return the directory of files: a row for each number, with type and bytes."""
-        known = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
+        known_files = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
         for (number, _), file in self._images.items():
-            known[number] = TYPES[file.letters][-1], known.get(number, (0, 0))[1] + file.size
-        last = max(known, default=-1)
-        rows = [known.get(number, (_GAP, 0)) for number in range(last + 1)]
+            known_files[number] = TYPES[file.letters][-1], known_files.get(number, (0, 0))[1] + file.size
+        last = max(known_files, default=-1)
+        rows = [known_files.get(number, (_GAP, 0)) for number in range(last + 1)]
         table = b"".join(struct.pack("<BH", *row).ljust(_ROW_BYTES, b"\0") for row in rows)
         head = bytearray(_ROWS_AT)
         head[_LADDERS_AT], head[_FILES_AT] = 3, len(rows) & 0xFF

@@ -72,7 +72,7 @@ class Writable:
     """
 
     def __init__(self, patterns: Sequence[str]) -> None:
-        texts = [_pattern(each) for each in patterns]
+        texts = [_pattern(pattern) for pattern in patterns]
         self._all = re.compile("|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE)
 
     def matches(self, name: str) -> bool:
@@ -83,21 +83,21 @@ class Writable:
         """Whether the bytes under a name without subscripts may be written."""
         if self.matches(name):
             return True
-        parts = [] if isinstance(kind, PlainKind) else [each for each in kind.parts if not each.hidden]
-        return bool(parts) and all(self(f"{name}.{each.name}", each.kind) for each in parts)
+        parts = [] if isinstance(kind, PlainKind) else [part for part in kind.parts if not part.hidden]
+        return bool(parts) and all(self(f"{name}.{part.name}", part.kind) for part in parts)
 
     def any_of(self, name: str, kind: Kind) -> bool:
         """Whether anything under a name may be written."""
         if self(name, kind):
             return True
         parts = () if isinstance(kind, PlainKind) else kind.parts
-        return any(self.any_of(f"{name}.{each.name}", each.kind) for each in parts if not each.hidden)
+        return any(self.any_of(f"{name}.{part.name}", part.kind) for part in parts if not part.hidden)
 
 
 def _pattern(text: str) -> str:
     if text.startswith("\\"):
         text = PROGRAM + text[1:]
-    return "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in text)
+    return "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in text)
 
 
 Row = tuple[int, str, int, int, tuple[int, ...], int]
@@ -125,8 +125,8 @@ class Database:
 
     def _add(self, index: int, tag: ListedTag, target: tuple[PathStep, ...]) -> None:
         scope = self.scopes[tag.program.upper()]
-        before = 0 if tag.program else len(self._programs)
-        scope.append(Symbol(len(scope) + before + 1, index, tag, target))
+        program_count = 0 if tag.program else len(self._programs)
+        scope.append(Symbol(len(scope) + program_count + 1, index, tag, target))
         self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
         self.templates.code_of(tag.kind)
 
@@ -134,8 +134,8 @@ class Database:
         """Add an alias, unless clients can't see its target."""
         try:
             steps = tuple(steps_of(alias.target))
-            symbol, rest = self._found(steps)
-            kind, dims = _Walk(symbol, rest).end()
+            symbol, steps_below = self._found(steps)
+            kind, dims = _Walk(symbol, steps_below).end()
         except (CipRefusedError, ValueError):
             return
         tag = ListedTag(alias.name, alias.program, kind, dims, symbol.tag.access, alias.comment)
@@ -177,31 +177,31 @@ class Database:
 
     def resolve(self, steps: Sequence[PathStep]) -> Target:
         """Return the target of a path; refused if it has none."""
-        symbol, rest = self._found(steps)
-        return _Walk(symbol, rest).target()
+        symbol, steps_below = self._found(steps)
+        return _Walk(symbol, steps_below).target()
 
     def _found(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
         """Return the tag at the start of a path, and the steps from there; aliases are resolved."""
-        scope, rest = "", list(steps)
-        first = rest[0] if rest else ""
+        scope, steps_left = "", list(steps)
+        first = steps_left[0] if steps_left else ""
         if isinstance(first, str) and first.lower().startswith(PROGRAM.lower()):
             scope = first[len(PROGRAM) :].upper()
-            del rest[0]
-        if not rest or isinstance(rest[0], int):
+            del steps_left[0]
+        if not steps_left or isinstance(steps_left[0], int):
             raise CipRefusedError(BAD_SEGMENT)
-        symbol = self._symbol(scope, rest.pop(0))
-        return self._found((*symbol.target, *rest)) if symbol.target else (symbol, rest)
+        symbol = self._symbol(scope, steps_left.pop(0))
+        return self._found((*symbol.target, *steps_left)) if symbol.target else (symbol, steps_left)
 
     def _symbol(self, scope: str, step: PathStep) -> Symbol:
         if isinstance(step, Instance):
-            there = self.scopes.get(scope, [])
-            at = step.number - 1 - (0 if scope else len(self._programs))
-            found = there[at] if 0 <= at < len(there) else None
+            symbols = self.scopes.get(scope, [])
+            index = step.number - 1 - (0 if scope else len(self._programs))
+            symbol = symbols[index] if 0 <= index < len(symbols) else None
         else:
-            found = self._by_name.get((scope, str(step).upper()))
-        if found is None:
+            symbol = self._by_name.get((scope, str(step).upper()))
+        if symbol is None:
             raise CipRefusedError(BAD_SEGMENT)
-        return found
+        return symbol
 
 
 def _flat_index(indices: Sequence[int], lengths: Sequence[int]) -> int:

@@ -179,36 +179,36 @@ class DriveAdapter:
         Raises:
             CipRefusedError: the request is refused; nothing has changed.
         """
-        theirs, serial, vendor, origin, multiplier = struct.unpack_from("<IHHIB", data, 6)
+        client_id, serial, vendor, origin, multiplier = struct.unpack_from("<IHHIB", data, 6)
         form = struct.Struct("<II" if large else "<IH")
-        there_us, there = form.unpack_from(data, 22)
-        back_us, back = form.unpack_from(data, 22 + form.size)
-        at = 22 + 2 * form.size
-        path = io_path(data[at + 2 : at + 2 + 2 * data[at + 1]])
+        there_us, there_parameters = form.unpack_from(data, 22)
+        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
+        offset = 22 + 2 * form.size
+        path = io_path(data[offset + 2 : offset + 2 + 2 * data[offset + 1]])
         triad = (serial, vendor, origin)
         self._check_place(path.key, path.numbers, path.points)
         if self.io is not None:
             raise CipRefusedError(NO_CONNECTION, IN_USE if self.io.triad == triad else NOT_OWNER)
         bits, mask = (25, 0xFFFF) if large else (9, 0x1FF)
         kinds = bits + 4
-        for wrong, status in (
-            (data[at] & 0xF != CLASS_1, TRANSPORT),
-            (there >> kinds & 3 != POINT_TO_POINT, TO_TARGET_TYPE),
-            (back >> kinds & 3 != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
-            (there & mask != TO_TARGET_BYTES, TO_TARGET_SIZE),
-            (back & mask != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
+        for is_wrong, status in (
+            (data[offset] & 0xF != CLASS_1, TRANSPORT),
+            (there_parameters >> kinds & 3 != POINT_TO_POINT, TO_TARGET_TYPE),
+            (back_parameters >> kinds & 3 != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
+            (there_parameters & mask != TO_TARGET_BYTES, TO_TARGET_SIZE),
+            (back_parameters & mask != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
             (len(path.data or b"") not in (0, _SETTINGS.size), CONFIGURATION_SIZE),
-            (not all(RPI_US[0] <= each <= RPI_US[1] for each in (there_us, back_us)), BAD_RPI),
+            (not all(RPI_US[0] <= interval_us <= RPI_US[1] for interval_us in (there_us, back_us)), BAD_RPI),
             (multiplier > 7, BAD_RPI),
         ):
-            if wrong:
+            if is_wrong:
                 raise CipRefusedError(NO_CONNECTION, status)
         if path.data:
             self._configure(path.data)
         timeout_ns = there_us * 1000 * (4 << multiplier)
         self.io = IoConnection(
             next(self._numbers),
-            theirs,
+            client_id,
             triad,
             place,
             back_us * 1000,
@@ -218,19 +218,19 @@ class DriveAdapter:
             there_us * 1000,
         )
         self.opened = self.used = True
-        return struct.pack("<IIHHIIIBB", self.io.ours, theirs, *triad, there_us, back_us, 0, 0)
+        return struct.pack("<IIHHIIIBB", self.io.ours, client_id, *triad, there_us, back_us, 0, 0)
 
     def _check_key(self, key: tuple[int, ...]) -> None:
         """Refuse a connection to another product; 0 matches any product."""
         vendor, device, product, major, minor = self._product
         compatible = key[3] >> 7
-        for given, own, status in (
+        for sent_value, own_value, status in (
             (key[0], vendor, OTHER_PRODUCT),
             (key[2], product, OTHER_PRODUCT),
             (key[1], device, OTHER_DEVICE),
             (key[3] & 0x7F, major, OTHER_REVISION),
         ):
-            if given not in (0, own):
+            if sent_value not in (0, own_value):
                 raise CipRefusedError(NO_CONNECTION, status)
         if key[4] > minor or (not compatible and key[4] not in (0, minor)):
             raise CipRefusedError(NO_CONNECTION, OTHER_REVISION)
@@ -247,9 +247,9 @@ class DriveAdapter:
 
     def _configure(self, data: bytes) -> None:
         """Apply the configuration of an open request; an invalid one sets the drive's error bit for it."""
-        first, second, start, *others = _SETTINGS.unpack(data)
+        first, second, start, *further = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
-        words = (first | 0x8000, second, upper & 0xFFFF, lower, others[0], 0, *others[1:], 0)
+        words = (first | 0x8000, second, upper & 0xFFFF, lower, further[0], 0, *further[1:], 0)
         self.drive.obey(words)
         self.drive.obey((0,) * WORDS)
 
@@ -317,10 +317,10 @@ class DriveConnections(Connections):
 
     @override
     def _begin(self, data: bytes, *, large: bool) -> bytes:
-        at = 22 + 2 * (8 if large else 6)
-        if len(data) < at + 2 or len(data) < at + 2 + 2 * data[at + 1]:
+        offset = 22 + 2 * (8 if large else 6)
+        if len(data) < offset + 2 or len(data) < offset + 2 + 2 * data[offset + 1]:
             raise CipRefusedError(TOO_SHORT)
-        if io_path(data[at + 2 : at + 2 + 2 * data[at + 1]]).numbers.get("class") != ASSEMBLY:
+        if io_path(data[offset + 2 : offset + 2 + 2 * data[offset + 1]]).numbers.get("class") != ASSEMBLY:
             return super()._begin(data, large=large)
         return self._adapter.open(data, self.place, self.wall_ns, large=large)
 

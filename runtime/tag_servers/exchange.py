@@ -29,35 +29,39 @@ def request_of(version: int, packets: Sequence[Packet]) -> bytes:
     for client, operations in packets:
         name = client.encode()[:255]
         parts += [PACKET.pack(len(name), len(operations)), name]
-        for each in operations:
-            if isinstance(each, ReadBytes):
-                parts.append(OPERATION.pack(_READ, each.tag, each.offset, each.size))
+        for operation in operations:
+            if isinstance(operation, ReadBytes):
+                parts.append(OPERATION.pack(_READ, operation.tag, operation.offset, operation.size))
             else:
-                kind = _KEEP if each.keep else _WRITE
-                parts += [OPERATION.pack(kind, each.tag, each.offset, len(each.data)), each.data, each.keep]
+                kind = _KEEP if operation.keep else _WRITE
+                parts += [
+                    OPERATION.pack(kind, operation.tag, operation.offset, len(operation.data)),
+                    operation.data,
+                    operation.keep,
+                ]
     return b"".join(parts)
 
 
 def packets_in(data: bytes) -> Iterator[Packet]:
     """Yield the packets of a request; struct.error if it is damaged."""
     _, count = HEAD.unpack_from(data)
-    at = HEAD.size
+    start = HEAD.size
     for _ in range(count):
-        length, operations = PACKET.unpack_from(data, at)
-        at += PACKET.size + length
-        client = data[at - length : at].decode("utf-8", "replace")
-        found: list[Operation] = []
-        for _ in range(operations):
-            kind, tag, offset, size = OPERATION.unpack_from(data, at)
-            at += OPERATION.size
+        length, operation_count = PACKET.unpack_from(data, start)
+        start += PACKET.size + length
+        client = data[start - length : start].decode("utf-8", "replace")
+        unpacked: list[Operation] = []
+        for _ in range(operation_count):
+            kind, tag, offset, size = OPERATION.unpack_from(data, start)
+            start += OPERATION.size
             if kind == _READ:
-                found.append(ReadBytes(tag, offset, size))
+                unpacked.append(ReadBytes(tag, offset, size))
                 continue
-            end = at + size
+            end = start + size
             keep = data[end : end + size] if kind == _KEEP else b""
-            found.append(WriteBytes(tag, offset, data[at:end], keep))
-            at = end + len(keep)
-        yield client, found
+            unpacked.append(WriteBytes(tag, offset, data[start:end], keep))
+            start = end + len(keep)
+        yield client, unpacked
 
 
 def version_of(data: bytes) -> int:
@@ -72,24 +76,24 @@ def answered(
     """Carry out a request, and return the reply."""
     parts = [ANSWER.pack(version, now_ns)]
     for client, operations in packets_in(data) if version_of(data) == version else ():
-        for each in operations:
-            found = carry_out(client, each)
-            parts += [SIZE.pack(REFUSED)] if found is None else [SIZE.pack(len(found)), found]
+        for operation in operations:
+            result = carry_out(client, operation)
+            parts += [SIZE.pack(REFUSED)] if result is None else [SIZE.pack(len(result)), result]
     return b"".join(parts)
 
 
 def results_in(data: bytes, packets: Sequence[Packet]) -> list[list[bytes | None]]:
     """Return the results of each packet's operations."""
-    at, found = ANSWER.size, []
+    offset, answers = ANSWER.size, []
     for _, operations in packets:
         results: list[bytes | None] = []
         for _ in operations:
-            (size,) = SIZE.unpack_from(data, at)
-            at += SIZE.size
+            (size,) = SIZE.unpack_from(data, offset)
+            offset += SIZE.size
             if size == REFUSED:
                 results.append(None)
                 continue
-            results.append(data[at : at + size])
-            at += size
-        found.append(results)
-    return found
+            results.append(data[offset : offset + size])
+            offset += size
+        answers.append(results)
+    return answers

@@ -91,11 +91,11 @@ def image_tags(
         files: return data files of an SLC program.
         profile: see `PROFILES`.
     """
-    shown, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
+    access, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
     if files:
-        return ListedTag(f"I:{slot}", "", INT, (inputs,), shown), ListedTag(f"O:{slot}", "", INT, (outputs,))
+        return ListedTag(f"I:{slot}", "", INT, (inputs,), access), ListedTag(f"O:{slot}", "", INT, (outputs,))
     kind = _IN_3601 if _has_profile(words, profile) else _in(inputs)
-    return ListedTag(f"Local:{slot}:I", "", kind, (), shown), ListedTag(f"Local:{slot}:O", "", _out(outputs))
+    return ListedTag(f"Local:{slot}:I", "", kind, (), access), ListedTag(f"Local:{slot}:O", "", _out(outputs))
 
 
 def _has_profile(words: ModuleWords, profile: str) -> bool:
@@ -107,7 +107,9 @@ def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str
     """Return the tags of a program, followed by the tags of the slots' images."""
     images = [image_tags(slot, words, files=listing.files, profile=profile) for slot, words in slots.items()]
     tags = (*listing.tags, *(tag for pair in images for tag in pair))
-    aliases = (replace(each, target=part_of_image(each.target, slots, profile)) for each in listing.aliases)
+    aliases = (
+        replace(alias, target=part_of_image(alias.target, slots, profile)) for alias in listing.aliases
+    )
     return Listing(tags, listing.files, tuple(aliases))
 
 
@@ -141,8 +143,8 @@ def output_slot(tag: str) -> int | None:
     >>> output_slot("Local:1:O"), output_slot("O:2"), output_slot("Local:1:I"), output_slot("Run")
     (1, 2, None, None)
     """
-    found = _OUTPUT.fullmatch(tag)
-    return None if found is None else int(found[1] or found[2])
+    match = _OUTPUT.fullmatch(tag)
+    return None if match is None else int(match[1] or match[2])
 
 
 def _image_part(name: str, *, output: bool) -> Part | None:
@@ -156,26 +158,26 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
     >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
     (ImagePlace(slot=1, output=False, at=6, bit=None), ImagePlace(slot=2, output=False, at=1, bit=6))
     """
-    found = _IMAGE.fullmatch(str(steps[0])) if steps else None
-    if found is None:
+    match = _IMAGE.fullmatch(str(steps[0])) if steps else None
+    if match is None:
         return None
-    slot, output = int(found["slot"]), found["way"] in "Oo"
+    slot, output = int(match["slot"]), match["way"] in "Oo"
     skipped = 0 if output else FAULT_BYTES
     if len(steps) == 1:
         return ImagePlace(slot, output, -skipped)
     part = _image_part(str(steps[1]).upper(), output=output)
     if part is None or part == _FAULT:
         return None
-    at, rest = part.offset - skipped, list(steps[2:])
-    if part.dims and rest and isinstance(rest[0], int):
-        at += INT.size * rest[0]
-        rest = rest[1:]
-    if not rest:
-        return ImagePlace(slot, output, at, part.bit)
-    bit = _bit_number(rest)
+    offset, steps_left = part.offset - skipped, list(steps[2:])
+    if part.dims and steps_left and isinstance(steps_left[0], int):
+        offset += INT.size * steps_left[0]
+        steps_left = steps_left[1:]
+    if not steps_left:
+        return ImagePlace(slot, output, offset, part.bit)
+    bit = _bit_number(steps_left)
     if bit is None or part.bit is not None:
         return None
-    return ImagePlace(slot, output, at + bit // 8, bit % 8)
+    return ImagePlace(slot, output, offset + bit // 8, bit % 8)
 
 
 def _bit_number(steps: Sequence[PathStep]) -> int | None:

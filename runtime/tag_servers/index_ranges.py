@@ -38,10 +38,10 @@ def parse_ranges(text: str) -> list[range]:
     Raises:
         ValueError: the text is not a range; `5:5` and `7:5` are not ranges either.
     """
-    found = [_BOUNDS.fullmatch(each) for each in text.split(",", DIMENSIONS_MOST)]
-    if any(each is None or (each[2] and int(each[2]) <= int(each[1])) for each in found):
+    matches = [_BOUNDS.fullmatch(index_text) for index_text in text.split(",", DIMENSIONS_MOST)]
+    if any(match is None or (match[2] and int(match[2]) <= int(match[1])) for match in matches):
         raise ValueError(f"{text[:50]!r} is no range: it must be as 5, 2:5 or 1:2,0:1")
-    return [range(int(each[1]), int(each[2] or each[1]) + 1) for each in found if each is not None]
+    return [range(int(match[1]), int(match[2] or match[1]) + 1) for match in matches if match is not None]
 
 
 def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
@@ -71,13 +71,13 @@ def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
 
 
 def _elements(values: Any, ranges: Sequence[range], characters: range | None) -> list[Any]:
-    places, *rest = ranges
-    found = values[places.start : places.stop] if isinstance(values, list) else []
-    if not found:
+    places, *inner_ranges = ranges
+    elements = values[places.start : places.stop] if isinstance(values, list) else []
+    if not elements:
         raise NoDataError(f"no element {places.start}")
-    if rest:
-        return [_elements(each, rest, characters) for each in found]
-    return found if characters is None else [_characters(each, characters) for each in found]
+    if inner_ranges:
+        return [_elements(element, inner_ranges, characters) for element in elements]
+    return elements if characters is None else [_characters(element, characters) for element in elements]
 
 
 def _characters(text: Any, places: range) -> Any:
@@ -105,16 +105,16 @@ def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
     Raises:
         NoDataError: the number of dimensions differs, or an element does not exist.
     """
-    fit = (each.stop <= size for each, size in zip(ranges, dims, strict=False))
+    fit = (bounds.stop <= size for bounds, size in zip(ranges, dims, strict=False))
     if len(ranges) != len(dims) or not all(fit):
         raise NoDataError(f"the array has {' x '.join(map(str, dims))} elements")
     if not dims:
         return [range(1)]
     *outer, last = ranges
-    found = []
+    element_runs = []
     for indices in product(*outer):
         row = 0
         for index, size in zip(indices, dims, strict=False):
             row = row * size + index
-        found.append(range(row * dims[-1] + last.start, row * dims[-1] + last.stop))
-    return found
+        element_runs.append(range(row * dims[-1] + last.start, row * dims[-1] + last.stop))
+    return element_runs

@@ -87,7 +87,9 @@ class MappedTag:
         step = self.words
         if not self.high_first or step == 1:
             return list(words)
-        return [word for at in range(0, len(words), step) for word in reversed(words[at : at + step])]
+        return [
+            word for index in range(0, len(words), step) for word in reversed(words[index : index + step])
+        ]
 
     def byte_of(self, place: int) -> int:
         """Return the offset of the register at a place."""
@@ -99,9 +101,9 @@ class MappedTag:
     def read_words(self, place: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read registers."""
         offset, size = self.values_at(place, count)
-        found = self.to_words(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)))
+        words = self.to_words(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)))
         begin = place % self.words
-        return found[begin : begin + count]
+        return words[begin : begin + count]
 
     def write_of_words(self, place: int, words: Sequence[int]) -> WriteBytes:
         """Return the write of registers; refused if it would write a part of a value."""
@@ -117,7 +119,7 @@ class MappedTag:
         offset, shift = divmod(self.first_bit + place, 8)
         part = ReadBytes(self.target.symbol.index, offset, -(-(shift + count) // 8))
         data = int.from_bytes(snapshot.read(part), "little") >> shift
-        return [bool(data >> at & 1) for at in range(count)]
+        return [bool(data >> index & 1) for index in range(count)]
 
     def write_of_bits(self, place: int, bits: Sequence[bool]) -> WriteBytes:
         """Return the write of coils."""
@@ -143,8 +145,10 @@ def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag
     target = target_of(database, row.tag)
     kind = target.kind
     if (kind in (BOOL, DWORD)) != (table in BITS):
-        expected = "BOOL" if table in BITS else "an integer or a REAL"
-        raise ValueError(f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {expected}")
+        expected_type = "BOOL" if table in BITS else "an integer or a REAL"
+        raise ValueError(
+            f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {expected_type}"
+        )
     if not isinstance(kind, PlainKind):
         raise ValueError(f"its type is {kind.name}: give a member of it")
     return MappedTag(

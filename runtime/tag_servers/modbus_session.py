@@ -40,7 +40,7 @@ class ModbusSession:
             frames, self.pending = split_frames(self.pending + data)
         except NotModbusError as error:
             raise BrokenClientError(str(error)) from error
-        return [ModbusPacket(each, decoded(each[HEADER.size :])) for each in frames]
+        return [ModbusPacket(frame, decoded(frame[HEADER.size :])) for frame in frames]
 
     def plan(self, packet: ModbusPacket, version: int) -> Plan:
         """Return the operations of a request, without any effect."""

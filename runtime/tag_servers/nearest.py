@@ -16,9 +16,9 @@ NAMES_MOST, NEAREST_MOST = 20_000, 3
 
 def nearest(database: Database, name: str) -> str:
     """Return `: did you mean Run, Runs?`, or "" if no name is like it."""
-    names = {each.upper(): each for each in islice(_names(database), NAMES_MOST)}
-    found = [names[each] for each in get_close_matches(name.upper(), names, NEAREST_MOST)]
-    return f": did you mean {', '.join(found)}?" if found else ""
+    names = {tag_name.upper(): tag_name for tag_name in islice(_names(database), NAMES_MOST)}
+    close_names = [names[close] for close in get_close_matches(name.upper(), names, NEAREST_MOST)]
+    return f": did you mean {', '.join(close_names)}?" if close_names else ""
 
 
 def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
@@ -26,23 +26,23 @@ def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
 
     An alias is refused with the name of its tag, since access belongs to tags.
     """
-    symbols = [each for scope in database.scopes.values() for each in scope]
+    symbols = [symbol for scope in database.scopes.values() for symbol in scope]
     problems = []
     for text in patterns:
         matches = Writable([text]).any_of
-        found = [each for each in symbols if matches(each.tag.path, each.tag.kind)]
-        if not found:
+        matching = [symbol for symbol in symbols if matches(symbol.tag.path, symbol.tag.kind)]
+        if not matching:
             problems.append(f"[server] writable: no tag {text!r}{nearest(database, text)}")
-        elif all(each.target for each in found):
-            target = database.resolve(found[0].target).name
+        elif all(symbol.target for symbol in matching):
+            target = database.resolve(matching[0].target).name
             problems.append(f"[server] writable: {text} is an alias; list its tag, {target}")
     return problems
 
 
 def _names(database: Database) -> Iterator[str]:
     for scope in database.scopes.values():
-        for each in scope:
-            yield from _below(each.tag.path, each.tag.kind)
+        for symbol in scope:
+            yield from _below(symbol.tag.path, symbol.tag.kind)
 
 
 def _below(name: str, kind: Kind) -> Iterator[str]:

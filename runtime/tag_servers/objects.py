@@ -66,7 +66,9 @@ _IDENTITY_PLACES = {1: (0, 2), 2: (2, 4), 3: (4, 6), 4: (6, 8), 5: (8, 10), 6: (
 
 def answer_identity(whole: bytes, service: int, path: Path) -> Answer:
     """Answer a request to the identity object."""
-    return _answer_values({number: whole[a:b] for number, (a, b) in _IDENTITY_PLACES.items()}, service, path)
+    return _answer_values(
+        {number: whole[begin:end] for number, (begin, end) in _IDENTITY_PLACES.items()}, service, path
+    )
 
 
 def _answer_values(values: Mapping[int, bytes], service: int, path: Path) -> Answer:
@@ -136,16 +138,16 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
         raise CipRefusedError(NO_SERVICE)
     numbers = attributes_in(data)
     out = struct.pack("<H", len(numbers))
-    for each in numbers:
-        value = values.get(each)
+    for number in numbers:
+        value = values.get(number)
         out += (
-            struct.pack("<HH", each, NO_ATTRIBUTE)
+            struct.pack("<HH", number, NO_ATTRIBUTE)
             if value is None
-            else struct.pack("<HH", each, DONE) + value
+            else struct.pack("<HH", number, DONE) + value
         )
     if len(out) > most - HEAD_BYTES:
         raise CipRefusedError(TOO_LARGE)
-    return (DONE if all(each in values for each in numbers) else SOME_ATTRIBUTES), out
+    return (DONE if all(attribute in values for attribute in numbers) else SOME_ATTRIBUTES), out
 
 
 # --- the listing of tags
@@ -163,7 +165,7 @@ class Lister:
             raise CipRefusedError(NO_SERVICE)
         scope = _scope_of(path)
         numbers, rows = attributes_in(data), self._database.rows(scope)
-        if not all(each in _ATTRIBUTES for each in numbers):
+        if not all(number in _ATTRIBUTES for number in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
         first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
         left, lines = most - HEAD_BYTES, []
@@ -180,7 +182,7 @@ class Lister:
 
 
 def _scope_of(path: Path) -> str:
-    names = [each for each in path.steps if not isinstance(each, Instance)]
+    names = [step for step in path.steps if not isinstance(step, Instance)]
     if not names:
         return ""
     if len(names) > 1 or not str(names[0]).lower().startswith(PROGRAM.lower()):
@@ -207,27 +209,27 @@ _ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
 
 
 def _line(row: Row, numbers: tuple[int, ...]) -> bytes:
-    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[each](row) for each in numbers])
+    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[number](row) for number in numbers])
 
 
 def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:
     """Answer a request to a template: its attributes, or a part of its definition."""
-    found = database.templates.by_number.get(path.numbers.get("instance", 0))
-    if found is None:
+    template = database.templates.by_number.get(path.numbers.get("instance", 0))
+    if template is None:
         raise CipRefusedError(UNKNOWN_OBJECT)
     if service != READ:
         values = {
-            1: struct.pack("<H", found.handle),
-            2: struct.pack("<H", len(found.kind.parts)),
+            1: struct.pack("<H", template.handle),
+            2: struct.pack("<H", len(template.kind.parts)),
             3: struct.pack("<H", 0),
-            4: struct.pack("<I", found.words),
-            5: struct.pack("<I", found.kind.size),
+            4: struct.pack("<I", template.words),
+            5: struct.pack("<I", template.kind.size),
         }
         return answer_attributes(service, data, values, most)
     offset, size = struct.unpack_from("<IH", data)
-    if offset > len(found.padded):
+    if offset > len(template.padded):
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
-    part = found.padded[offset : offset + size]
+    part = template.padded[offset : offset + size]
     if len(part) <= most - HEAD_BYTES:
         return DONE, part
     if most - HEAD_BYTES < 1:

@@ -88,9 +88,9 @@ class RegisterMap:
             raise ValueError(
                 f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
             )
-        taken = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
-        if isinstance(taken, MappedTag):
-            raise ValueError(f"an address from {address} on is that of {taken.target.name}")
+        cell_row = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
+        if isinstance(cell_row, MappedTag):
+            raise ValueError(f"an address from {address} on is that of {cell_row.target.name}")
         for place in range(size):
             cells[address + place] = _Cell(row, place, size - place)
 
@@ -111,12 +111,14 @@ class RegisterMap:
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
         runs = self._runs(table, request.address, request.count)
-        return [bit for row, place, many in runs for bit in row.read_bits(place, many, snapshot)]
+        return [bit for row, place, item_count in runs for bit in row.read_bits(place, item_count, snapshot)]
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
         runs = self._runs(table, first, count)
-        return [word for row, place, many in runs for word in row.read_words(place, many, snapshot)]
+        return [
+            word for row, place, item_count in runs for word in row.read_words(place, item_count, snapshot)
+        ]
 
     def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write coils."""
@@ -135,7 +137,7 @@ class RegisterMap:
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         keep, on = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
-        masks = (each.to_bytes(2, "little") for each in (on, keep))
+        masks = (mask.to_bytes(2, "little") for mask in (on, keep))
         snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
         return request
 
@@ -146,14 +148,14 @@ class RegisterMap:
         span = request.read_address, request.read_count
         self._runs(HOLDING_REGISTERS, *span)  # refused as a whole, or not at all
         self._write(HOLDING_REGISTERS, request.write_address, request.write_registers, snapshot)
-        read = self.read_words(HOLDING_REGISTERS, *span, snapshot)
-        return words.ReadWriteMultipleRegistersResponse(registers=read)
+        registers = self.read_words(HOLDING_REGISTERS, *span, snapshot)
+        return words.ReadWriteMultipleRegistersResponse(registers=registers)
 
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
         """Write coils or registers; refused before the first write if one of them can't be written."""
-        changes, at = [], 0
-        for row, place, many in self._writable(table, first, len(values)):
-            part, at = values[at : at + many], at + many
+        changes, index = [], 0
+        for row, place, item_count in self._writable(table, first, len(values)):
+            part, index = values[index : index + item_count], index + item_count
             changes.append(
                 row.write_of_bits(place, part) if table in BITS else row.write_of_words(place, part)
             )
@@ -163,10 +165,10 @@ class RegisterMap:
     def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
         """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
         runs = []
-        for row, place, many in self._runs(table, first, count):
+        for row, place, item_count in self._runs(table, first, count):
             if isinstance(row, Gap) or not row.writable:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            runs.append((row, place, many))
+            runs.append((row, place, item_count))
         return runs
 
     def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
@@ -176,17 +178,17 @@ class RegisterMap:
             cell = cells.get(first) or (_GAP if first < end else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            many = min(cell.rest, last - first)
-            runs.append((cell.row, cell.place, many))
-            first += many
+            item_count = min(cell.rest, last - first)
+            runs.append((cell.row, cell.place, item_count))
+            first += item_count
         return runs
 
 
 def _confirmation(request: ModbusPDU) -> ModbusPDU:
     """Return the reply to a write: the request again for one value, its address and count for several."""
     reply = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
-    made = reply.get(request.function_code)
-    return request if made is None else made(address=request.address, count=request.count)
+    make_reply = reply.get(request.function_code)
+    return request if make_reply is None else make_reply(address=request.address, count=request.count)
 
 
 _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {

@@ -120,8 +120,8 @@ class Router:
         (size,) = struct.unpack_from("<H", data, 2)
         if 4 + size > len(data):
             raise CipRefusedError(TOO_SHORT)
-        at = 4 + size + size % 2
-        check_route(data[at:])
+        offset = 4 + size + size % 2
+        check_route(data[offset:])
         return self.answer(data[4 : 4 + size], snapshot, most, depth + 1)
 
     def _serve(
@@ -177,7 +177,7 @@ def check_route(data: bytes) -> None:
         return
     if len(data) < 2 + 2 * data[0]:
         raise CipRefusedError(TOO_SHORT)
-    if any(each != OWN_ROUTE for each in parse_path(data[2 : 2 + 2 * data[0]]).ports):
+    if any(port != OWN_ROUTE for port in parse_path(data[2 : 2 + 2 * data[0]]).ports):
         raise CipRefusedError(NO_CONNECTION, NO_SLOT)
 
 
@@ -199,5 +199,7 @@ def replied(service: int, answer: Answer, most: int) -> bytes:
 
 def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:
     """Return the reply to a refused request, without its extended status if that does not fit."""
-    more = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
-    return bytes((service & 0x7F | 0x80, 0, refusal.status, len(more))) + struct.pack(f"<{len(more)}H", *more)
+    extra_words = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
+    return bytes((service & 0x7F | 0x80, 0, refusal.status, len(extra_words))) + struct.pack(
+        f"<{len(extra_words)}H", *extra_words
+    )

@@ -96,20 +96,20 @@ class ClientSession:
             BrokenClientError: the bytes are not a frame, or the frame is too long.
         """
         data = self.pending + data
-        packets, at = [], 0
-        while len(data) >= at + HEAD.size:
-            command, length, session, _, context, options = HEAD.unpack_from(data, at)
+        packets, offset = [], 0
+        while len(data) >= offset + HEAD.size:
+            command, length, session, _, context, options = HEAD.unpack_from(data, offset)
             if length > FRAME_MOST or command > COMMAND_MOST:
-                raise BrokenClientError(f"no frame: {data[at : at + HEAD.size].hex(' ')}")
-            end = at + HEAD.size + length
+                raise BrokenClientError(f"no frame: {data[offset : offset + HEAD.size].hex(' ')}")
+            end = offset + HEAD.size + length
             if len(data) < end:
                 break
-            body, at = data[at + HEAD.size : end], end
+            body, offset = data[offset + HEAD.size : end], end
             if command not in _KNOWN:
                 packets.append(Frame(command, session, context, b"", BAD_COMMAND))
             elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
                 packets.append(Frame(command, session, context, body))
-        self.pending = data[at:]
+        self.pending = data[offset:]
         return packets
 
     def plan(self, packet: Frame, version: int) -> Plan:
@@ -180,8 +180,8 @@ class ClientSession:
         if connection is None:
             return -1, b""  # as a controller: no answer
         message = self.router.answer(data[2:], snapshot, connection.most - 2)
-        theirs = struct.pack("<I", connection.theirs)
-        return 0, body_of((first, theirs), (second, data[:2] + message))
+        client_id = struct.pack("<I", connection.theirs)
+        return 0, body_of((first, client_id), (second, data[:2] + message))
 
     def _unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
         if not Connections.is_meant(request):
@@ -190,6 +190,6 @@ class ClientSession:
 
     def listed_identity(self) -> bytes:
         """Return the body of an answer to List Identity."""
-        where = struct.pack(">HH4s8x", 2, self._port, self._address)
-        item = struct.pack("<H", 1) + where + self.router.identity + _RUNNING
+        socket_address = struct.pack(">HH4s8x", 2, self._port, self._address)
+        item = struct.pack("<H", 1) + socket_address + self.router.identity + _RUNNING
         return struct.pack("<HHH", 1, 0x0C, len(item)) + item

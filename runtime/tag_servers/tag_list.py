@@ -136,17 +136,17 @@ def _part(text: str, target: Target, database: Database, places: Places) -> TagR
 
 def _joined(steps: Sequence[PathStep]) -> str:
     """Return steps in text form."""
-    return "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in steps)[1:]
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)[1:]
 
 
 def _mapped(database: Database, table: ModbusTable | None) -> dict[Span, Places]:
     """Return the places of a map by the bits of the tags."""
-    found: dict[Span, Places] = {}
+    mapped: dict[Span, Places] = {}
     for name in TABLES if table is not None else ():
         for row in getattr(table, name):
             span = _span_of(target_of(database, row.tag))
-            found.setdefault(span, {})[f"{SINGULAR[name]} {row.address}"] = row.tag
-    return found
+            mapped.setdefault(span, {})[f"{SINGULAR[name]} {row.address}"] = row.tag
+    return mapped
 
 
 def _span(variable: Variable) -> Span:
@@ -191,18 +191,18 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
     for row in rows:
         # `I:1` would be word 1 of file I
         parts = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
-        placed = [_place(each, tables, free) for each in parts]
+        placed = [_place(part, tables, free) for part in parts]
         if not all(placed):
             left_out.append(row.name)
     return _toml_of(tables, patterns), left_out
 
 
 def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
-    listed = ", ".join(f'"{each}"' for each in patterns)
-    lines = ["[server]", f"writable = [{listed}]    # tags that clients may write"]
+    pattern_list = ", ".join(f'"{pattern}"' for pattern in patterns)
+    lines = ["[server]", f"writable = [{pattern_list}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]
-    for name, made in tables.items():
-        lines += [f"{name} = [", *(f"    {each}," for each in made), "]"] if made else []
+    for name, entries in tables.items():
+        lines += [f"{name} = [", *(f"    {entry}," for entry in entries), "]"] if entries else []
     return "\n".join(lines) + "\n"
 
 

@@ -25,10 +25,10 @@ def target_of(database: Database, text: str) -> Target:
     try:
         if steps and isinstance(steps[-1], int) and database.resolve(steps[:-1]).kind == DWORD:
             steps[-1:] = [steps[-1] // 32, str(steps[-1] % 32)]  # an element of an array of BOOLs
-        found = database.resolve(steps)
+        target = database.resolve(steps)
     except CipRefusedError as error:
         raise ValueError(f"no tag {text!r}{nearest(database, text)}") from error
-    return replace(found, count=1) if isinstance(steps[-1], int) else found
+    return replace(target, count=1) if isinstance(steps[-1], int) else target
 
 
 def _steps(database: Database, text: str) -> list[PathStep]:
@@ -37,6 +37,6 @@ def _steps(database: Database, text: str) -> list[PathStep]:
     An element of a data file is a number after the file, a bit one after `/`: `N7:3`, `I:1.0/14`.
     """
     if database.listing.files and (element := _ELEMENT.match(text)) is not None:
-        rest = text[element.end() :].lstrip("./")
-        return [element["file"], int(element["number"]), *steps_of(rest)]
+        path_text = text[element.end() :].lstrip("./")
+        return [element["file"], int(element["number"]), *steps_of(path_text)]
     return steps_of(text)

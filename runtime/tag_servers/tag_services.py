@@ -77,9 +77,9 @@ def _read_from(
 
 
 def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
-    count, at = _head(database, target, data)
+    count, offset = _head(database, target, data)
     total = _total(target, count)
-    body = data[at : at + total]  # pycomm3 1.2.16 sends the message of a single write twice
+    body = data[offset : offset + total]  # pycomm3 1.2.16 sends the message of a single write twice
     if len(body) < total:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
@@ -90,9 +90,9 @@ def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapsho
 
 
 def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    count, at = _head(database, target, data)
-    total, (skip,) = _total(target, count), struct.unpack_from("<I", data, at)
-    body = data[at + 4 :]
+    count, offset = _head(database, target, data)
+    total, (skip,) = _total(target, count), struct.unpack_from("<I", data, offset)
+    body = data[offset + 4 :]
     if skip >= total:
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
     if skip + len(body) > total:
@@ -100,7 +100,7 @@ def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSn
     if not body:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
-        return _write(database, target, data[:at] + body, snapshot, most)
+        return _write(database, target, data[:offset] + body, snapshot, most)
     snapshot.write(WriteBytes(target.symbol.index, target.offset + skip, body))
     return DONE, b""
 
@@ -108,13 +108,13 @@ def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSn
 def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
     """Check access and type; return the count and the place after it."""
     database.refuse_write(target)
-    mine = type_of(database, target)
-    if data[: len(mine)] != mine:
+    type_bytes = type_of(database, target)
+    if data[: len(type_bytes)] != type_bytes:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
-    (count,) = struct.unpack_from("<H", data, len(mine))
+    (count,) = struct.unpack_from("<H", data, len(type_bytes))
     if not 1 <= count <= target.count:
         raise CipRefusedError(GENERAL, BEYOND)
-    return count, len(mine) + 2
+    return count, len(type_bytes) + 2
 
 
 def _total(target: Target, count: int) -> int:

@@ -114,7 +114,7 @@ class Instant(TagSnapshot):
         self._next()
 
     def _next(self) -> bytes:
-        found = next(self._results, None)
-        if found is None:
+        result = next(self._results, None)
+        if result is None:
             raise CipRefusedError(BAD_VALUE)
-        return found
+        return result

@@ -34,8 +34,8 @@ class Template:
     def definition(self) -> bytes:
         """Its members, eight bytes each; its name with two letters per member; the members' names."""
         parts = self.kind.parts
-        scope = "".join("E@" if each.hidden else "EC" for each in parts)
-        names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(each.name for each in parts)]
+        scope = "".join("E@" if part.hidden else "EC" for part in parts)
+        names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(part.name for part in parts)]
         text = b"".join(name.encode("ascii", "replace") + b"\0" for name in names)
         return b"".join(map(self._member, parts)) + text
 
@@ -72,15 +72,15 @@ class Templates:
 
     def of(self, kind: StructuredKind) -> Template:
         """Return the template of a structure; add templates for the structures in it."""
-        found = self._by_kind.get(kind)
-        if found is None:
+        template = self._by_kind.get(kind)
+        if template is None:
             number = NUMBERS.get(kind.name, 0)
             if not number or number in self.by_number:
                 number = FIRST + len(self.by_number)
-            found = self._by_kind[kind] = self.by_number[number] = Template(kind, number, self)
+            template = self._by_kind[kind] = self.by_number[number] = Template(kind, number, self)
             for part in kind.parts:
                 self.code_of(part.kind)
-        return found
+        return template
 
     def code_of(self, kind: Kind) -> int:
         """Return the code of a type in a listing."""

@@ -59,9 +59,9 @@ class UaSecurity:
         >>> guard.lets_in("ann", "secret:1"), guard.lets_in("ann", ""), guard.lets_in("bob", "secret:1")
         (True, False, False)
         """
-        expected = self.users.get(user or "")
-        given = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
-        return hmac.compare_digest(given, expected or bytes(32)) and expected is not None
+        expected_digest = self.users.get(user or "")
+        digest = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
+        return hmac.compare_digest(digest, expected_digest or bytes(32)) and expected_digest is not None
 
 
 def users_of(text: str) -> dict[str, bytes]:

@@ -90,11 +90,11 @@ class Variable:
     def _values_in(self, data: bytes) -> list[Any]:
         if isinstance(self.kind, StructuredKind):
             step = self.kind.size
-            return [_text_in(self.kind, data[at : at + step]) for at in range(0, len(data), step)]
+            return [_text_in(self.kind, data[offset : offset + step]) for offset in range(0, len(data), step)]
         if self.kind == BOOL:
             first = self.bit or 0
             bits = int.from_bytes(data, "little") >> first
-            return [bool(bits >> at & 1) for at in range(self.count)]
+            return [bool(bits >> index & 1) for index in range(self.count)]
         return list(struct.unpack(f"<{self.count}{_FORMS[self.kind.name]}", data))
 
     def change_to(self, value: Any) -> WriteBytes:
@@ -128,12 +128,12 @@ class Variable:
             (ranges[:-1], ranges[-1]) if is_text and len(ranges) > len(self.dims) else (ranges, None)
         )
         places = runs(elements, self.dims)
-        sizes = [len(each) for each in elements]
-        taken = iter(_part_values(value, sizes))
+        sizes = [len(element) for element in elements]
+        values_taken = iter(_part_values(value, sizes))
         if characters is not None:
             numbers = chain.from_iterable(places)
-            return [self._characters(number, characters, next(taken), data) for number in numbers]
-        return [self._run(each.start, list(islice(taken, len(each)))) for each in places]
+            return [self._characters(number, characters, next(values_taken), data) for number in numbers]
+        return [self._run(span.start, list(islice(values_taken, len(span)))) for span in places]
 
     def _run(self, first: int, values: Sequence[Any]) -> WriteBytes:
         """Return the write of successive elements."""
@@ -156,9 +156,11 @@ class Variable:
 
     def _bytes_of(self, values: Sequence[Any]) -> bytes:
         if isinstance(self.kind, StructuredKind):
-            return b"".join(_text_bytes(self.kind, each) for each in values)
+            return b"".join(_text_bytes(self.kind, value) for value in values)
         if self.kind == BOOL:
-            return sum(bool(each) << at for at, each in enumerate(values)).to_bytes(self.size, "little")
+            return sum(bool(value) << index for index, value in enumerate(values)).to_bytes(
+                self.size, "little"
+            )
         try:
             return struct.pack(f"<{len(values)}{_FORMS[self.kind.name]}", *values)
         except (struct.error, OverflowError) as error:
@@ -277,10 +279,12 @@ def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     raw, room = _raw(value), prod(text.dims)
     if len(raw) > room:
         raise ValueError(f"a text of {len(raw)} characters: {room} fit")
-    made = bytearray(kind.size)
-    made[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(length.kind.size, "little")
-    made[text.offset : text.offset + len(raw)] = raw
-    return bytes(made)
+    text_value = bytearray(kind.size)
+    text_value[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(
+        length.kind.size, "little"
+    )
+    text_value[text.offset : text.offset + len(raw)] = raw
+    return bytes(text_value)
 
 
 def _raw(value: Any) -> bytes:
@@ -291,7 +295,7 @@ def _raw(value: Any) -> bytes:
 
 def _nested(values: list[Any], dims: Sequence[int]) -> list[Any]:
     for size in reversed(dims[1:]):
-        values = [values[at : at + size] for at in range(0, len(values), size)]
+        values = [values[index : index + size] for index in range(0, len(values), size)]
     return values
 
 
@@ -299,7 +303,7 @@ def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError)
     """Return values in the order of memory; raise `error` if the dimensions differ."""
     values = [value]
     for size in dims:
-        if not all(isinstance(each, list) and len(each) == size for each in values):
+        if not all(isinstance(nested_value, list) and len(nested_value) == size for nested_value in values):
             raise error(f"the array has {' x '.join(map(str, dims))} elements")
         values = list(chain.from_iterable(values))
     return values

@@ -93,10 +93,10 @@ def _plain(command: Any) -> Any:
     """
     pieces = command.collect_usage_pieces
     command.collect_usage_pieces = lambda context: [
-        re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", each) for each in pieces(context)
+        re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", piece) for piece in pieces(context)
     ]
-    for each in getattr(command, "commands", {}).values():
-        _plain(each)
+    for subcommand in getattr(command, "commands", {}).values():
+        _plain(subcommand)
     return command
 
 
@@ -122,8 +122,8 @@ MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
 
 
 def _reworded(text: str) -> str:
-    for theirs, ours in SPEECH:
-        text = re.sub(theirs, ours, text)
+    for pattern, replacement in SPEECH:
+        text = re.sub(pattern, replacement, text)
     return text
 
 

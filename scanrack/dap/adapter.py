@@ -137,8 +137,8 @@ class Adapter:
         else:
             self._respond(number, command, body=body)
         acts, self._later = self._later, []
-        for each in acts:
-            self._act(each)
+        for act in acts:
+            self._act(act)
 
     def _act(self, act: Callable[[], object]) -> None:
         """Carry out a move; after a failure, report the reason at the old position."""
@@ -205,7 +205,7 @@ class Adapter:
 
     def all_breakpoints(self) -> list[Breakpoint]:
         """Return the breakpoints that the program has a place for."""
-        return [each for kind in self.breakpoints.values() for each in kind if each.placed]
+        return [point for kind in self.breakpoints.values() for point in kind if point.placed]
 
     def the_subject(self) -> Subject:
         """Return the debugged subject, which must exist."""
@@ -244,7 +244,7 @@ class Adapter:
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
         """Move to a scan: to its `start`, its `last` rung, or its `end`."""
         self.leave()
-        view = next((each for each in self._views if each.scan == scan), None)
+        view = next((past_view for past_view in self._views if past_view.scan == scan), None)
         if view is None:
             view = self.the_subject().view(scan)
             self._views.append(view)
@@ -266,10 +266,10 @@ class Adapter:
         self.running, self.tree = False, None
         self.past_refused = False
         self.reason = {"reason": reason, "text": text}
-        more: Json = {"hitBreakpointIds": [each.number for each in hits]} if hits else {}
+        details: Json = {"hitBreakpointIds": [hit.number for hit in hits]} if hits else {}
         if text:
-            more |= {"description": text, "text": text}
-        self.event("stopped", reason=reason, threadId=THREAD, allThreadsStopped=True, **more)
+            details |= {"description": text, "text": text}
+        self.event("stopped", reason=reason, threadId=THREAD, allThreadsStopped=True, **details)
 
     # --- breakpoints that scans have met
 
@@ -283,7 +283,7 @@ class Adapter:
 
     def hits_in(self, scan: int) -> list[Hit]:
         """Return the breakpoints that a scan meets; log points do not stop."""
-        requested = [each for each in self.all_breakpoints() if not each.log]
+        requested = [point for point in self.all_breakpoints() if not point.log]
         if not requested:
             return []
         self.leave()
@@ -292,18 +292,18 @@ class Adapter:
     def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
         """Move to the place where a scan meets its first breakpoint, or its last one."""
         cursor = self.look_at(scan)
-        spots = {each.number: cursor.spot_of(each) for each, _text in hits}
+        spots = {point.number: cursor.spot_of(point) for point, _text in hits}
         pick = max if backwards else min
         spot = pick(spots.values(), key=cursor.position)
         self._stop_at(spot, hits)
 
     def _stop_at(self, spot: Spot, hits: list[Hit]) -> None:
         cursor = self.place()
-        here = [(each, text) for each, text in hits if cursor.spot_of(each) == spot]
+        hits_here = [(point, text) for point, text in hits if cursor.spot_of(point) == spot]
         self.go_to(spot)
-        one = here[0][0]
-        reason = REASONS[one.kind]
-        self.stopped(reason, here[0][1], tuple(each for each, _text in here))
+        first_hit = hits_here[0][0]
+        reason = REASONS[first_hit.kind]
+        self.stopped(reason, hits_here[0][1], tuple(point for point, _text in hits_here))
 
     def stop_in_scan(self, *, backwards: bool) -> bool:
         """Go to the next breakpoint in the same scan, or the one before; return whether there is one."""
@@ -314,11 +314,11 @@ class Adapter:
         hits = self.hits_in(scan)
         cursor = self.look_at(scan)
         cursor.go(spot)
-        spots = [cursor.spot_of(each) for each, _text in hits]
-        found = (earlier if backwards else later)(cursor, spots)
-        if found is None:
+        spots = [cursor.spot_of(point) for point, _text in hits]
+        nearest = (earlier if backwards else later)(cursor, spots)
+        if nearest is None:
             return False
-        self._stop_at(found, hits)
+        self._stop_at(nearest, hits)
         return True
 
 

@@ -7,7 +7,7 @@
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
 
-Expressions read the values at the end of the scan: a scan is always finished.
+Expressions use the values at the end of the scan: a scan always runs to completion before a stop.
 """
 
 from __future__ import annotations
@@ -87,8 +87,8 @@ class Breakpoint:
     def counts(self) -> bool:
         """Count a hit; return whether it stops execution."""
         self.count += 1
-        found = _HITS.fullmatch(self.hits.strip()) if self.hits else None
-        return found is None or _SIGNS[found["sign"] or ">="](self.count, int(found["number"]))
+        match = _HITS.fullmatch(self.hits.strip()) if self.hits else None
+        return match is None or _SIGNS[match["sign"] or ">="](self.count, int(match["number"]))
 
     def check_hits(self) -> None:
         """Refuse a hit count that can't be read."""
@@ -175,7 +175,7 @@ class LinePoints(NamedValues, Observer):
 
         def look(frame: FrameType | None) -> None:
             if number not in self._met and (allowed is None or _value(allowed, frame, False)):
-                texts = (each if isinstance(each, str) else str(_value(each, frame, "?")) for each in log)
+                texts = (part if isinstance(part, str) else str(_value(part, frame, "?")) for part in log)
                 self._met[number] = "".join(texts) or text
 
         for key in requested.keys:
@@ -236,23 +236,23 @@ class Looker:
         events: Callable[[int], Sequence[Event]],
     ) -> None:
         self._values, self._around, self._events = values, around, events
-        self._checks = [self._check(each) for each in requested]
-        self.lines = tuple(dict.fromkeys(key for each in requested for key in each.keys))
+        self._checks = [self._check(request) for request in requested]
+        self.lines = tuple(dict.fromkeys(key for request in requested for key in request.keys))
 
     def prime(self, scan: int) -> None:
         """Use the present values as those of the previous scan; the power of rungs is not known yet."""
-        for each in self._checks:
-            if not each.breakpoint.keys:
-                each.met(scan)
+        for check in self._checks:
+            if not check.breakpoint.keys:
+                check.met(scan)
 
     def look(self, scan: int) -> list[tuple[_Check, str]]:
         """Return the breakpoints that the latest scan has met, regardless of their hit counts."""
-        found = []
-        for each in self._checks:
-            text = each.met(scan)
-            if text is not None and (each.allowed is None or each.allowed()):
-                found.append((each, text))
-        return found
+        met = []
+        for check in self._checks:
+            text = check.met(scan)
+            if text is not None and (check.allowed is None or check.allowed()):
+                met.append((check, text))
+        return met
 
     def hits(self, scan: int) -> list[Hit]:
         """Return the breakpoints that the latest scan has met; hit counts and log points have no effect."""
@@ -260,16 +260,16 @@ class Looker:
 
     def stops(self, scan: int, say: Callable[[Breakpoint, str], object]) -> list[Hit]:
         """Return the breakpoints at which the latest scan stops; count hits, and print log points."""
-        found = []
+        hits = []
         for check, text in self.look(scan):
             if not check.breakpoint.counts():
                 continue
             if check.breakpoint.log:
-                parts = (each if isinstance(each, str) else shown(each()) for each in check.log)
+                parts = (part if isinstance(part, str) else shown(part()) for part in check.log)
                 say(check.breakpoint, visible("".join(parts) or text))
             else:
-                found.append(Hit(check.breakpoint, text))
-        return found
+                hits.append(Hit(check.breakpoint, text))
+        return hits
 
     # --- one check for each breakpoint
 
@@ -377,7 +377,9 @@ class Looker:
             for (slot, number), bits in words.items():
                 word = self._status(slot, number)
                 news, known[slot, number] = word & ~known[slot, number], word
-                names += [f"slot {slot}: {each.name}" for each in bits if news >> each.place.bit & 1]
+                names += [
+                    f"slot {slot}: {named_bit.name}" for named_bit in bits if news >> named_bit.place.bit & 1
+                ]
             return ", ".join(names) if names else None
 
         return met

@@ -77,15 +77,15 @@ class ProgramValues(Mapping[str, Any]):
 
     def copies(self, names: Iterable[str]) -> dict[str, Any]:
         """Return copies of the values that exist now."""
-        space, found = self._space(), dict[str, Any]()
+        space, values = self._space(), dict[str, Any]()
         for name in names:
             with suppress(Exception):  # the user's property may raise anything
-                found[name] = copied(eval(_code(name), space))
-        return found
+                values[name] = copied(eval(_code(name), space))
+        return values
 
     def __iter__(self) -> Iterator[str]:
         try:
-            return iter([each.name for each in named_values(self._space(), ["*"])[:MOST]])
+            return iter([value.name for value in named_values(self._space(), ["*"])[:MOST]])
         except ValueError:
             return iter(())
 
@@ -93,7 +93,7 @@ class ProgramValues(Mapping[str, Any]):
         return sum(1 for _ in self)
 
     def __contains__(self, name: object) -> bool:
-        if not isinstance(name, str) or not all(each.isidentifier() for each in name.split(".")):
+        if not isinstance(name, str) or not all(part.isidentifier() for part in name.split(".")):
             return False
         try:
             self[name]
@@ -114,9 +114,9 @@ def copied(value: object, depth: int = DEEPEST) -> Any:
     if isinstance(value, bool | int | float | str | None):
         return value
     if depth and isinstance(value, list | tuple | set | frozenset):
-        return [copied(each, depth - 1) for each in list(value)[:MOST_ITEMS]]
+        return [copied(item, depth - 1) for item in list(value)[:MOST_ITEMS]]
     if depth and isinstance(value, dict):
-        return {str(key): copied(each, depth - 1) for key, each in list(value.items())[:MOST_ITEMS]}
+        return {str(key): copied(item, depth - 1) for key, item in list(value.items())[:MOST_ITEMS]}
     try:
         return repr(value)[:200]
     except Exception as error:  # the user's repr may raise anything
@@ -140,7 +140,7 @@ class Capture(Observer):
         self.runs.append((run, len(above), self.state()))
 
     def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
-        own = {name: copied(each) for name, each in frame.f_locals.items() if each is not self._logic}
+        own = {name: copied(value) for name, value in frame.f_locals.items() if value is not self._logic}
         caller = TextCaller(self._run(above[0], above[1:])) if above else None
         path, line = frame.f_code.co_filename, frame.f_lineno
         return TextRun(Path(path).name, TextLine(line, Origin(path, line)), frame.f_code.co_name, own, caller)
@@ -168,8 +168,8 @@ def waits_of(logic: ScanLogic) -> Mapping[str, str]:
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
         return {"step": BareText(f"line {inside.line}")}
-    steps = {each.name: standing(each, 0) for each in sequences_in(inside)}
+    steps = {sequence.name: standing(sequence, 0) for sequence in sequences_in(inside)}
     return {
-        name: BareText(f"line {each.line}: {each.wait}" if each.wait else "over")
-        for name, each in steps.items()
+        name: BareText(f"line {step.line}: {step.wait}" if step.wait else "over")
+        for name, step in steps.items()
     }

@@ -58,8 +58,12 @@ def _debug_command(
         raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
-    given, taken = os.dup(0), os.dup(1)
-    with os.fdopen(given, "rb") as requests, os.fdopen(taken, "wb") as answers, redirect_stdout(sys.stderr):
+    stdin_fd, taken = os.dup(0), os.dup(1)
+    with (
+        os.fdopen(stdin_fd, "rb") as requests,
+        os.fdopen(taken, "wb") as answers,
+        redirect_stdout(sys.stderr),
+    ):
         Adapter(Wire(requests, answers), REQUESTS).run()
 
 
@@ -111,8 +115,8 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
         stream.close()
         connection.close()
     connection.settimeout(None)
-    for each in (connection, stream, answers := connection.makefile("wb")):
-        stack.enter_context(each)
+    for resource in (connection, stream, answers := connection.makefile("wb")):
+        stack.enter_context(resource)
     stack.callback(_shut, connection)  # ends the reading thread, which the end of the stream waits for
     return Wire(stream, answers)
 

@@ -156,8 +156,8 @@ def compiled(text: str, values: Values, around: ScanContext) -> Read:
     except UnexpectedInput as error:
         if _SEVERAL.search(text):
             raise ExpressionError(f"{text!r} needs several scans: ask scanrack query") from error
-        at = getattr(error, "column", 0)
-        raise ExpressionError(f"{text!r}, column {max(1, at)}: not an expression of a query") from error
+        column = getattr(error, "column", 0)
+        raise ExpressionError(f"{text!r}, column {max(1, column)}: not an expression of a query") from error
     except RecursionError as error:
         raise ExpressionError("the expression is nested too deeply") from error
     except VisitError as error:
@@ -181,12 +181,14 @@ UNIT: /[^\W\d][^\s()<>=!+*-]*|[%°]\S*/
 
 
 def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
-    body = "".join(f"  {each}\n" for each in statements)
+    body = "".join(f"  {statement}\n" for statement in statements)
     text = f"def outer({', '.join(cells)}):\n def take():\n{body}"
     outer = next(
-        each for each in compile(text, "<expression>", "exec").co_consts if isinstance(each, CodeType)
+        constant
+        for constant in compile(text, "<expression>", "exec").co_consts
+        if isinstance(constant, CodeType)
     )
-    code = next(each for each in outer.co_consts if isinstance(each, CodeType))
+    code = next(constant for constant in outer.co_consts if isinstance(constant, CodeType))
     return FunctionType(code, {"abs": abs}, "take", None, tuple(cells[name] for name in code.co_freevars))
 
 
@@ -231,9 +233,9 @@ class _Writer(Transformer[Token, str]):
         return own
 
     def compare(self, left: str, sign: Token, right: str) -> str:
-        for each in (left, right):
-            if isinstance(each, _Part) and each.written.lstrip("+-") in self.measured:
-                self.measured.remove(each.written.lstrip("+-"))
+        for side in (left, right):
+            if isinstance(side, _Part) and side.written.lstrip("+-") in self.measured:
+                self.measured.remove(side.written.lstrip("+-"))
         return f"({_in_unit(left, right)} {sign} {_in_unit(right, left)})"
 
     def arithmetic(self, left: str, sign: Token, right: str) -> str:
@@ -274,11 +276,11 @@ class _Writer(Transformer[Token, str]):
 
     def _image(self, name: str) -> str:
         try:
-            at = parse_address(name, self._around.words)
+            address = parse_address(name, self._around.words)
         except ValueError as error:
             raise ExpressionError(f"no tag, word or bit {name}") from error
-        word = f"__image({at.slot}, {at.image!r}, {at.word})"
-        return word if at.bit is None else f"({word} >> {at.bit} & 1)"
+        word = f"__image({address.slot}, {address.image!r}, {address.word})"
+        return word if address.bit is None else f"({word} >> {address.bit} & 1)"
 
 
 def _in_unit(part: str, other: str) -> str:

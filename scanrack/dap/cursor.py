@@ -47,8 +47,8 @@ class Cursor:
     def last(self) -> Spot:
         """The last rung of the main routine; the end of a scan without one."""
         stops = self.view.stops
-        found = [at for at, each in enumerate(stops) if each.step is None and each.depth == 0]
-        return self._spot(found[-1]) if found else self.end
+        indices = [index for index, stop in enumerate(stops) if stop.step is None and stop.depth == 0]
+        return self._spot(indices[-1]) if indices else self.end
 
     def go(self, spot: Spot) -> None:
         """Go to another place in the scan."""
@@ -115,11 +115,15 @@ class Cursor:
 
 def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
     """Return the first of some places after the present one."""
-    here = cursor.position(cursor.spot)
-    return min((each for each in spots if cursor.position(each) > here), key=cursor.position, default=None)
+    position = cursor.position(cursor.spot)
+    return min(
+        (spot for spot in spots if cursor.position(spot) > position), key=cursor.position, default=None
+    )
 
 
 def earlier(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
     """Return the last of the given spots before the current one; None if there is none."""
-    here = cursor.position(cursor.spot)
-    return max((each for each in spots if cursor.position(each) < here), key=cursor.position, default=None)
+    position = cursor.position(cursor.spot)
+    return max(
+        (spot for spot in spots if cursor.position(spot) < position), key=cursor.position, default=None
+    )

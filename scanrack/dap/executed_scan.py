@@ -57,8 +57,8 @@ class ExecutedScan(View):
             self._replayer.again(self.scan)
         finally:
             self.engine.traced = False
-        found = self.engine.execution
-        return found if found is not None and found.scan == self.scan else Execution(self.scan)
+        execution = self.engine.execution
+        return execution if execution is not None and execution.scan == self.scan else Execution(self.scan)
 
     @cached_property
     def stops(self) -> Sequence[Stop]:
@@ -70,9 +70,9 @@ class ExecutedScan(View):
             if run.line.number < 0:  # of a chart as a whole
                 continue
             depth = len(list(callers(run)))
-            own = [each for each in run.steps.values() if each.parent is None]
+            own = [step for step in run.steps.values() if step.parent is None]
             yield Stop(run.order, run, None, depth)
-            yield from (Stop(each.order - 1, run, each, depth) for each in own[1:])
+            yield from (Stop(step.order - 1, run, step, depth) for step in own[1:])
 
     def show(self, order: int | None) -> None:
         """Set the memory of the engine to the values after an instruction; None = at the end of the scan."""
@@ -80,10 +80,10 @@ class ExecutedScan(View):
         memory = self.engine.memory
         restore(memory, self._end)
         if order is not None:
-            for each in reversed(self.execution.writes):
-                if each.order <= order:
+            for write in reversed(self.execution.writes):
+                if write.order <= order:
                     break
-                memory.write(each.cell.leaf, each.cell.index, each.before)
+                memory.write(write.cell.leaf, write.cell.index, write.before)
 
     def set(self, tag: str, value: object) -> None:
         """Show a value that was set after the scan, until another place is shown."""
@@ -97,7 +97,7 @@ class ExecutedScan(View):
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`."""
         cells = cells_of(self.tags.where(tag), counts=True) if tag in self.tags else []
-        writes = [each for each in self.execution.writes if any(map(each.changes, cells))]
+        writes = [write for write in self.execution.writes if any(map(write.changes, cells))]
         if not writes or writes[-1].by is None:
             return None
         run, order = writes[-1].by.run, writes[-1].order
@@ -113,8 +113,8 @@ class ExecutedScan(View):
 
     def _spelled(self, run: LineRun) -> str:
         """Return the name of a routine as the program writes it."""
-        found: str = self.engine.lowered.routines[run.routine].name
-        return found
+        spelling: str = self.engine.lowered.routines[run.routine].name
+        return spelling
 
     def program(self, run: LineRun | None) -> str:
         """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
@@ -124,17 +124,17 @@ class ExecutedScan(View):
         """See `View`."""
         schedule = self.engine.lowered.schedule
         program = program_of(run.routine).upper()
-        for each in () if schedule is None else schedule.tasks:
-            if any(one.name.upper() == program for one in each.programs):
-                return str(each.task.name)
+        for task in () if schedule is None else schedule.tasks:
+            if any(entry.name.upper() == program for entry in task.programs):
+                return str(task.task.name)
         return ""
 
     def last_origin(self) -> Origin | None:
         """See `View`: the last rung of the main routine."""
         lowered = self.engine.lowered
         tasks = () if lowered.schedule is None else lowered.schedule.tasks
-        mains = [lowered.main, *(each.main or "" for task in tasks for each in task.programs)]
-        routine = next((lowered.routines[each] for each in mains if each in lowered.routines), None)
+        mains = [lowered.main, *(program.main or "" for task in tasks for program in task.programs)]
+        routine = next((lowered.routines[main] for main in mains if main in lowered.routines), None)
         return None if routine is None or not routine.lines else routine.lines[-1].origin
 
     def full_name(self, name: str, run: LineRun | None) -> str | None:
@@ -142,7 +142,7 @@ class ExecutedScan(View):
         program = self.program(run)
         scoped = [f"\\{program}.{name}"] if program else []
         own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
-        return next((each for each in (*own, *scoped, name) if each in self.tags), None)
+        return next((candidate for candidate in (*own, *scoped, name) if candidate in self.tags), None)
 
     def names(self, run: LineRun | None) -> Sequence[tuple[str, str]]:
         """See `View`."""
@@ -169,14 +169,14 @@ class ExecutedScan(View):
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
         """Return the tags that a rung names, as pairs of the name in the rung and the full name."""
         program = self.program(run)
-        found: dict[str, str] = {}
+        names: dict[str, str] = {}
         for step in run.line.all_steps:
             for name in (name for operand in step.operands for name in _texts(operand)):
                 scoped = f"\\{program}.{name}" if program else name
                 full = scoped if scoped in self.tags else name
                 if full in self.tags and HIDDEN not in name:
-                    found[name] = full
-        return list(found.items())
+                    names[name] = full
+        return list(names.items())
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
         """See `View`."""
@@ -203,7 +203,8 @@ class ExecutedScan(View):
         """See `View`."""
         memory = self.engine.memory
         leaf = next(
-            (each for each in memory.layout.images if (each.slot, each.output) == (slot, image == "O")), None
+            (words for words in memory.layout.images if (words.slot, words.output) == (slot, image == "O")),
+            None,
         )
         return int(memory.read(leaf, number)) if leaf is not None and memory.has(leaf) else None
 
@@ -211,13 +212,13 @@ class ExecutedScan(View):
 def _texts(operand: object) -> Iterator[str]:
     if isinstance(operand, AddOnCall):
         yield operand.instance.text
-        yield from (each.text for each in operand.handed.values())
+        yield from (argument.text for argument in operand.handed.values())
     elif isinstance(operand, Place | Group):
         if not operand.frame:  # locals are their own scope
             yield operand.text
     elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _texts(each)
+        for inner in operand.operands:
+            yield from _texts(inner)
 
 
 def callers(run: LineRun) -> Iterator[StepRun]:

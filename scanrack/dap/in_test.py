@@ -40,8 +40,8 @@ class BenchRun:
     @property
     def logic(self) -> Callable[..., None]:
         """The logic that the CPU calls."""
-        found: Callable[..., None] = self.bench.logic
-        return found
+        logic: Callable[..., None] = self.bench.logic
+        return logic
 
     @property
     def edits(self) -> int:

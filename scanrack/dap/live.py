@@ -196,8 +196,8 @@ class LiveRungs(RungSubject, LiveSubject):
 
     @override
     def spelled(self, routine: str) -> str:
-        found = self._debugger.engine.lowered.routines[routine]
-        return "" if found.frame else found.name
+        lowered = self._debugger.engine.lowered.routines[routine]
+        return "" if lowered.frame else lowered.name
 
 
 class LiveText(TextSubject, LiveSubject):
@@ -294,15 +294,15 @@ class ScanDriver(QuietListener, Driver):
         """Set the breakpoints of lines in another program; one without its line waits for a later program."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        for each in (each for kind in adapter.breakpoints.values() for each in kind if each.path):
-            was = described(each)
+        for point in (point for kind in adapter.breakpoints.values() for point in kind if point.path):
+            was = described(point)
             try:
-                each.line, keys = places.at(each.path, each.line)
-                each.keys = tuple(keys)
-                now = described(each)
+                point.line, keys = places.at(point.path, point.line)
+                point.keys = tuple(keys)
+                now = described(point)
             except DebugError as error:
-                each.keys = ()
-                now = {"id": each.number, "verified": False, "message": str(error)}
+                point.keys = ()
+                now = {"id": point.number, "verified": False, "message": str(error)}
             if now != was:
                 adapter.event("breakpoint", reason="changed", breakpoint=now)
         self.set_breakpoints(adapter.all_breakpoints())
@@ -376,33 +376,33 @@ class Live(ScanDriver):
 
     def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Also set the editor's breakpoints on the pages, if pages support their kind."""
-        there = self._session.state.breakpoints
+        shared = self._session.state.breakpoints
         spelled = self.subject.spelled
-        _others, before = foreign(there, self._requested, spelled)
-        _others, names = foreign(there, requested, spelled)
-        for name in before.keys() - names.keys() & set(there):
+        _others, before = foreign(shared, self._requested, spelled)
+        _others, names = foreign(shared, requested, spelled)
+        for name in before.keys() - names.keys() & set(shared):
             self._order(actions.RemoveBreakpoint(name))
-        for name in names.keys() - set(there):
+        for name in names.keys() - set(shared):
             with suppress(ValueError):  # in a body of a chart, for which pages have no name
                 self._order(actions.Breakpoint(name))
         self._seen = list(self._session.state.breakpoints)
 
     def _take_breakpoints(self) -> None:
         """Notify the editor of breakpoints that pages have set or removed."""
-        adapter, there = self._adapter, self._session.state.breakpoints
+        adapter, shared = self._adapter, self._session.state.breakpoints
         spelled, places = self.subject.spelled, self.subject.places(0)
-        others, names = foreign(there, self._requested, spelled)
-        for name in names.keys() - set(there):
+        others, names = foreign(shared, self._requested, spelled)
+        for name in names.keys() - set(shared):
             gone = names[name]
             for kind in adapter.breakpoints.values():
-                kind[:] = [each for each in kind if each is not gone]
+                kind[:] = [point for point in kind if point is not gone]
             adapter.event("breakpoint", reason="removed", breakpoint={"id": gone.number, "verified": False})
         for name in others:
             adapter.numbers += 1
             made = of_page(name, adapter.numbers, places)
             adapter.breakpoints.setdefault(f"line {made.path}" if made.path else "page", []).append(made)
             adapter.event("breakpoint", reason="new", breakpoint=described(made))
-        self._seen = list(there)
+        self._seen = list(shared)
         self.set_breakpoints(adapter.all_breakpoints())
 
     # --- during a pause
@@ -476,7 +476,7 @@ class Live(ScanDriver):
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        if self._session.live and not all(each.log for each in requested):
+        if self._session.live and not all(request.log for request in requested):
             raise DebugError("a real controller does not wait: on a real port only log points are possible")
         super().set_breakpoints(requested)
         if self._page and not self._session.live:

@@ -54,18 +54,18 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
     task = view.task(runs[-1]) if runs else ""
     if task:
         yield {"id": SCAN_FRAME - 1, "name": f"task {task}", **NOWHERE, "presentationHint": "label"}
-    at = "scan" if cursor.stop is not None else "end of scan"
-    where = f"{at} {scan:,}, {seconds(subject.now_ns(scan))} s"
+    moment = "scan" if cursor.stop is not None else "end of scan"
+    where = f"{moment} {scan:,}, {seconds(subject.now_ns(scan))} s"
     past = " (past)" if adapter.in_past() else ""
     last = None if runs else view.last_origin()
-    more = {} if last is None else places.source(last)
-    yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **more}
+    source = {} if last is None else places.source(last)
+    yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **source}
 
 
 def _runs(adapter: Adapter) -> list[Any]:
     """Return the rung or line and the callers of its routine, innermost first."""
     stop = adapter.place().stop
-    return [] if stop is None else [stop.run, *(each.run for each in callers(stop.run))]
+    return [] if stop is None else [stop.run, *(caller.run for caller in callers(stop.run))]
 
 
 def _run_of(adapter: Adapter, frame: int) -> Any:
@@ -84,18 +84,18 @@ def _run_of(adapter: Adapter, frame: int) -> Any:
 def scopes(adapter: Adapter, arguments: Json) -> Json:
     """List the scopes of a frame."""
     run = _run_of(adapter, whole(arguments, "frameId"))
-    tree, found = adapter.the_tree(), list[Json]()
+    tree, rows = adapter.the_tree(), list[Json]()
 
     def add(name: str, node: Node) -> None:
         hint = {"presentationHint": "locals"} if name == "Locals" else {}
-        found.append({"name": name, "variablesReference": tree.add(node), "expensive": False, **hint})
+        rows.append({"name": name, "variablesReference": tree.add(node), "expensive": False, **hint})
 
     for name, node in adapter.place().view.scopes(tree, run):
         add(name, node)
     words = dict(adapter.the_subject().words)
     for name, image in (("Inputs", "I"), ("Outputs", "O")):
         add(name, partial(modules_in, words, image, word_reader(adapter)))
-    return {"scopes": found}
+    return {"scopes": rows}
 
 
 def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
@@ -163,17 +163,17 @@ def evaluate(adapter: Adapter, arguments: Json) -> Json:
     """Evaluate a tag, an expression, or a command."""
     expression = text(arguments, "expression").strip()
     context = arguments.get("context")
-    word, _, rest = expression.partition(" ")
+    word, _, argument_text = expression.partition(" ")
     command = COMMANDS.get(word.lower())
     if command is not None and context in ("repl", None):
-        return {"result": command(adapter, rest.strip()), "variablesReference": 0}
+        return {"result": command(adapter, argument_text.strip()), "variablesReference": 0}
     name = _tag_named(adapter, expression, arguments.get("frameId"))
     if name is not None:
-        found = adapter.the_tree().value(expression, name)
-        node = found.pop("node", None)
+        result = adapter.the_tree().value(expression, name)
+        node = result.pop("node", None)
         reference = 0 if node is None else adapter.the_tree().add(node)
-        hover = _hover(adapter, name, found["value"]) if context == "hover" else found["value"]
-        return {"result": hover, "type": found["type"], "variablesReference": reference}
+        hover = _hover(adapter, name, result["value"]) if context == "hover" else result["value"]
+        return {"result": hover, "type": result["type"], "variablesReference": reference}
     value = _expression(adapter, expression)()
     return {"result": shown(value), "type": type(value).__name__, "variablesReference": 0}
 
@@ -292,7 +292,7 @@ def exception_info(adapter: Adapter, _arguments: Json) -> Json:
 def sources(adapter: Adapter, _arguments: Json) -> Json:
     """List the files of the program."""
     files = adapter.the_subject().places(adapter.the_subject().extent[1]).lines
-    return {"sources": [{"name": Path(each).name, "path": str(each)} for each in files]}
+    return {"sources": [{"name": Path(file).name, "path": str(file)} for file in files]}
 
 
 def completions(adapter: Adapter, arguments: Json) -> Json:
@@ -304,14 +304,14 @@ def completions(adapter: Adapter, arguments: Json) -> Json:
     view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
     opened = view.value(tree, head, head).get("node") if dot and head in view.tags else None
     if opened is not None:
-        names = [f"{head}.{each['name']}" for each in opened()]
+        names = [f"{head}.{row['name']}" for row in opened()]
     else:
         names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
-    fitting = [each for each in names if each.lower().startswith(word.lower())]
+    fitting = [name for name in names if name.lower().startswith(word.lower())]
     start = column - 1 - len(word)
     return {
         "targets": [
-            {"label": each, "start": start, "length": len(word)} for each in fitting[:COMPLETIONS_MOST]
+            {"label": name, "start": start, "length": len(word)} for name in fitting[:COMPLETIONS_MOST]
         ]
     }
 

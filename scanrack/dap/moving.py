@@ -47,15 +47,15 @@ def pause(adapter: Adapter, _arguments: Json) -> None:
 
 
 def next_(adapter: Adapter, arguments: Json) -> None:
-    """Go to the next rung or instruction without going into routines."""
-    each = _by_instruction(arguments)
-    adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=each))
+    """Step to the next rung or instruction without stepping into routines."""
+    by_instruction = _by_instruction(arguments)
+    adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=by_instruction))
 
 
 def step_in(adapter: Adapter, arguments: Json) -> None:
     """Go to the next rung or instruction, including those of a called routine."""
-    each = _by_instruction(arguments)
-    adapter.after_response(lambda: _onward(adapter, None, each=each))
+    by_instruction = _by_instruction(arguments)
+    adapter.after_response(lambda: _onward(adapter, None, each=by_instruction))
 
 
 def step_out(adapter: Adapter, _arguments: Json) -> None:
@@ -77,10 +77,10 @@ def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
 
 
 def step_back(adapter: Adapter, arguments: Json) -> None:
-    """Go to the previous rung or instruction without going into routines."""
-    each = _by_instruction(arguments)
+    """Step back to the previous rung or instruction without stepping into routines."""
+    by_instruction = _by_instruction(arguments)
     cursor = adapter.place()
-    spot = cursor.back(cursor.depth, each=each)
+    spot = cursor.back(cursor.depth, each=by_instruction)
     first = adapter.the_subject().extent[0]
     if spot is None and cursor.scan <= first:
         raise DebugError(f"scan {cursor.scan:,} is the first one: there is nothing before")
@@ -102,22 +102,22 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
         if adapter.stop_in_scan(backwards=True):
             return
         scan, subject = adapter.place().scan, adapter.the_subject()
-        requested = [each for each in adapter.all_breakpoints() if not each.log]
+        requested = [point for point in adapter.all_breakpoints() if not point.log]
         adapter.leave()
         adapter.searching = True
         try:
-            found = subject.last_before(requested, scan, adapter.poll) if requested else None
+            stop_scan = subject.last_before(requested, scan, adapter.poll) if requested else None
         except BrokenOffError as broken:
             adapter.look_at(max(subject.extent[0], broken.scan), "end")
             adapter.stopped("pause")
             return
         finally:
             adapter.searching = False
-        if found is None:
+        if stop_scan is None:
             adapter.look_at(subject.extent[0])
             adapter.stopped("entry", "no breakpoint was met before; this is the first scan")
         else:
-            adapter.stop_at_hit(found, adapter.hits_in(found), backwards=True)
+            adapter.stop_at_hit(stop_scan, adapter.hits_in(stop_scan), backwards=True)
 
     adapter.running = True
     adapter.after_response(move)

@@ -47,14 +47,14 @@ class Places:
     @cached_property
     def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
         """The rungs and statements of each line that has any, by file."""
-        found: dict[Path, dict[int, list[LineKey]]] = {}
+        lines: dict[Path, dict[int, list[LineKey]]] = {}
         for origin, key in self.keys():
             path = self.path(origin)
             if path is not None:
-                keys = found.setdefault(path, {}).setdefault(origin.line, [])
+                keys = lines.setdefault(path, {}).setdefault(origin.line, [])
                 if key not in keys:
                     keys.append(key)
-        return found
+        return lines
 
     def path(self, origin: Origin) -> Path | None:
         """Return the file of a rung on this machine; None if it is not there."""
@@ -66,9 +66,9 @@ class Places:
     def _found(self, name: str) -> Path | None:
         own = Path(name)
         shipped = Path(str(files("scanrack.ladder"))) / "blocks" / own.name  # of `USE axis3601`
-        for each in (*(folder / own.name for folder in self._folders), own, shipped):
-            if each.is_file() and _is_copy(each, own):
-                return each.resolve()
+        for file in (*(folder / own.name for folder in self._folders), own, shipped):
+            if file.is_file() and _is_copy(file, own):
+                return file.resolve()
         return None
 
     def at(self, path: str, line: int) -> tuple[int, list[LineKey]]:
@@ -77,12 +77,12 @@ class Places:
         Raises:
             DebugError: the file is not part of the program, or there is no such line.
         """
-        given = Path(path).resolve()
-        known = self.lines.get(given) or self._adopted(given)
+        resolved = Path(path).resolve()
+        known = self.lines.get(resolved) or self._adopted(resolved)
         if known is None:
-            names = ", ".join(sorted(each.name for each in self.lines))
-            if given.name in {each.name for each in self.lines}:
-                raise DebugError(f"{given.name} differs from the program that runs")
+            names = ", ".join(sorted(known_file.name for known_file in self.lines))
+            if resolved.name in {known_file.name for known_file in self.lines}:
+                raise DebugError(f"{resolved.name} differs from the program that runs")
             raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
         numbers = sorted(known)
         place = bisect_left(numbers, line)
@@ -125,19 +125,21 @@ class RungPlaces(Places):
     @override
     def keys(self) -> Iterator[tuple[Origin, LineKey]]:
         for name, routine in self._lowered.routines.items():
-            yield from ((each.origin, (name, each.number)) for each in routine.lines if each.number >= 0)
+            yield from ((line.origin, (name, line.number)) for line in routine.lines if line.number >= 0)
 
     @override
     def named(self, text: str) -> list[LineKey] | None:
         head, dot, number = text.rpartition(".")
         is_numbered = bool(dot) and number.isdigit()
         name = (head if is_numbered else text).upper()
-        found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
-        if len(found) != 1:
+        matches = [
+            routine for routine in self._lowered.routines if name in (routine, routine.rpartition(".")[2])
+        ]
+        if len(matches) != 1:
             return None
-        numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
+        numbers = [line.number for line in self._lowered.routines[matches[0]].lines if line.number >= 0]
         rung = int(number) if is_numbered else min(numbers, default=-1)
-        return [(found[0], rung)] if rung in numbers else None
+        return [(matches[0], rung)] if rung in numbers else None
 
 
 class TextPlaces(Places):
@@ -162,7 +164,7 @@ class TextPlaces(Places):
 
     @override
     def path(self, origin: Origin) -> Path | None:
-        own = next((each for each in self._files if each.name == Path(origin.file).name), None)
+        own = next((file for file in self._files if file.name == Path(origin.file).name), None)
         return None if own is None else super().path(Origin(str(own), origin.line))
 
     @override

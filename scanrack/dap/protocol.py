@@ -32,6 +32,6 @@ def _argument(arguments: Json, name: str, default: T | None, kind: type[T], mean
 def objects(arguments: Json, name: str) -> list[Json]:
     """Return a list of objects of a request, empty if it is missing; a DebugError for another type."""
     value = arguments.get(name) or []
-    if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
+    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise DebugError(f"{name} must be a list of objects")
     return value

@@ -73,13 +73,13 @@ def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    more, idle_s = True, IDLE_S  # the first run of scans continues while the client is silent
+    is_busy, idle_s = True, IDLE_S  # the first run of scans continues while the client is silent
     while not driver.over and not adapter.over:
-        served = adapter.serve(0 if adapter.running else idle_s if more else None)
-        more = more or served
+        served = adapter.serve(0 if adapter.running else idle_s if is_busy else None)
+        is_busy = is_busy or served
         idle_s = IDLE_S if served else 0
         if not served and not adapter.running:
-            more = monitor.tick() | driver.prepare()
+            is_busy = monitor.tick() | driver.prepare()
         driver.look_on()
 
 
@@ -119,8 +119,8 @@ class RecordedScans(Subject):
     @property
     def extent(self) -> tuple[int, int]:
         """Its first and its last scan."""
-        found = self.monitor.subject.timeline.extent
-        return (0, -1) if found is None else found
+        extent = self.monitor.subject.timeline.extent
+        return (0, -1) if extent is None else extent
 
     def lines(self, stretch: Stretch) -> Places:
         """Return the lines of a program."""
@@ -137,15 +137,15 @@ class RecordedScans(Subject):
         """Return the images after a scan."""
         if scan not in self._memories:  # the images of the scans after it will be read next
             rows = self.monitor.subject.timeline.between(scan, scan + READ)
-            self._memories = {int(each["scan"]): each["words"].tobytes() for each in rows}
+            self._memories = {int(row["scan"]): row["words"].tobytes() for row in rows}
         return self._memories.get(scan, b"")
 
     def events(self, scan: int) -> Sequence[Event]:
         """Return the events of a scan."""
         if self._events is None:
             self._events = {}
-            for each in self.trace.events(topics=TOPICS):
-                self._events.setdefault(each.scan, []).append((each.topic, each.fields))
+            for event in self.trace.events(topics=TOPICS):
+                self._events.setdefault(event.scan, []).append((event.topic, event.fields))
         return self._events.get(scan, ())
 
     def now_ns(self, scan: int) -> int:
@@ -157,7 +157,7 @@ class RecordedScans(Subject):
         """Return the forces in a scan."""
         forced = self.monitor.states.forces_at(scan)
         tags = forced.get("tags", {})
-        return {**{name: each for name, each in forced.items() if name != "tags"}, **tags}
+        return {**{name: words for name, words in forced.items() if name != "tags"}, **tags}
 
 
 class RecordedRungs(RungSubject, RecordedScans):
@@ -173,9 +173,9 @@ class RecordedRungs(RungSubject, RecordedScans):
     def replayer(self, scan: int) -> Replayer:
         self.places(scan)  # refuses a stretch without a program
         self.monitor.index_to(scan)
-        found = self.monitor.subject.programs.at(scan).past
-        assert found is not None
-        return found
+        replayer = self.monitor.subject.programs.at(scan).past
+        assert replayer is not None
+        return replayer
 
 
 class RecordedText(TextSubject, RecordedScans):
@@ -230,12 +230,12 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         if not adapter.running or self._looked < 0:
             return
-        requested = [each for each in adapter.all_breakpoints() if not each.log]
+        requested = [point for point in adapter.all_breakpoints() if not point.log]
         last = self._subject.extent[1]
-        found, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
+        hit_scan, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
         self._looked = looked
-        if found is not None:
-            adapter.stop_at_hit(found, adapter.hits_in(found))
+        if hit_scan is not None:
+            adapter.stop_at_hit(hit_scan, adapter.hits_in(hit_scan))
         elif looked >= last:
             self._end_of_recording()
 

@@ -118,5 +118,5 @@ ALSO: Mapping[str, Any] = {
 
 def capabilities() -> Json:
     """Return the capabilities that `initialize` announces."""
-    announced: Json = {each.capability: True for each in REQUESTS.values() if each.capability}
+    announced: Json = {request.capability: True for request in REQUESTS.values() if request.capability}
     return {**announced, **ALSO}

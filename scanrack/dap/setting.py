@@ -42,7 +42,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
     names = arguments.get("filters") or []
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
-    requested = [{"filterId": each} for each in names] + objects(arguments, "filterOptions")
+    requested = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
 
     def one(each: Json) -> Breakpoint:
         name = text(each, "filterId")
@@ -60,17 +60,17 @@ def locations(adapter: Adapter, arguments: Json) -> Json:
     first = whole(arguments, "line")
     last = whole(arguments, "endLine", first)
     places = adapter.the_subject().places(_scan(adapter))
-    found: list[Json] = []
-    at = first
-    while at <= last:
+    rows: list[Json] = []
+    line = first
+    while line <= last:
         try:
-            at = places.at(path, at)[0]
+            line = places.at(path, line)[0]
         except DebugError:
             break
-        if at <= last:
-            found.append({"line": at})
-        at += 1
-    return {"breakpoints": found}
+        if line <= last:
+            rows.append({"line": line})
+        line += 1
+    return {"breakpoints": rows}
 
 
 def data_info(adapter: Adapter, arguments: Json) -> Json:
@@ -92,9 +92,9 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
 
 def _line(adapter: Adapter, path: str, arguments: Json) -> Breakpoint:
     line = whole(arguments, "line")
-    at, keys = adapter.the_subject().places(_scan(adapter)).at(path, line)
-    made = _made(adapter, "line", f"{path}:{at}", arguments)
-    made.keys, made.line, made.path = tuple(keys), at, path
+    actual_line, keys = adapter.the_subject().places(_scan(adapter)).at(path, line)
+    made = _made(adapter, "line", f"{path}:{actual_line}", arguments)
+    made.keys, made.line, made.path = tuple(keys), actual_line, path
     made.log = text(arguments, "logMessage", "")
     return made
 
@@ -123,17 +123,17 @@ def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) ->
     answers: list[Json] = []
     good: list[Breakpoint] = []
     adapter.breakpoints[kind] = []
-    others = adapter.all_breakpoints()
-    for each in requested:
+    points = adapter.all_breakpoints()
+    for request in requested:
         try:
-            made = make(each)
-            adapter.the_driver().set_breakpoints([*others, *good, made])
+            made = make(request)
+            adapter.the_driver().set_breakpoints([*points, *good, made])
         except ValueError as error:
             answers.append({"verified": False, "message": str(error)})
         else:
             good.append(made)
             answers.append(described(made))
-    adapter.the_driver().set_breakpoints([*others, *good])
+    adapter.the_driver().set_breakpoints([*points, *good])
     adapter.breakpoints[kind] = good
     return {"breakpoints": answers}
 

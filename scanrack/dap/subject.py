@@ -89,8 +89,8 @@ class Subject(Protocol):
     def first_after(self, requested: Sequence[Breakpoint], scan: int) -> tuple[int | None, int]:
         """Return the first scan in a slice after `scan` that meets a breakpoint, and the last one checked."""
         last = min(self.extent[1], scan + SLICE)
-        found = next((number for number, _hits in self.hits_between(requested, scan + 1, last)), None)
-        return (None, last) if found is None else (found, found)
+        hit_scan = next((number for number, _hits in self.hits_between(requested, scan + 1, last)), None)
+        return (None, last) if hit_scan is None else (hit_scan, hit_scan)
 
     def last_change(self, tag: str, scan: int) -> int | None:
         """Return the last scan up to `scan` that changed a tag, or None."""
@@ -129,8 +129,8 @@ class Subject(Protocol):
 
         def read(slot: int, image: str, number: int) -> int:
             block = memory()
-            at = places[slot].image(image).start + 2 * number
-            return int.from_bytes(block[at : at + 2], "little", signed=True)
+            offset = places[slot].image(image).start + 2 * number
+            return int.from_bytes(block[offset : offset + 2], "little", signed=True)
 
         return read
 
@@ -178,9 +178,9 @@ class RungSubject(Subject):
         while scan > first:
             replayer = self.replayer(scan - 1)
             begin = max(first, next(replayer.source.snapshots(scan - 1), first))
-            found = [number for number, _hits in self.hits_between(requested, begin, scan - 1)]
-            if found:
-                return found[-1]
+            scans = [number for number, _hits in self.hits_between(requested, begin, scan - 1)]
+            if scans:
+                return scans[-1]
             scan = begin
             poll(scan)
         return None
@@ -194,11 +194,11 @@ class RungSubject(Subject):
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
         replayer = self.replayer(scan)
         engine = replayer.engine
-        found = Chains(engine.lowered, Causes(replayer), False).of_tag(tag, scan)
-        if found is None:
+        chain = Chains(engine.lowered, Causes(replayer), False).of_tag(tag, scan)
+        if chain is None:
             inquiry = Inquiry(engine, replayer, scan, self.forced(scan), CrossReference(engine.lowered))
             return [(inquiry.why(tag), Origin())]
-        return [(link_text(each), _origin(each.site)) for each in found.path]
+        return [(link_text(link), _origin(link.site)) for link in chain.path]
 
 
 def _origin(site: Any) -> Origin:

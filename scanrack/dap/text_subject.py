@@ -50,7 +50,9 @@ class TextScan(View):
         self.scan = scan
         self._states: list[TextState] = [state for _run, _depth, state in captured.runs]
         self._states.append(captured.state())
-        self._stops = [Stop(at, run, None, depth) for at, (run, depth, _state) in enumerate(captured.runs)]
+        self._stops = [
+            Stop(index, run, None, depth) for index, (run, depth, _state) in enumerate(captured.runs)
+        ]
         self.tags: dict[str, Any] = {}
         self.values = NamedValues(self.tags)
         self._waits: Mapping[str, str] = {}
@@ -74,8 +76,8 @@ class TextScan(View):
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`: the line after the one that changed the tag, or the end of the scan."""
-        known = [each.values.get(tag) for each in self._states]
-        changed = [at for at, (before, after) in enumerate(pairwise(known), 1) if before != after]
+        known = [state.values.get(tag) for state in self._states]
+        changed = [index for index, (before, after) in enumerate(pairwise(known), 1) if before != after]
         if not changed:
             return None
         return (changed[-1], changed[-1]) if changed[-1] < len(self._stops) else (END, None)
@@ -93,12 +95,12 @@ class TextScan(View):
         if run is not None and name in run.values:
             return name
         own = name.removeprefix("self.")
-        fitting = (each for each in self.tags if own != name and each.partition(".")[2] == own)
+        fitting = (tag for tag in self.tags if own != name and tag.partition(".")[2] == own)
         return name if name in self.tags else next(fitting, None)
 
     def names(self, run: TextRun | None) -> Sequence[tuple[str, str]]:
         """See `View`."""
-        return [(each, each) for each in (*(() if run is None else run.values), *self.tags)]
+        return [(name, name) for name in (*(() if run is None else run.values), *self.tags)]
 
     def scopes(self, tree: Tree, run: TextRun | None) -> Iterator[tuple[str, Node]]:
         """See `View`."""
@@ -114,7 +116,7 @@ class TextScan(View):
         if address in self.tags:
             return python_value(tree, name, self.tags[address], owned=True)
         values = (stop.run.values for stop in self._stops)
-        local = next((each for each in values if address in each), dict[str, Any]())
+        local = next((value for value in values if address in value), dict[str, Any]())
         return python_value(tree, name, local.get(address))
 
 
@@ -140,17 +142,17 @@ class TextSubject(Subject):
 
     @override
     def view(self, scan: int) -> View:
-        self._at, found = scan, self._kept.get(scan)
-        if found is None:
-            found = self._looked(scan)
-        if found is None:
+        self._at, view = scan, self._kept.get(scan)
+        if view is None:
+            view = self._looked(scan)
+        if view is None:
             raise DebugError(f"scan {scan:,} can no longer be repeated")
-        return found
+        return view
 
     def _looked(self, scan: int) -> TextScan | None:
         """Run the scans up to `scan` again, and keep it with some scans before it."""
         reruns = self._shown, self._before
-        near = (each for each in reruns if 0 <= each.at < scan <= each.at + WINDOW)
+        near = (past_rerun for past_rerun in reruns if 0 <= past_rerun.at < scan <= past_rerun.at + WINDOW)
         rerun = next(near, reruns[self._shown.at >= scan])
         window = WINDOW if rerun is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
         first = max(0, scan + 1 - window)
@@ -172,7 +174,7 @@ class TextSubject(Subject):
             )
         if len(self._kept) > 3 * WINDOW_MOST:
             near = sorted(self._kept, key=lambda each: abs(each - self._at))[: 2 * WINDOW_MOST]
-            self._kept = {each: self._kept[each] for each in near}
+            self._kept = {scan: self._kept[scan] for scan in near}
 
     @override
     def prepare(self) -> bool:
@@ -232,21 +234,21 @@ class TextSubject(Subject):
 
     @override
     def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
-        key = scan, [(each.number, each.name, each.condition) for each in requested]
+        key = scan, [(point.number, point.name, point.condition) for point in requested]
         if self._hits[0] != key:
             self._hits = key, super().hits(requested, scan)
         return self._hits[1]
 
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
-        first, found = self.extent[0], deque[int](maxlen=1)
-        found.extend(number for number, _hits in self.hits_between(requested, first, scan - 1, poll))
-        return found[0] if found else None
+        first, scans = self.extent[0], deque[int](maxlen=1)
+        scans.extend(number for number, _hits in self.hits_between(requested, first, scan - 1, poll))
+        return scans[0] if scans else None
 
     @override
     def last_change(self, tag: str, scan: int) -> int | None:
-        one = Breakpoint(0, "data", tag)
-        return self.last_before([one], scan + 1, lambda _scan: None)
+        point = Breakpoint(0, "data", tag)
+        return self.last_before([point], scan + 1, lambda _scan: None)
 
     @override
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
@@ -254,9 +256,9 @@ class TextSubject(Subject):
         text, chain = Why(recording, scan, self._spec, self._load).of(tag)
         folder = self._load.folder
         links = [
-            (str(each), Origin(str(folder / each.site.file), each.site.line))
-            for each in chain.path[1:]
-            if each.site is not None and each.site.file and each.site.line
+            (str(link), Origin(str(folder / link.site.file), link.site.line))
+            for link in chain.path[1:]
+            if link.site is not None and link.site.file and link.site.line
         ]
         return [(text, Origin()), *links]
 
@@ -269,4 +271,4 @@ def files_of(program: Path) -> list[Path]:
 def lines_of(logic: ScanLogic) -> list[int]:
     """Return the lines of a list of steps; none of any other program."""
     inside: object = unwrapped(logic)
-    return [each.line for each in inside.steps] if isinstance(inside, Steps) else []
+    return [step.line for step in inside.steps] if isinstance(inside, Steps) else []

@@ -47,5 +47,5 @@ def foreign(
     there: Sequence[str], own: Sequence[Breakpoint], spelled: Spelled
 ) -> tuple[list[str], Mapping[str, Breakpoint]]:
     """Return the breakpoints of pages that an editor lacks, and the editor's by their names on pages."""
-    names = {name: each for each in own for name in page_names(each, spelled)}
-    return [each for each in there if each not in names], names
+    names = {name: point for point in own for name in page_names(point, spelled)}
+    return [row for row in there if row not in names], names

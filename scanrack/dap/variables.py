@@ -46,12 +46,12 @@ def size_of(where: Group) -> Json:
 def parts_of(tree: Tree, address: str, where: Group, *, files: bool) -> Iterator[Json]:
     """Yield the members or elements of a tag; `files` = elements are written as in data files: `N7:0`."""
     if not where.dims:
-        names = [(each, f"{address}.{each}") for each in _members(where)]
+        names = [(member, f"{address}.{member}") for member in _members(where)]
     elif len(where.dims) == 1:
         mark = ":{}" if files and ":" not in address else "[{}]"
         names = [(f"[{number}]", address + mark.format(number)) for number in range(where.dims[0])]
     else:
-        texts = ("[{}]".format(",".join(map(str, at))) for at in product(*map(range, where.dims)))
+        texts = ("[{}]".format(",".join(map(str, indices))) for indices in product(*map(range, where.dims)))
         names = [(text, address + text) for text in texts]
     return tags_in(tree, names)
 
@@ -64,7 +64,7 @@ def tags_in(tree: Tree, names: Iterable[tuple[str, str]]) -> Iterator[Json]:
 
 def values_in(tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> Iterator[Json]:
     """Yield the members of the kept copy of a Python value; the program's own members can be set."""
-    return (python_value(tree, name, each, owned=owned) for name, each in values.items())
+    return (python_value(tree, name, value, owned=owned) for name, value in values.items())
 
 
 class BareText(str):
@@ -77,7 +77,11 @@ def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -
     """Return a Python value as a protocol object; lists and dicts can be opened."""
     common: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
     if isinstance(value, list | dict):
-        inner = value if isinstance(value, dict) else {f"[{at}]": each for at, each in enumerate(value)}
+        inner = (
+            value
+            if isinstance(value, dict)
+            else {f"[{index}]": element for index, element in enumerate(value)}
+        )
         size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
         node = partial(values_in, tree, inner)
         return {**common, "value": f"{common['type']} of {len(value)}", "node": node, **size}
@@ -96,7 +100,7 @@ def _words_in(slot: int, words: ModuleWords, image: str, read: ReadWord) -> Iter
     """Yield the words of an image; each opens to its bits by name."""
     for number, name in enumerate(words.named(image)):
         value, address = read(slot, image, number), f"Local:{slot}:{image}.Data[{number}]"
-        bits = {bit: each for each, bit in words.bits(image, number)}
+        bits = {bit: label for label, bit in words.bits(image, number)}
         yield {
             "name": name,
             "value": f"{value} (16#{value & 0xFFFF:04X})",
@@ -120,14 +124,14 @@ def _bits_in(address: str, value: int, names: Mapping[int, str]) -> Iterator[Jso
 
 def tags_of(engine: WatchedEngine, program: str, *, counted: bool = False) -> list[tuple[str, str]]:
     """Return the tags of a program by short and full name, "" for the controller; `counted` = only timers."""
-    found = []
+    rows = []
     for tag in engine.lowered.layout.tags().values():
         if HIDDEN in tag.name or program_of(tag.name).upper() != program.upper():
             continue
         if counted and not _is_counted(tag):
             continue
-        found.append((tag.name.rpartition(".")[2] if program else tag.name, tag.name))
-    return found
+        rows.append((tag.name.rpartition(".")[2] if program else tag.name, tag.name))
+    return rows
 
 
 def _is_counted(tag: Tag) -> bool:
@@ -137,7 +141,7 @@ def _is_counted(tag: Tag) -> bool:
 def _members(where: Group) -> list[str]:
     kind = where.type
     assert isinstance(kind, Structure)
-    return [each.name for each in kind.members if not each.hidden and "~" not in each.name]
+    return [member.name for member in kind.members if not member.hidden and "~" not in member.name]
 
 
 def _unquoted(text: str) -> str:

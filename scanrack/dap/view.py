@@ -31,7 +31,7 @@ class Tree:
 
     def __init__(self, view: View, forced: Sequence[str]) -> None:
         self.view = view
-        self._forced = {each.upper() for each in forced}
+        self._forced = {name.upper() for name in forced}
         self._nodes: dict[int, Node] = {}
 
     def add(self, node: Node) -> int:
@@ -48,18 +48,18 @@ class Tree:
     def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
         """Return the values of a node; `count` 0 = all, up to a limit."""
         values = islice(self.node(number)(), start, start + (count or ITEMS_MOST))
-        return [self._sent(each) for each in values]
+        return [self._sent(value) for value in values]
 
     def tag(self, number: int, name: str) -> str:
         """Return the tag or address of a value of a node; a DebugError if it can't be set."""
-        found = next((each for each in self.node(number)() if each["name"] == name), None)
-        if found is None:
+        variable = next((row for row in self.node(number)() if row["name"] == name), None)
+        if variable is None:
             raise DebugError(f"no value {name!r} here")
-        if found["type"] == "module":
+        if variable["type"] == "module":
             raise DebugError(f"{name} is a module: set one of its words or bits")
-        if "evaluateName" not in found:
+        if "evaluateName" not in variable:
             raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
-        tag: str = found["evaluateName"]
+        tag: str = variable["evaluateName"]
         return tag
 
     def _sent(self, child: Json) -> Json:

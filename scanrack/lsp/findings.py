@@ -46,6 +46,6 @@ def main() -> None:
     with redirect_stdout(sys.stderr):  # the program's own output
         file, texts = json.load(sys.stdin.buffer)
         opened = {Path(path): text for path, text in texts.items()}
-        found = check_texts(Path(file), opened, run_python=True)
+        remarks = check_texts(Path(file), opened, run_python=True)
     with answers:
-        json.dump([astuple(each) for each in found], answers)
+        json.dump([astuple(remark) for remark in remarks], answers)

@@ -35,24 +35,24 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
     path, inner = _path_to(lines[:line], before)
     value = _VALUE.search(inner)
     if value:
-        return [Offer(each, "value") for node in _at([*path, value[1]]) for each in _values(node)]
-    found: dict[str, Offer] = {}
+        return [Offer(value_text, "value") for node in _at([*path, value[1]]) for value_text in _values(node)]
+    offers_by_key: dict[str, Offer] = {}
     for table in _at(path):
         for key, node in table.get("properties", {}).items():
-            found.setdefault(key, Offer(key, "key", _kind(node), node.get("description", "")))
-    return list(found.values())
+            offers_by_key.setdefault(key, Offer(key, "key", _kind(node), node.get("description", "")))
+    return list(offers_by_key.values())
 
 
 def meaning(text: str, line: int, column: int) -> str:
     """Return the meaning of the key at a position, in Markdown; "" if there is no key."""
     lines = text.splitlines()
-    for found in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
-        if found.start(1) <= column <= found.end(1):
-            path, _ = _path_to(lines[:line], lines[line][: found.start(1)])
-            for node in _at([*path, found[1]]):
+    for match in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
+        if match.start(1) <= column <= match.end(1):
+            path, _ = _path_to(lines[:line], lines[line][: match.start(1)])
+            for node in _at([*path, match[1]]):
                 allowed = ", ".join(_values(node)) or _kind(node)
                 default = f"; {node['default']} if left out" if "default" in node else ""
-                return f"**{found[1]}**: {node.get('description', '')}\n\n{allowed}{default}"
+                return f"**{match[1]}**: {node.get('description', '')}\n\n{allowed}{default}"
     return ""
 
 
@@ -70,11 +70,11 @@ def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
 def _open_tables(inside: str) -> list[tuple[str, int]]:
     """Return the key of each inline table that is still open, and where its contents begin."""
     open_tables: list[tuple[str, int]] = []
-    for found in re.finditer(r'"[^"\n]*"?|[{}]', inside):
-        if found[0] == "{":
-            keys = _KEY.findall(re.sub(r"\{[^{}]*\}", "", inside[: found.start()]))
-            open_tables.append((keys[-1] if keys else "", found.end()))
-        elif found[0] == "}" and open_tables:
+    for match in re.finditer(r'"[^"\n]*"?|[{}]', inside):
+        if match[0] == "{":
+            keys = _KEY.findall(re.sub(r"\{[^{}]*\}", "", inside[: match.start()]))
+            open_tables.append((keys[-1] if keys else "", match.end()))
+        elif match[0] == "}" and open_tables:
             open_tables.pop()
     return open_tables
 
@@ -103,14 +103,14 @@ def _open(node: Node) -> Iterator[Node]:
     if "properties" in node or not {"anyOf", "items"} & node.keys():
         yield node
     for inner in node.get("anyOf", ()):
-        yield from (each if "properties" in each else {**each, **own} for each in _open(inner))
+        yield from (branch if "properties" in branch else {**branch, **own} for branch in _open(inner))
     if isinstance(node.get("items"), dict):
-        yield from ({**each, **own} for each in _open(node["items"]))
+        yield from ({**item, **own} for item in _open(node["items"]))
 
 
 def _values(node: Node) -> Iterator[str]:
-    for each in node.get("enum", [node["const"]] if "const" in node else ()):
-        yield f'"{each}"' if isinstance(each, str) else str(each).lower()
+    for choice in node.get("enum", [node["const"]] if "const" in node else ()):
+        yield f'"{choice}"' if isinstance(choice, str) else str(choice).lower()
     if node.get("type") == "boolean":
         yield from ("true", "false")
 

@@ -56,11 +56,11 @@ def declarations(text: str) -> Iterator[DeclarationLine]:
     """Yield the declarations of a text, in order."""
     for number, line in enumerate(text.splitlines()):
         code, _, comment = line.partition("//")
-        found = _DECLARATION.match(code)
-        if found:
-            name, what = found["name"] or found["of"], found["what"] or found["place"]
+        match = _DECLARATION.match(code)
+        if match:
+            name, kind = match["name"] or match["of"], match["what"] or match["place"]
             yield DeclarationLine(
-                name, what.upper(), found["type"] or "", number, code.strip(), comment.strip()
+                name, kind.upper(), match["type"] or "", number, code.strip(), comment.strip()
             )
 
 
@@ -70,10 +70,10 @@ def word_at(line: str, column: int) -> str:
     >>> word_at("XIC(Fill.DN)OTE(Run);", 10), word_at("XIC(Fill.DN)OTE(Run);", 5), word_at("XIC(Run)", 1)
     ('Fill.DN', 'Fill', 'XIC')
     """
-    for found in _WORD.finditer(line):
-        if found.start() <= column <= found.end():
-            rest = re.match(r"\w*", line[column : found.end()])
-            return line[found.start() : column] + (rest[0] if rest else "")
+    for match in _WORD.finditer(line):
+        if match.start() <= column <= match.end():
+            tail = re.match(r"\w*", line[column : match.end()])
+            return line[match.start() : column] + (tail[0] if tail else "")
     return ""
 
 
@@ -91,19 +91,19 @@ def meaning(text: str, line: str, column: int) -> str:
         return instruction_text(spec)
     declared = declared_at(text, word) if word else None
     if declared is None:
-        block = next((each for each in _blocks() if each.name.upper() == word.upper()), None)
+        block = next((candidate for candidate in _blocks() if candidate.name.upper() == word.upper()), None)
         return "" if block is None else block_text(block)
     member = _member_text(declared.type, word)
     lines = [f"```rung\n{declared.text}\n```", declared.comment, member]
-    uses = [n for n, each in enumerate(text.splitlines(), 1) if _names(each, declared.name)]
+    uses = [n for n, line_text in enumerate(text.splitlines(), 1) if _names(line_text, declared.name)]
     lines.append(f"in lines {', '.join(map(str, uses[:20]))}{', ...' if len(uses) > 20 else ''}")
     return "\n\n".join(filter(None, lines))
 
 
 def _instructions(text: str) -> Mapping[str, Spec]:
     """Return the instructions of the dialect of a text."""
-    found = _DIALECT.search(text)
-    return DIALECTS[found[1].lower() if found else LOGIX]
+    match = _DIALECT.search(text)
+    return DIALECTS[match[1].lower() if match else LOGIX]
 
 
 def _blocks(text: str | None = None) -> Iterator[AddOn]:
@@ -161,15 +161,15 @@ def block_signature(block: AddOn) -> str:
     >>> block_signature(load_library("axis3601").add_ons["MC_HALT"])
     'MC_Halt(instance, Axis, Execute)'
     """
-    return f"{block.name}({', '.join(['instance', *(each.name for each in block.required)])})"
+    return f"{block.name}({', '.join(['instance', *(parameter.name for parameter in block.required)])})"
 
 
 def block_text(block: AddOn) -> str:
     """Return the description of a block in Markdown: its operands, what it does, its parameters."""
     parameters = [
-        f"{each.way.value} {each.name} : {each.type.name}{f'  // {each.comment}' if each.comment else ''}"
-        for each in block.parameters
-        if each.way is not ParameterMode.LOCAL
+        f"{part.way.value} {part.name} : {part.type.name}{f'  // {part.comment}' if part.comment else ''}"
+        for part in block.parameters
+        if part.way is not ParameterMode.LOCAL
     ]
     return "\n\n".join(
         (
@@ -182,12 +182,15 @@ def block_text(block: AddOn) -> str:
 
 def _members(type_name: str) -> list[Offer]:
     """Return the members of a type or block that comes with scanrack."""
-    blocks = {each.name.upper(): each for each in _blocks()}
+    blocks = {block.name.upper(): block for block in _blocks()}
     if type_name in blocks:
         reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
         parameters = [parameter for parameter in blocks[type_name].parameters if parameter.way in reached]
-        return [Offer(each.name, "member", each.type.name, each.comment) for each in parameters]
-    types = {name: kind for each in LIBRARIES for name, kind in load_library(each).types.items()}
+        return [
+            Offer(parameter.name, "member", parameter.type.name, parameter.comment)
+            for parameter in parameters
+        ]
+    types = {name: kind for library in LIBRARIES for name, kind in load_library(library).types.items()}
     kind = {**types, **PREDEFINED_TYPES}.get(type_name)
     members = kind.members if isinstance(kind, Structure) else ()
     return [Offer(member.name, "member", member.type.name) for member in members]
@@ -195,9 +198,9 @@ def _members(type_name: str) -> list[Offer]:
 
 def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
     """Yield the instructions that rungs or structured text may have, each once."""
-    for each in {spec.name: spec for spec in _instructions(text).values()}.values():
-        if not each.instead if structured else each.in_rungs:
-            yield each
+    for instruction in {spec.name: spec for spec in _instructions(text).values()}.values():
+        if not instruction.instead if structured else instruction.in_rungs:
+            yield instruction
 
 
 def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
@@ -211,14 +214,19 @@ def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
     if written:
         declared = declared_at(text, written[1])
         return _members(declared.type.partition("[")[0].upper()) if declared else []
-    found = [
-        Offer(each.name, "tag" if each.type or each.what == "SLOT" else "routine", each.type, each.comment)
-        for each in declarations(text)
-        if each.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
+    words = [
+        Offer(
+            declaration.name,
+            "tag" if declaration.type or declaration.what == "SLOT" else "routine",
+            declaration.type,
+            declaration.comment,
+        )
+        for declaration in declarations(text)
+        if declaration.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
     ]
     usable = _usable(text, structured=structured)
-    named = (Offer(each.name, "instruction", signature(each), instruction_text(each)) for each in usable)
+    named = (Offer(spec.name, "instruction", signature(spec), instruction_text(spec)) for spec in usable)
     blocks = (
-        Offer(each.name, "instruction", block_signature(each), block_text(each)) for each in _blocks(text)
+        Offer(block.name, "instruction", block_signature(block), block_text(block)) for block in _blocks(text)
     )
-    return [*found, *named, *blocks]
+    return [*words, *named, *blocks]

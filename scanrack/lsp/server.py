@@ -62,18 +62,21 @@ class RackServer(LanguageServer):
         """Clear the findings of a closed document."""
         if (before := self._waiting.pop(uri, None)) is not None:
             before.cancel()
-        for each in {uri, *self._others.pop(uri, set())}:
-            self._publish(each, [])
+        for address in {uri, *self._others.pop(uri, set())}:
+            self._publish(address, [])
 
     async def _check(self, uri: str, rest_s: float) -> None:
         await asyncio.sleep(rest_s)
         document = self.workspace.get_text_document(uri)
-        texts = {_path(each): one.source for each, one in self.workspace.text_documents.items()}
+        texts = {
+            _path(address): text_document.source
+            for address, text_document in self.workspace.text_documents.items()
+        }
         number = document.version
-        found = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
+        checked = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
         by_uri: dict[str, list[LineRemark]] = {uri: []}
-        for each in found:
-            by_uri.setdefault(from_fs_path(each.file) or uri, []).append(each)
+        for remark in checked:
+            by_uri.setdefault(from_fs_path(remark.file) or uri, []).append(remark)
         for other in self._others.get(uri, set()) - by_uri.keys():
             self._publish(other, [])
         self._others[uri] = by_uri.keys() - {uri}
@@ -83,8 +86,8 @@ class RackServer(LanguageServer):
 
     def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
         lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
-        found = [_diagnostic(remark, lines) for remark in remarks]
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, number))
+        diagnostics = [_diagnostic(remark, lines) for remark in remarks]
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, diagnostics, number))
 
 
 def _path(uri: str) -> Path:
@@ -93,10 +96,12 @@ def _path(uri: str) -> Path:
 
 def _diagnostic(remark: LineRemark, lines: Sequence[str]) -> types.Diagnostic:
     """Return a remark as a protocol object with a range to the end of its line."""
-    at = min(remark.line, max(len(lines), 1)) - 1
-    line = lines[at].rstrip() if at < len(lines) else ""
+    line_number = min(remark.line, max(len(lines), 1)) - 1
+    line = lines[line_number].rstrip() if line_number < len(lines) else ""
     start = len(line) - len(line.lstrip()) if remark.column is None else min(remark.column - 1, len(line))
-    span = types.Range(types.Position(at, _units(line[:start])), types.Position(at, _units(line)))
+    span = types.Range(
+        types.Position(line_number, _units(line[:start])), types.Position(line_number, _units(line))
+    )
     level = LEVELS[remark.level]
     return types.Diagnostic(span, remark.text, severity=level, source="scanrack", code=remark.rule)
 
@@ -114,36 +119,36 @@ def _column(line: str, units: int) -> int:
 def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
     """Return the file of a request, its text, the line, and the position: line and column from 0."""
     document = server.workspace.get_text_document(params.text_document.uri)
-    at = params.position.line
-    line = document.lines[at].rstrip("\r\n") if at < len(document.lines) else ""
-    return _path(document.uri), document.source, line, at, _column(line, params.position.character)
+    line_number = params.position.line
+    line = document.lines[line_number].rstrip("\r\n") if line_number < len(document.lines) else ""
+    return _path(document.uri), document.source, line, line_number, _column(line, params.position.character)
 
 
 def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
-    path, text, line, at, column = _spot(server, params)
+    path, text, line, line_number, column = _spot(server, params)
     meaning = ""
     if path.suffix == RACK:
-        meaning = racks.meaning(text, at, column)
+        meaning = racks.meaning(text, line_number, column)
     elif path.suffix in (SUFFIX, STRUCTURED_SUFFIX):
         meaning = rungs.meaning(text, line, column)
     return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, meaning)) if meaning else None
 
 
 def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
-    path, text, line, at, column = _spot(server, params)
-    found: list[rungs.Offer] = []
+    path, text, line, line_number, column = _spot(server, params)
+    offers: list[rungs.Offer] = []
     if path.suffix == RACK:
-        found = racks.offers(text, at, column)
+        offers = racks.offers(text, line_number, column)
     elif path.suffix in (SUFFIX, STRUCTURED_SUFFIX):
-        found = rungs.offers(text, line[:column], structured=path.suffix == STRUCTURED_SUFFIX)
+        offers = rungs.offers(text, line[:column], structured=path.suffix == STRUCTURED_SUFFIX)
     items = [
         types.CompletionItem(
-            each.name,
-            kind=KINDS[each.kind],
-            detail=each.detail or None,
-            documentation=types.MarkupContent(types.MarkupKind.Markdown, each.text) if each.text else None,
+            offer.name,
+            kind=KINDS[offer.kind],
+            detail=offer.detail or None,
+            documentation=types.MarkupContent(types.MarkupKind.Markdown, offer.text) if offer.text else None,
         )
-        for each in found
+        for offer in offers
     ]
     return types.CompletionList(is_incomplete=False, items=items)
 
@@ -151,13 +156,13 @@ def _complete(server: RackServer, params: types.CompletionParams) -> types.Compl
 def _define(server: RackServer, params: types.DefinitionParams) -> types.Location | None:
     path, text, line, _, column = _spot(server, params)
     word = rungs.word_at(line, column) if path.suffix in (SUFFIX, STRUCTURED_SUFFIX) else ""
-    found = rungs.declared_at(text, word) if word else None
-    if found is None:
+    declaration = rungs.declared_at(text, word) if word else None
+    if declaration is None:
         return None
-    line = text.splitlines()[found.line]
-    start = _units(line[: line.index(found.name)])
-    end = start + _units(found.name)
-    span = types.Range(types.Position(found.line, start), types.Position(found.line, end))
+    line = text.splitlines()[declaration.line]
+    start = _units(line[: line.index(declaration.name)])
+    end = start + _units(declaration.name)
+    span = types.Range(types.Position(declaration.line, start), types.Position(declaration.line, end))
     return types.Location(params.text_document.uri, span)
 
 

@@ -27,7 +27,7 @@ def say_json(value: object) -> None:
 def _plain(value: Any) -> Any:
     """Return a value with null in place of NaN and infinity."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(each) for key, each in value.items()}
+        return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -25,7 +25,7 @@ def end_in_time(status: object) -> None:
 def _going_on() -> list[str]:
     """Return the names of the threads that Python waits for."""
     main = threading.main_thread()
-    return [each.name for each in threading.enumerate() if each is not main and not each.daemon]
+    return [thread.name for thread in threading.enumerate() if thread is not main and not thread.daemon]
 
 
 def _end(status: int) -> None:

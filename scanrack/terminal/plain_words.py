@@ -38,9 +38,9 @@ class PlainWords(NamedTuple):
         (None, None)
         """
         arguments: dict[str, Any] = {}
-        places, rest = iter((*self.needed, *self.further)), iter(words)
-        for word in rest:
-            name, value = self._meaning(word, places, rest)
+        places, remaining = iter((*self.needed, *self.further)), iter(words)
+        for word in remaining:
+            name, value = self._meaning(word, places, remaining)
             if not name or name in arguments:
                 return None
             arguments[name] = value

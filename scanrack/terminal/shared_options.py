@@ -98,8 +98,8 @@ def selection(ranges: Sequence[str] | None) -> Selection:
     """
     from scanrack.traces.signals import Selection
 
-    scans = [each for each in ranges or () if re.fullmatch(r"[\d:\s]*", each)]
-    times = [each for each in ranges or () if each not in scans]
+    scans = [text for text in ranges or () if re.fullmatch(r"[\d:\s]*", text)]
+    times = [text for text in ranges or () if text not in scans]
     if len(scans) > 1 or len(times) > 1:
         raise ValueError(f"--range {' and '.join(scans if len(scans) > 1 else times)}: give one of them")
     first, last = parse_range(scans[0]) if scans else (0, None)

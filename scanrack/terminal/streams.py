@@ -89,9 +89,9 @@ def guarded_output() -> Iterator[None]:
     try:
         yield
     finally:
-        ours = sys.stdout, sys.stderr
+        streams = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = before
-        for stream in ours:
+        for stream in streams:
             if stream is not None:
                 stream.flush()
 
@@ -106,12 +106,12 @@ def _guarded(stream: Any, *, reported: bool) -> Any:
     if fd is None or (is_terminal and sys.platform == "win32"):
         return stream
     stream.flush()
-    ours = _is_ours(stream)
+    is_own = _is_ours(stream)
     return io.TextIOWrapper(
         io.BufferedWriter(_GuardedFile(fd, reported=reported and not is_terminal)),
-        encoding="utf-8" if ours else stream.encoding,
+        encoding="utf-8" if is_own else stream.encoding,
         errors="replace" if stream.errors == "strict" else stream.errors,
-        newline="\n" if ours else None,
+        newline="\n" if is_own else None,
         line_buffering=stream.line_buffering,
     )
 

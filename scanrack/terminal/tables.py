@@ -16,5 +16,5 @@ class Cells(Table):
     def add_row(self, *cells: Any, **options: Any) -> None:
         """Add a row; texts are not parsed for markup."""
         super().add_row(
-            *(Text(on_a_line(each)) if isinstance(each, str) else each for each in cells), **options
+            *(Text(on_a_line(cell)) if isinstance(cell, str) else cell for cell in cells), **options
         )

@@ -51,7 +51,7 @@ def _short_lines(text: str, *, err: bool) -> str:
     if len(text) <= LINE_MOST and not err:
         return text
     lines = text.split("\n")
-    more = len(lines) - MESSAGE_LINES
-    if err and more > 0:
-        lines[MESSAGE_LINES:] = [f"... ({more:,} more lines)"]
+    hidden = len(lines) - MESSAGE_LINES
+    if err and hidden > 0:
+        lines[MESSAGE_LINES:] = [f"... ({hidden:,} more lines)"]
     return "\n".join(shortened(line, LINE_MOST) for line in lines)

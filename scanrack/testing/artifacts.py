@@ -168,12 +168,12 @@ def tags_of(error: BaseException, bench: Bench) -> list[str]:
     """
     cause = error.__cause__ if isinstance(error, CpuFault) else error
     if isinstance(cause, (NotReachedError, LadderFault)):
-        found = list(cause.tags)
+        tags = list(cause.tags)
     else:
         words = re.findall(r"[\w.:\[\]/]+", str(error))
         latest_first = [*bench.read][::-1]
-        found = sorted(latest_first, key=lambda tag: tag not in words)
-    return [each for each in found if _is_one_value(bench, each)][:MOST_WHYS]
+        tags = sorted(latest_first, key=lambda tag: tag not in words)
+    return [tag for tag in tags if _is_one_value(bench, tag)][:MOST_WHYS]
 
 
 def _is_one_value(bench: Bench, tag: str) -> bool:

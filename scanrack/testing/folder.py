@@ -137,7 +137,7 @@ class ArtifactFolder:
     def remove_if_unused(self) -> None:
         """Remove the folder if the test left nothing in it."""
         own = {MARK, PASSED_MARK, PASSED}
-        if self._path is not None and all(each.name in own for each in self._path.iterdir()):
+        if self._path is not None and all(path.name in own for path in self._path.iterdir()):
             self.remove()
 
 
@@ -149,9 +149,9 @@ def _empty(path: Path) -> None:
         kept.mkdir()
         for trace in path.glob("*.mcap"):
             trace.replace(kept / trace.name)
-    for each in path.iterdir():
-        if each != kept or each.is_symlink():
-            _remove(each)
+    for path_ in path.iterdir():
+        if path_ != kept or path_.is_symlink():
+            _remove(path_)
 
 
 def _remove(path: Path) -> None:

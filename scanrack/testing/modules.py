@@ -224,9 +224,9 @@ def _check_names(where: str, record: ModuleRecord, words: ModuleWords) -> None:
         if len(set(names)) != len(names) or not all(map(_is_name, names)):
             raise ContractError(f"{where}: {image} words need different names in small letters: {names}")
     for group, bits in words.groups.items():
-        for name, at in bits.items():
+        for name, place in bits.items():
             if group == "status":
-                _check_decoded(f"{where}: slot1.{group}.{name}", name, at, record, words)
+                _check_decoded(f"{where}: slot1.{group}.{name}", name, place, record, words)
     for value in (0, -1):
         size = len(words.inputs)
         str(record.status(Image([value] * size, size=size), words))
@@ -269,6 +269,6 @@ def _ends(field: FieldInfo) -> Sequence[Any]:
     if get_origin(field.annotation) is Literal:
         return get_args(field.annotation)
     limits: Mapping[str, Any] = {
-        key: getattr(each, key) for each in field.metadata for key in ("ge", "le") if hasattr(each, key)
+        key: getattr(limit, key) for limit in field.metadata for key in ("ge", "le") if hasattr(limit, key)
     }
     return tuple(limits.values())

@@ -64,7 +64,7 @@ class RoutineTest(pytest.Item):
             raise
         engine = bench.program.engine
         there = list(_asserts(engine.lowered, name))
-        missing = [engine.lowered.sites[each].call for each in there if each not in engine.fault_log.checked]
+        missing = [engine.lowered.sites[site].call for site in there if site not in engine.fault_log.checked]
         if not there:
             raise AssertionError("no ASSERT; add one")
         if missing:

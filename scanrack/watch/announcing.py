@@ -20,7 +20,7 @@ def programs_of(
     run: JobRun, editions: ProgramVersions, orders: Sequence[RecordedOrder]
 ) -> tuple[SessionProgram, ...]:
     """Return the programs that a run has had so far."""
-    edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
+    edits = [order.scan for order in orders if isinstance(order.order, Edit)][: run.program.edits]
     return tuple(_ran(editions[number], first) for number, first in enumerate((0, *edits)))
 
 

@@ -79,11 +79,11 @@ def _watch_recording(options: WatchArguments) -> int:
         "--opc-ua-security": options.ua_security is not None,
         "--opc-ua-users": options.ua_users is not None,
     }
-    given = [option for option, is_given in of_racks.items() if is_given]
+    given_options = [option for option, is_given in of_racks.items() if is_given]
     with reported_mistakes():
         place = place_of(recording_of(options.rack))
-        if given and place.path.exists():  # opening the trace reports what is missing
-            raise ValueError(f"{given[0]} needs a running rack; {options.rack} is a trace")
+        if given_options and place.path.exists():  # opening the trace reports what is missing
+            raise ValueError(f"{given_options[0]} needs a running rack; {options.rack} is a trace")
         if is_page(place.path):
             place = place._replace(path=recording_beside(place.path))
         return watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)

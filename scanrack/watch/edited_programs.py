@@ -104,9 +104,9 @@ class EditedPrograms:
             raise ValueError(f"{self.file.name} was changed by another program: reload it first")
         if data == old:
             return f"{self.file.name} has these rungs already."
-        kept = save(self.file, data)
+        backup = save(self.file, data)
         self._note(data)
-        return f"Saved in {self.file.name}; the old file is {kept.name}."
+        return f"Saved in {self.file.name}; the old file is {backup.name}."
 
     # --- versions
 

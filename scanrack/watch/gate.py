@@ -62,7 +62,7 @@ class Gate:
         self._hosts = [f"{_in_url(name)}:{port}" for name in names]
         if port == 80:
             self._hosts += map(_in_url, names)
-        self._origins = [f"http://{each}" for each in self._hosts]
+        self._origins = [f"http://{host_name}" for host_name in self._hosts]
         self._key = key.encode()
         self._files = PageFiles()
 
@@ -113,7 +113,8 @@ _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 def _takes_gzip(accepts: str) -> bool:
     """Return whether a header Accept-Encoding allows gzip [RFC 9110, section 12.5.3]."""
     offers = {
-        name.strip().lower(): rest for name, _, rest in (each.partition(";") for each in accepts.split(","))
+        name.strip().lower(): parameters
+        for name, _, parameters in (coding.partition(";") for coding in accepts.split(","))
     }
     weight = offers.get("gzip", offers.get("*", "q=0")).replace(" ", "").lower()
     return not weight.startswith("q=0") or weight.strip("q=.0") != ""

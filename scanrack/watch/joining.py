@@ -72,12 +72,12 @@ def joined(modules: Mapping[str, str]) -> PageScript:
     parts, facades, exported = [], {}, []
     for name in order:
         module = read[name]
-        own = {each: f"{each}${numbers[name]}" for each in module.names}
+        own = {symbol: f"{symbol}${numbers[name]}" for symbol in module.names}
         code = _renamed(module.code, *_finals(read, numbers, name, own))
         parts.append(_restored(_MARGIN.sub(_join_line, code), module.texts))
         exports = _exports(read, numbers, name)
-        exported += [own[each] for each, shown in module.names.items() if shown]
-        listed = ", ".join(f"{final} as {each}" for each, final in exports.items())
+        exported += [own[symbol] for symbol, shown in module.names.items() if shown]
+        listed = ", ".join(f"{final} as {symbol}" for symbol, final in exports.items())
         facades[name] = f'export {{ {listed} }} from "./{PAGE}";\n'
     return PageScript(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
 
@@ -87,8 +87,10 @@ def _finals(
 ) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
     """Return the final names in a module, and the final names of each module that it imports as a whole."""
     imports = read[name].imports.items()
-    taken = {each: _final(read, numbers, name, *place) for each, place in imports if place[1] != "*"}
-    spaces = {each: _exports(read, numbers, file) for each, (file, what) in imports if what == "*"}
+    taken = {symbol: _final(read, numbers, name, *place) for symbol, place in imports if place[1] != "*"}
+    spaces = {
+        symbol: _exports(read, numbers, file) for symbol, (file, imported) in imports if imported == "*"
+    }
     return {**own, **taken}, spaces
 
 
@@ -97,22 +99,22 @@ def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[s
     if name in seen:
         return
     seen.add(name)
-    for each in read[name].files:
-        yield from _order(read, each, seen)
+    for file in read[name].files:
+        yield from _order(read, file, seen)
     yield name
 
 
 def _exports(read: Mapping[str, _Module], numbers: Mapping[str, int], file: str) -> dict[str, str]:
     """Return the names that a module exports, with their names in the joined script."""
-    own = {each: f"{each}${numbers[file]}" for each, shown in read[file].names.items() if shown}
-    return own | {each: _final(read, numbers, file, *place) for each, place in read[file].again.items()}
+    own = {symbol: f"{symbol}${numbers[file]}" for symbol, shown in read[file].names.items() if shown}
+    return own | {symbol: _final(read, numbers, file, *place) for symbol, place in read[file].again.items()}
 
 
 def _final(read: Mapping[str, _Module], numbers: Mapping[str, int], by: str, file: str, name: str) -> str:
-    found = _exports(read, numbers, file).get(name)
-    if found is None:
+    final = _exports(read, numbers, file).get(name)
+    if final is None:
         raise ValueError(f"{by} imports {name!r} of {file}, which does not export it")
-    return found
+    return final
 
 
 # --- one module
@@ -122,16 +124,16 @@ def _read(text: str) -> _Module:
     imports: dict[str, tuple[str, str]] = {}
     again: dict[str, tuple[str, str]] = {}
     files = []
-    for found in _IMPORT.finditer(text):
-        files.append(found["file"])
-        names = (found["names"] or "").strip()
+    for match in _IMPORT.finditer(text):
+        files.append(match["file"])
+        names = (match["names"] or "").strip()
         if names.startswith("*"):
-            imports[names.split()[-1]] = found["file"], "*"
-        for own, theirs in _listed(names.strip("{}")) if names.startswith("{") else ():
-            imports[own] = found["file"], theirs
-    for found in _AGAIN.finditer(text):
-        files.append(found["file"])
-        again |= {own: (found["file"], theirs) for own, theirs in _listed(found["names"])}
+            imports[names.split()[-1]] = match["file"], "*"
+        for own, imported_name in _listed(names.strip("{}")) if names.startswith("{") else ():
+            imports[own] = match["file"], imported_name
+    for match in _AGAIN.finditer(text):
+        files.append(match["file"])
+        again |= {own: (match["file"], imported_name) for own, imported_name in _listed(match["names"])}
     code, texts = _cut_out(_AGAIN.sub("", _IMPORT.sub("", text)))
     names = dict(_declared(code))
     return _Module(re.sub(r"^export ", "", code, flags=re.MULTILINE), texts, imports, files, names, again)
@@ -139,8 +141,8 @@ def _read(text: str) -> _Module:
 
 def _listed(names: str) -> Iterator[tuple[str, str]]:
     """Yield the new and the old name of each entry in a list such as `a, b as c`."""
-    for each in filter(None, map(str.strip, names.split(","))):
-        old, _, new = each.partition(" as ")
+    for part in filter(None, map(str.strip, names.split(","))):
+        old, _, new = part.partition(" as ")
         yield new or old, old
 
 
@@ -155,9 +157,9 @@ def _cut_out(text: str) -> tuple[str, list[str]]:
         texts.append(kept)
         return f"\0{len(texts) - 1}\0"
 
-    while found := _OPAQUE.search(text, place):
-        parts.append(text[place : found.start()])
-        place, token = found.end(), found[0]
+    while match := _OPAQUE.search(text, place):
+        parts.append(text[place : match.start()])
+        place, token = match.end(), match[0]
         if token in "{}" and not (token == "}" and depths and not depths[-1]):
             parts.append(token)
             if depths:
@@ -187,13 +189,13 @@ def _restored(code: str, texts: list[str]) -> str:
 
 def _declared(code: str) -> Iterator[tuple[str, bool]]:
     """Yield the names that a module declares at top level, and whether it exports them."""
-    for found in _DECLARED.finditer(code):
-        shown = found["export"] is not None
-        one = found["function"] or found["class"]
-        if one is not None:
-            yield one, shown
+    for match in _DECLARED.finditer(code):
+        shown = match["export"] is not None
+        symbol = match["function"] or match["class"]
+        if symbol is not None:
+            yield symbol, shown
         else:
-            for name in _variables(code, found.end()):
+            for name in _variables(code, match.end()):
                 yield name, shown
 
 
@@ -201,18 +203,18 @@ def _variables(code: str, place: int) -> Iterator[str]:
     """Yield the variables of a declaration that begins at a place: `a = 1, [b, c] = d, { e, f: g } = h;`."""
     depth, begins = 0, True  # depth of brackets; whether a variable comes next, until its value begins
     for token in re.finditer(r"[\w$]+|\S", code[place:]):
-        each = token[0]
-        if each == ";" and not depth:
+        word = token[0]
+        if word == ";" and not depth:
             return
-        if each in ("[{" if begins else "([{"):
+        if word in ("[{" if begins else "([{"):
             depth += 1
-        elif each in ("]}" if begins else ")]}"):
+        elif word in ("]}" if begins else ")]}"):
             depth, begins = depth - 1, begins and not depth
-        elif begins and _NAME.fullmatch(each):
+        elif begins and _NAME.fullmatch(word):
             if not (depth and code[place + token.end() :].lstrip().startswith(":")):
-                yield each
+                yield word
             begins = bool(depth)
-        elif each == "," and not depth:
+        elif word == "," and not depth:
             begins = True
 
 
@@ -224,15 +226,15 @@ def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[s
     pattern = re.compile(rf"[(){{}}\[\]]|(?<![\w$])(?:{all_names})(?![\w$])")
     kinds: list[str] = []  # kinds of the enclosing brackets
     parts, place = [], 0
-    for found in pattern.finditer(code):
-        token = found[0]
+    for match in pattern.finditer(code):
+        token = match[0]
         if token in "([{":
-            kinds.append(_kind(code, found.start()) if token == "{" else token)
+            kinds.append(_kind(code, match.start()) if token == "{" else token)
         elif token in ")]}":
             kinds.pop()
-        elif found.start() >= place:
-            new, end = _new_name(code, found, names, spaces, kinds[-1] if kinds else "")
-            parts += [code[place : found.start()], new]
+        elif match.start() >= place:
+            new, end = _new_name(code, match, names, spaces, kinds[-1] if kinds else "")
+            parts += [code[place : match.start()], new]
             place = end
     return "".join([*parts, code[place:]])
 

@@ -80,11 +80,13 @@ class MonitorSupervisor:
         return self._process.pid
 
     def _start(self) -> Connection:
-        mine, theirs = socket.socketpair()
+        own_socket, child_socket = socket.socketpair()
         # in its own session: Ctrl-C is for the scan process, which ends the monitor
-        self._process = launch(MAIN, handed=(theirs, self._listening, self._ring.memory), own_session=True)
-        theirs.close()
-        pipe = Connection(mine.detach())
+        self._process = launch(
+            MAIN, handed=(child_socket, self._listening, self._ring.memory), own_session=True
+        )
+        child_socket.close()
+        pipe = Connection(own_socket.detach())
         pipe.send_bytes(pickle.dumps(self._setup))
         return pipe
 

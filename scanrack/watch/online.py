@@ -177,9 +177,9 @@ class OnlineEdit:
         if not order.rungs:
             raise ValueError("no rung is edited")
         name, specs = self._programs.name, program.specs
-        edits = [normalized(read_edit(name, each, specs), program) for each in order.rungs]
+        edits = [normalized(read_edit(name, rung, specs), program) for rung in order.rungs]
         data = running.files[name]
-        edited = rewrite(name, data, edits, [NewTag(*each) for each in order.tags], specs)
+        edited = rewrite(name, data, edits, [NewTag(*tag) for tag in order.tags], specs)
         if edited.data == data:
             raise ValueError("the edited rungs are those that run")
         version, job = self._programs.with_file(edited.data)
@@ -210,9 +210,9 @@ def _listed(changes: Sequence[FileChange]) -> str:
     """Return the changed elements of a file as text; "" for a single one."""
     if len(changes) < 2:
         return ""
-    shown = [f"{each.element}: {each.why}" for each in changes[:MOST_CHANGES]]
-    more = len(changes) - len(shown)
-    return "; ".join((*shown, f"and {more} more") if more else shown)
+    shown = [f"{change.element}: {change.why}" for change in changes[:MOST_CHANGES]]
+    hidden = len(changes) - len(shown)
+    return "; ".join((*shown, f"and {hidden} more") if hidden else shown)
 
 
 _SAYS = {

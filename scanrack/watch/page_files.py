@@ -55,7 +55,7 @@ class PageFiles:
 
     def __init__(self) -> None:
         self._folder = files(__package__).joinpath("web")
-        self._names = {each.name for each in self._folder.iterdir()}
+        self._names = {file.name for file in self._folder.iterdir()}
         self._made: dict[str, ServedFile] = {}
 
     def get(self, path: str) -> ServedFile | None:
@@ -87,5 +87,5 @@ class PageFiles:
 
     @cached_property
     def _joined(self) -> PageScript:
-        modules = (each for each in self._names if each.endswith(".js") and each != SOURCE_OF_SHARED_PAGES)
-        return joined({each: self._text(each) for each in modules})
+        modules = (name for name in self._names if name.endswith(".js") and name != SOURCE_OF_SHARED_PAGES)
+        return joined({module: self._text(module) for module in modules})

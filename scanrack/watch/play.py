@@ -115,8 +115,8 @@ class Play:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
-        for each in job.warnings:
-            complain(each)
+        for warning in job.warnings:
+            complain(warning)
         return self.go_on(job)
 
     def _open_services(self, job: LoadedRack) -> None:
@@ -132,7 +132,7 @@ class Play:
             prepared, self._next = self._next, None
             with prepared.ports:
                 status = self._run(prepared, self._session(prepared, job))
-        lived = [each.end() for each in (self._supervisor, self._services) if each is not None]
+        lived = [part.end() for part in (self._supervisor, self._services) if part is not None]
         if not all(lived) and status == DONE:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
@@ -195,9 +195,9 @@ class Play:
         Raises:
             ValueError: a branch is impossible; nothing has changed.
         """
-        given = [each for each in orders if each.scan <= scan]
-        edits = sum(isinstance(each.order, Edit) for each in given)
-        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)}, paused)
+        earlier = [order for order in orders if order.scan <= scan]
+        edits = sum(isinstance(order.order, Edit) for order in earlier)
+        start = Start(scan, earlier, {"parent": parent.name, "parent_scan": str(scan)}, paused)
         try:
             self._next = self._prepared(start, editions.up_to(edits))
         except OSError as error:
@@ -205,10 +205,14 @@ class Play:
 
     def _trace(self, start: Start) -> Path:
         """Return the path of the recording: the requested path, one derived from it, or a temporary file."""
-        kept = self._options.arguments.record
-        if kept is None:
+        record_path = self._options.arguments.record
+        if record_path is None:
             return _free(self._folder / "session.mcap")
-        return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
+        return (
+            record_path
+            if start.orders is None
+            else _free(record_path.with_name(f"{record_path.stem}-{start.scan}.mcap"))
+        )
 
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
         run, start, pacer, options = prepared.run, prepared.start, prepared.pacer, self._options

@@ -44,7 +44,7 @@ def mistake_of(error: Exception, program: Path) -> Json:
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
     {'text': 'demo.rung:12: no tag Rum', 'file': 'demo.rung', 'line': 12}
     """
-    lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
+    lines = (site.line for site in sites_of(error) if Path(site.file).name == program.name)
     line = next(filter(None, lines), None)
     restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefusal) else {}
     return {"text": str(error), "file": program.name, "line": line, **restarts}
@@ -52,13 +52,16 @@ def mistake_of(error: Exception, program: Path) -> Json:
 
 def mistakes_of(error: Exception, program: Path) -> list[Json]:
     """Return each mistake of an edit as `mistake_of` does, but without its place in the text."""
-    for each in reversed(list(_causes(error))):  # the rack file's error only names the unusable program
-        if isinstance(each, EditRefusal):
-            return _refusals(each, program)
-        if isinstance(each, BuildError):
-            return [_mistake(f"{one.text}; {one.remedy}", one.site, program) for one in each.problems]
-        if isinstance(each, SiteError) and each.sites:
-            return [_mistake(each.reason, each.site, program)]
+    for cause in reversed(list(_causes(error))):  # the rack file's error only names the unusable program
+        if isinstance(cause, EditRefusal):
+            return _refusals(cause, program)
+        if isinstance(cause, BuildError):
+            return [
+                _mistake(f"{problem.text}; {problem.remedy}", problem.site, program)
+                for problem in cause.problems
+            ]
+        if isinstance(cause, SiteError) and cause.sites:
+            return [_mistake(cause.reason, cause.site, program)]
     return [mistake_of(error, program)]
 
 
@@ -74,8 +77,14 @@ def _refusals(error: EditRefusal, program: Path) -> list[Json]:
     if not error.refusals:
         return [{**_mistake(error.reason, error.site, program), "restart": restart}]
     return [
-        {"text": each.reason, "file": program.name, "line": None, "old": each.site.line, "restart": restart}
-        for each in error.refusals
+        {
+            "text": refusal.reason,
+            "file": program.name,
+            "line": None,
+            "old": refusal.site.line,
+            "restart": restart,
+        }
+        for refusal in error.refusals
     ]
 
 
@@ -87,21 +96,21 @@ def _mistake(text: str, site: Site, program: Path) -> Json:
 def findings_of(job: LoadedRack) -> list[Json]:
     """Return the findings of `scanrack check` in a program's own file: line, rule and sentence."""
     return [
-        {"line": each.place.line, "rule": each.rule, "text": f"{each.text}; {each.row.remedy}"}
-        for each in check_rack(job).findings
-        if Path(each.place.file).name == job.program.name
+        {"line": finding.place.line, "rule": finding.rule, "text": f"{finding.text}; {finding.row.remedy}"}
+        for finding in check_rack(job).findings
+        if Path(finding.place.file).name == job.program.name
     ]
 
 
 def new_findings(found: Iterable[Json], known: Iterable[Json]) -> list[Json]:
     """Return the findings that an earlier version did not have, ignoring line numbers."""
-    left = [(each["rule"], each["text"]) for each in known]
+    remaining = [(finding["rule"], finding["text"]) for finding in known]
     new = []
-    for each in found:
-        if (each["rule"], each["text"]) in left:
-            left.remove((each["rule"], each["text"]))
+    for finding in found:
+        if (finding["rule"], finding["text"]) in remaining:
+            remaining.remove((finding["rule"], finding["text"]))
         else:
-            new.append(each)
+            new.append(finding)
     return new
 
 
@@ -124,9 +133,9 @@ def preview_of(
         findings: findings of `check` that the running program does not have.
         effects: what the edit can change in any run, by kind.
     """
-    refused, found = list(mistakes), list(findings)
-    marked = {("new", each["line"]) for each in (*refused, *found)} | {
-        ("old", each.get("old")) for each in refused
+    refused, noted = list(mistakes), list(findings)
+    marked = {("new", finding["line"]) for finding in (*refused, *noted)} | {
+        ("old", refusal.get("old")) for refusal in refused
     }
     rows = rows_of(*texts, marked)
     sections = () if edit is None else (*edit.groups, *effects)
@@ -136,10 +145,10 @@ def preview_of(
         "rows": rows[:MOST_ROWS],
         "more": max(0, len(rows) - MOST_ROWS),
         "mistakes": refused,
-        "findings": found,
+        "findings": noted,
         "keeps": "" if edit is None else edit.keeps,
         "groups": [{"title": title, "names": names[:MOST_NAMES]} for title, names in groups],
-        "restart": next((each["restart"] for each in refused if each.get("restart")), []),
+        "restart": next((refusal["restart"] for refusal in refused if refusal.get("restart")), []),
     }
 
 
@@ -154,19 +163,19 @@ def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = 
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
     """
     rows, lines = list(_rows(before.splitlines(), after.splitlines())), set(marked)
-    seen: set[int] = set()
+    shown: set[int] = set()
     for place, row in enumerate(rows):
         if row["sign"] != " ":
-            seen.update(range(place - NEAR, place + NEAR + 1))
+            shown.update(range(place - NEAR, place + NEAR + 1))
         if lines & {("old", row["old"]), ("new", row["new"])}:
-            seen.update(range(place - 1, place + 2))
-    found: list[Json] = []
+            shown.update(range(place - 1, place + 2))
+    listed: list[Json] = []
     for place, row in enumerate(rows):
-        if place in seen:
-            found.append(row)
-        elif found and found[-1]["text"] is not None:
-            found.append({"sign": " ", "old": None, "new": None, "text": None})
-    return found[:-1] if found and found[-1]["text"] is None else found
+        if place in shown:
+            listed.append(row)
+        elif listed and listed[-1]["text"] is not None:
+            listed.append({"sign": " ", "old": None, "new": None, "text": None})
+    return listed[:-1] if listed and listed[-1]["text"] is None else listed
 
 
 def _rows(before: list[str], after: list[str]) -> Iterator[Json]:
@@ -191,11 +200,11 @@ def _changes(before: list[str], after: list[str]) -> Iterator[tuple[str, int, in
     most = min(len(before), len(after))
     head = next((n for n in range(most) if before[n] != after[n]), most)
     tail = next((n for n in range(most - head) if before[-1 - n] != after[-1 - n]), most - head)
-    one, other = before[head : len(before) - tail], after[head : len(after) - tail]
+    old_middle, new_middle = before[head : len(before) - tail], after[head : len(after) - tail]
     yield "equal", 0, head, 0, head
-    if len(one) * len(other) > MOST_COMPARED:
-        yield "replace", head, head + len(one), head, head + len(other)
+    if len(old_middle) * len(new_middle) > MOST_COMPARED:
+        yield "replace", head, head + len(old_middle), head, head + len(new_middle)
     else:
-        for tag, first, last, start, end in SequenceMatcher(None, one, other).get_opcodes():
+        for tag, first, last, start, end in SequenceMatcher(None, old_middle, new_middle).get_opcodes():
             yield tag, head + first, head + last, head + start, head + end
     yield "equal", len(before) - tail, len(before), len(after) - tail, len(after)

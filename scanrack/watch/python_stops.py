@@ -64,7 +64,7 @@ class PythonStops(Observer):
             raise ValueError(f"a line of Python has no {when!r}; it executes")
         program: object = unwrapped(self._logic())
         steps = program.steps if isinstance(program, Steps) else ()
-        known = [each.line for each in steps] or marked_lines(self._file.read_bytes())
+        known = [step.line for step in steps] or marked_lines(self._file.read_bytes())
         if rung not in known:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
         self._breaks.add(rung)

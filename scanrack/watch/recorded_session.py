@@ -63,8 +63,8 @@ def place_of(text: str) -> TracePlace:
     >>> place_of("run.mcap#scan=12&rung=Main.6")
     TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
     """
-    path, _, rest = text.partition("#")
-    fields = {key: values[-1] for key, values in parse_qs(rest).items()}
+    path, _, fragment = text.partition("#")
+    fields = {key: values[-1] for key, values in parse_qs(fragment).items()}
     scan = fields.get("scan")
     if scan is not None and not re.fullmatch(r"\d{1,10}", scan):
         raise ValueError(f"{text}: scan {scan!r} is not the number of a scan")
@@ -196,7 +196,7 @@ class OpenedRecording:
             path,
             branches=self.job is not None,
         )
-        found = TraceMonitor(
+        monitor = TraceMonitor(
             about,
             trace,
             self._place.path,
@@ -205,19 +205,19 @@ class OpenedRecording:
             self._place.scan,
             lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
-        found.job, found.again = self.job, self._again
-        return found
+        monitor.job, monitor.again = self.job, self._again
+        return monitor
 
     def _sources(self) -> list[Source]:
         """Return its programs in scan order; unknown programs have no logic."""
         if self.job is None or self._editions is None:
             return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
-        found = [Source(0, self.job.logic, self.job.program)]
-        for each in self._edits:
-            if isinstance(each.order, Edit):
-                job = self._editions.job(each.order.number)
-                found.append(Source(each.scan, job.logic, job.program))
-        return sorted(found, key=lambda each: each.first)
+        sources = [Source(0, self.job.logic, self.job.program)]
+        for edit in self._edits:
+            if isinstance(edit.order, Edit):
+                job = self._editions.job(edit.order.number)
+                sources.append(Source(edit.scan, job.logic, job.program))
+        return sorted(sources, key=lambda each: each.first)
 
     def _branch(self, prepare: Prepare | None, scan: int, *, paused: bool) -> None:
         """Prepare a session that repeats the recording up to a scan; raise ValueError if impossible."""
@@ -249,7 +249,7 @@ class OpenedRecording:
         flags = read_columns(self._trace, Selection(0, scan)).flags
         touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0
         events = self._trace.events(topics={"/events"})
-        touched[[each.scan for each in events if is_set(each) and each.scan < len(touched)]] = False
+        touched[[event.scan for event in events if is_set(event) and event.scan < len(touched)]] = False
         if touched.any() and not self._spec.force:
             first = int(touched.argmax())
             raise ValueError(

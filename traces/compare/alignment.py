@@ -34,8 +34,8 @@ class TimeMap:
     def __call__(self, times: Times) -> Times:
         """Return times of the second trace as times of the first, ns."""
         first, second = np.array(self.first), np.array(self.second)
-        between = np.interp(times, second, first - second)  # the shift; it is constant beyond the ends
-        result: Times = times + np.rint(between).astype(np.int64)
+        shift_ns = np.interp(times, second, first - second)  # the shift; it is constant beyond the ends
+        result: Times = times + np.rint(shift_ns).astype(np.int64)
         return result
 
 
@@ -74,12 +74,12 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
     signal = Catalog.of(trace)[at]
     if signal.kind is not SignalKind.BIT:
         raise ValueError(f"{at} is not a bit: traces are aligned at 'start' or where a bit rises")
-    before, times = True, list[int]()
+    was_on, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)
-        risen = np.flatnonzero(levels & ~np.concatenate(([before], levels[:-1])))
+        risen = np.flatnonzero(levels & ~np.concatenate(([was_on], levels[:-1])))
         times += block.time_ns[risen].tolist()
-        before = bool(levels[-1])
+        was_on = bool(levels[-1])
     if not times:
         raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")
     return tuple(times)

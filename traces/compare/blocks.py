@@ -41,8 +41,8 @@ class Windows(NamedTuple):
 
     def at(self, places: Rows) -> Windows:
         """Return some of the rows."""
-        rows, held, first, end, _ = self
-        return Windows(rows[places], held[places], first[places], end[places])
+        rows, held_rows, first, end, _ = self
+        return Windows(rows[places], held_rows[places], first[places], end[places])
 
 
 class ComparedBlock(NamedTuple):
@@ -64,9 +64,9 @@ def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Compare
         rows_a, rows_b = _pairs(a.keys[a.row : ends[0]], b.keys[b.row : ends[1]])
         rows_a, rows_b = rows_a + a.row, rows_b + b.row
         unequal = _unequal(_at(a.side.columns, rows_a), _at(b.side.columns, rows_b))
-        held = rows_b[unequal]
-        there = Windows(rows_a[unequal], held, held, held + 1, len(rows_a))
-        yield ComparedBlock(a.side, b.side, there, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
+        held_rows = rows_b[unequal]
+        unequal_rows = Windows(rows_a[unequal], held_rows, held_rows, held_rows + 1, len(rows_a))
+        yield ComparedBlock(a.side, b.side, unequal_rows, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
         for stream, end in ((a, ends[0]), (b, ends[1])):
             stream.go_to(end, end - 1 - LOOKED_AT)
 
@@ -81,13 +81,17 @@ def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
 def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     """Return the rows at which the next block ends, before the same key in both traces."""
     streams = a, b
-    ends = [int(each.keys[each.row + block_scans]) for each in streams if len(each) > each.row + block_scans]
+    ends = [
+        int(longer.keys[longer.row + block_scans])
+        for longer in streams
+        if len(longer) > longer.row + block_scans
+    ]
     if not ends:
         return len(a), len(b)
-    least = min(int(each.keys[each.row]) for each in streams if each.row < len(each))
-    end = max(min(ends), least + 1)  # ends past the key, even if a whole block has the same key
-    for each in streams:
-        each.read_beyond(end)
+    first_key = min(int(unread.keys[unread.row]) for unread in streams if unread.row < len(unread))
+    end = max(min(ends), first_key + 1)  # ends past the key, even if a whole block has the same key
+    for stream in streams:
+        stream.read_beyond(end)
     return a.row_of(end), b.row_of(end)
 
 
@@ -135,8 +139,8 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
         b.read_beyond(int(a.keys[end_a - 1]) + tolerance_ns)
         if end_b > b.row:
             a.read_beyond(int(b.keys[end_b - 1]) + tolerance_ns)
-        there, back = windows(a, end_a, b, tolerance_ns), windows(b, end_b, a, tolerance_ns)
-        yield ComparedBlock(a.side, b.side, there, back)
+        there_windows, back_windows = windows(a, end_a, b, tolerance_ns), windows(b, end_b, a, tolerance_ns)
+        yield ComparedBlock(a.side, b.side, there_windows, back_windows)
         _go_on(a, b, (end_a, end_b), tolerance_ns)
     while not b.ended:
         b.read_rows(0)
@@ -152,14 +156,14 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     if other.first_key is None:
         return Windows(NONE, NONE, NONE, NONE)
     times = own.keys[own.row : end]
-    met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
-    judged = met & (times + tolerance_ns < other.last_key + other.period_ns)
+    is_met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
+    judged = is_met & (times + tolerance_ns < other.last_key + other.period_ns)
     if other.first_scan:  # scans preceded it
         judged &= times - tolerance_ns >= other.first_key
     times = times[judged]
-    held, first = (np.maximum(other.in_force(at), 0) for at in (times, times - tolerance_ns))
+    held_rows, first = (np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns))
     last = other.in_force(times + tolerance_ns)
-    return Windows(own.row + np.flatnonzero(judged), held, first, last + 1, int(met.sum()))
+    return Windows(own.row + np.flatnonzero(judged), held_rows, first, last + 1, int(is_met.sum()))
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:

@@ -133,8 +133,8 @@ def compare_parts(
         ValueError: scans are paired by time, and time goes back from one scan of a trace to the next.
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
-    both = numbers[0] & numbers[1]
-    common = [slot for slot in one[0] if slot.number in both]
+    both_numbers = numbers[0] & numbers[1]
+    common = [slot for slot in one[0] if slot.number in both_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [
         field
@@ -145,12 +145,14 @@ def compare_parts(
     if tags is not None:
         fields, row = [*fields, *tags.fields()], tags.dtype
     if by_number:
-        a, b = (Stream(slots, both, keyed_by_number(parts), row) for slots, parts in (one, other))
-        blocks, counts = blocks_by_number(a, b, block_scans), None
+        stream_a, stream_b = (
+            Stream(slots, both_numbers, keyed_by_number(parts), row) for slots, parts in (one, other)
+        )
+        blocks, counts = blocks_by_number(stream_a, stream_b, block_scans), None
     else:
-        a = Stream(one[0], both, keyed_by_time(one[1], SAME_CLOCK), row)
-        b = Stream(other[0], both, keyed_by_time(other[1], clock), row)
-        blocks, counts = blocks_by_time(a, b, tolerance.time_ns, block_scans), tolerance.counts
+        stream_a = Stream(one[0], both_numbers, keyed_by_time(one[1], SAME_CLOCK), row)
+        stream_b = Stream(other[0], both_numbers, keyed_by_time(other[1], clock), row)
+        blocks, counts = blocks_by_time(stream_a, stream_b, tolerance.time_ns, block_scans), tolerance.counts
     findings, compared = Findings(common), (0, 0)
     for block in blocks:
         findings.add(block.one, block.other, differing(fields, block, counts))
@@ -158,10 +160,10 @@ def compare_parts(
     return Comparison(
         first=findings.first,
         extents=findings.extents,
-        scans_a=a.scans,
-        scans_b=b.scans,
-        only_a=a.scans - compared[0],
-        only_b=b.scans - compared[1],
+        scans_a=stream_a.scans,
+        scans_b=stream_b.scans,
+        only_a=stream_a.scans - compared[0],
+        only_b=stream_b.scans - compared[1],
         differing=findings.differing,
         slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
         slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
@@ -173,9 +175,13 @@ def compare_parts(
 
 def _heads(one: Trace, other: Trace, tags: CommonTags) -> tuple[tuple[str, str, str], ...]:
     """Return the entries of the metadata that differ, and the tags that only one trace has."""
-    a, b = one.head.metadata, other.head.metadata
-    names = dict.fromkeys([*a, *b])
-    heads = [(name, a.get(name, ""), b.get(name, "")) for name in names if a.get(name) != b.get(name)]
+    metadata_a, metadata_b = one.head.metadata, other.head.metadata
+    names = dict.fromkeys([*metadata_a, *metadata_b])
+    heads = [
+        (name, metadata_a.get(name, ""), metadata_b.get(name, ""))
+        for name in names
+        if metadata_a.get(name) != metadata_b.get(name)
+    ]
     if any(tags.only):
         heads.append(("tags of one trace only", ", ".join(tags.only[0]), ", ".join(tags.only[1])))
     return tuple(heads)
@@ -192,16 +198,16 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     """
     waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
     differ: dict[str, tuple[Step, Step]] = {}
-    for both in zip_longest(_steps(one), _steps(other)):
-        for side, step in enumerate(both):
+    for steps in zip_longest(_steps(one), _steps(other)):
+        for side, step in enumerate(steps):
             if step is None or step.sequence in differ:
                 continue
             queues = waiting.setdefault(step.sequence, (deque(), deque()))
             queues[side].append(step)
             if all(queues):
-                a, b = (queue.popleft() for queue in queues)
-                if a.wait != b.wait or (exact and a.scan != b.scan):
-                    differ[step.sequence] = a, b
+                step_a, step_b = (queue.popleft() for queue in queues)
+                if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
+                    differ[step.sequence] = step_a, step_b
     for name, queues in waiting.items():
         first, second = differ.get(name) or map(_next_in, queues)
         if first is not None or second is not None:

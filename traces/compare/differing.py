@@ -27,17 +27,20 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     Args:
         counts: allowed difference between a count and its window; None = every bit counts.
     """
-    one, other = block.one, block.other
+    side, other = block.one, block.other
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
         parts = list(group)  # all fields of one image
-        images = one.images(parts[0]), other.images(parts[0])
+        images = side.images(parts[0]), other.images(parts[0])
         ahead = _otherwise(images[0], images[1], block.there)
         behind = _otherwise(images[1], images[0], block.back)
         for field in parts if len(ahead.own) or len(behind.own) else ():
-            there, back = _missing(field, ahead, counts), _missing(field, behind, counts)
-            if len(there.a) or len(back.a):
-                differences.append(_merged(there, back))
+            there_difference, back_difference = (
+                _missing(field, ahead, counts),
+                _missing(field, behind, counts),
+            )
+            if len(there_difference.a) or len(back_difference.a):
+                differences.append(_merged(there_difference, back_difference))
     return differences
 
 
@@ -52,22 +55,26 @@ class _Question(NamedTuple):
 
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     """Return the scans whose images differ, so that the other trace may lack their values."""
-    values, held = own[windows.rows], other[windows.held]
-    unequal = values != held
-    there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
-    return _Question(windows.at(there), values[there], held[there], other)
+    values, held_values = own[windows.rows], other[windows.held]
+    unequal = values != held_values
+    unequal_places = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
+    return _Question(windows.at(unequal_places), values[unequal_places], held_values[unequal_places], other)
 
 
 def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
     """Return the scans whose value the other trace lacks within the tolerance."""
-    searched, held = field.key(question.own), field.key(question.held)
-    rows = np.flatnonzero(searched != held)
+    searched, held_keys = field.key(question.own), field.key(question.held)
+    rows = np.flatnonzero(searched != held_keys)
     searched, windows = searched[rows], question.windows.at(rows)
     span = windows.first, windows.end
     alone = bool((windows.end - windows.first == 1).all())  # only the scan in force is within the tolerance
     bits = None
     if field.kind is FieldKind.BITS:
-        bits = searched ^ held[rows] if alone else _missing_bits(searched, field.key(question.others), *span)
+        bits = (
+            searched ^ held_keys[rows]
+            if alone
+            else _missing_bits(searched, field.key(question.others), *span)
+        )
         missing = bits != 0
         bits = bits[missing]
     elif field.kind is FieldKind.COUNT and counts is not None and len(rows):
@@ -87,9 +94,9 @@ def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Arr
 
 def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
     """Return a mask of the counts outside the range of their window; missing counts are inside."""
-    least = over_windows(values, first, end, np.fmin)
-    most = over_windows(values, first, end, np.fmax)
-    beyond: Array = (searched < least - counts) | (searched > most + counts)
+    lowest = over_windows(values, first, end, np.fmin)
+    highest = over_windows(values, first, end, np.fmax)
+    beyond: Array = (searched < lowest - counts) | (searched > highest + counts)
     return beyond
 
 
@@ -97,13 +104,13 @@ def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
     """Merge the findings of both directions, by rows of the first trace; each row occurs once."""
     if not len(back.a):
         return there
-    a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
-    rows, place = np.unique(a, return_index=True)
+    rows_a, rows_b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
+    rows, place = np.unique(rows_a, return_index=True)
     if there.bits is None or back.bits is None:
-        return FieldDifference(there.field, rows, b[place])
+        return FieldDifference(there.field, rows, rows_b[place])
     bits = np.zeros(len(rows), np.uint16)
-    np.bitwise_or.at(bits, np.searchsorted(rows, a), np.concatenate((there.bits, back.bits)))
-    return FieldDifference(there.field, rows, b[place], bits)
+    np.bitwise_or.at(bits, np.searchsorted(rows, rows_a), np.concatenate((there.bits, back.bits)))
+    return FieldDifference(there.field, rows, rows_b[place], bits)
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
@@ -144,7 +151,7 @@ def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     rows = len(values) + 1
     group = np.searchsorted(np.unique(values), values[order])
     keys = group * rows + order  # ascending, as both summands are
-    known = stop > start
+    is_known = stop > start
     question = group[np.minimum(start, len(values) - 1)] * rows
     is_found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)
-    return known & is_found
+    return is_known & is_found

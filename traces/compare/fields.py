@@ -138,8 +138,8 @@ def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) 
     Args:
         formats: number formats of modules whose configuration selects them; the last format decodes.
     """
-    known = NumberFormats() if formats is None else formats
-    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, known))]
+    known_formats = NumberFormats() if formats is None else formats
+    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, known_formats))]
 
 
 def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
@@ -161,7 +161,7 @@ def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
 def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
     """Yield the fields of an image of a module with two modes; fields of configuration mode come last."""
     number, words, names = slot.number, slot.words, slot.words.named(direction)
-    pairs = {each.word: each for each in words.quantities_in(direction) if each.words > 1}
+    pairs = {quantity.word: quantity for quantity in words.quantities_in(direction) if quantity.words > 1}
     seconds = {word + 1 for word in pairs}
     mode = words.modes.word(direction) if words.modes else 0
     for word, name in enumerate(names):
@@ -183,8 +183,8 @@ def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Ite
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
-    named = {bit: of for of, bit in slot.words.bits("I" if direction == "in" else "O", word)}
-    return tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
+    names_by_bit = {bit: of for of, bit in slot.words.bits("I" if direction == "in" else "O", word)}
+    return tuple(names_by_bit.get(bit, f"{name}.{bit}") for bit in range(16))
 
 
 def _word(word: int, images: Array) -> Array:

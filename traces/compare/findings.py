@@ -116,15 +116,23 @@ class FieldDifference(NamedTuple):
         if not len(places):
             return None
         field = self.field
-        a, b = (side.images(field, rows[places]) for side, rows in self._rows(one, other))
+        images_a, images_b = (side.images(field, rows[places]) for side, rows in self._rows(one, other))
         place_in_image = field.slot, field.direction, field.name, field.word
         if field.kind is FieldKind.TAG:
-            return Detail(*place_in_image, (), (), text_a=field.text(a[0]), text_b=field.text(b[0]))
-        words = field.words_in(a), field.words_in(b)
+            return Detail(
+                *place_in_image, (), (), text_a=field.text(images_a[0]), text_b=field.text(images_b[0])
+            )
+        words = field.words_in(images_a), field.words_in(images_b)
         if self.bits is not None:
-            levels = zip(field.bits, *(_levels(int(field.key(image)[0])) for image in (a, b)), strict=True)
+            levels = zip(
+                field.bits,
+                *(_levels(int(field.key(image)[0])) for image in (images_a, images_b)),
+                strict=True,
+            )
             return Detail(*place_in_image, *words, bits=tuple(bit for bit in levels if bit[1] != bit[2]))
-        return Detail(*place_in_image, *words, _whole(field.values(a)[0]), _whole(field.values(b)[0]))
+        return Detail(
+            *place_in_image, *words, _whole(field.values(images_a)[0]), _whole(field.values(images_b)[0])
+        )
 
 
 def _whole(value: float) -> int | None:
@@ -154,10 +162,10 @@ class Findings:
             return
         if self.first is None:
             self.first = _first(differences, one, other, self._slots)
-        for extent in (extent for each in differences for extent in each.extents(one, other)):
-            before = self._extents.get(extent.name)
-            self._extents[extent.name] = extent if before is None else _joined(before, extent)
-        self.differing += len(np.unique(np.concatenate([each.a for each in differences])))
+        for extent in (extent for difference in differences for extent in difference.extents(one, other)):
+            previous = self._extents.get(extent.name)
+            self._extents[extent.name] = extent if previous is None else _joined(previous, extent)
+        self.differing += len(np.unique(np.concatenate([difference.a for difference in differences])))
 
     @property
     def extents(self) -> tuple[Extent, ...]:
@@ -166,8 +174,8 @@ class Findings:
 
 
 def _first(differences: Sequence[FieldDifference], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
-    row, row_b = min((int(each.a[0]), int(each.b[0])) for each in differences)
-    details = [each.detail(a, b, row) for each in differences]
+    row, row_b = min((int(difference.a[0]), int(difference.b[0])) for difference in differences)
+    details = [difference.detail(a, b, row) for difference in differences]
     return First(
         int(a.columns.scan[row]),
         int(a.columns.time_ns[row]),
@@ -180,8 +188,10 @@ def _first(differences: Sequence[FieldDifference], a: Side, b: Side, slots: Sequ
 
 
 def _joined(before: Extent, after: Extent) -> Extent:
-    most = max((each.most for each in (before, after) if each.most is not None), default=None)
-    return replace(before, scans=before.scans + after.scans, last=after.last, most=most)
+    most_counts = max(
+        (difference.most for difference in (before, after) if difference.most is not None), default=None
+    )
+    return replace(before, scans=before.scans + after.scans, last=after.last, most=most_counts)
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
@@ -190,8 +200,8 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
     rows = begin + 1 + np.flatnonzero(changed)
-    listed = [each for each in rows.tolist() if each < row][-SCANS_BEFORE:]
-    return tuple(line for each in [*listed, row] for line in _rows(side, slots, each))
+    listed_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
+    return tuple(line for shown_row in [*listed_rows, row] for line in _rows(side, slots, shown_row))
 
 
 def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:

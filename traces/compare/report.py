@@ -22,9 +22,9 @@ def report(comparison: Comparison, names: Names) -> Iterator[str]:
         yield from _aligned(
             [("", "scans", "first", "last", "by up to"), *map(_extent, comparison.extents)], "lrrrr"
         )
-    rest = list(_beside(comparison, names))
-    if rest:
-        yield from ("", *rest)
+    lines = list(_beside(comparison, names))
+    if lines:
+        yield from ("", *lines)
 
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
@@ -44,23 +44,23 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
     """Return the number of equal rows at the beginning."""
-    same = (one == other for one, other in zip(a, b, strict=False))
-    return next((place for place, equal in enumerate(same) if not equal), min(len(a), len(b)))
+    are_equal = (word_a == other for word_a, other in zip(a, b, strict=False))
+    return next((place for place, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:
     if comparison.first is None:
-        whole = not (
+        is_whole = not (
             comparison.only_a or comparison.only_b or comparison.slots_only_a or comparison.slots_only_b
         )
-        verdict = "show the same" if whole else "show the same as far as both go"
+        verdict = "show the same" if is_whole else "show the same as far as both go"
         return f"{names[0]} and {names[1]} {verdict}{_within(comparison, 'within')}: {_scans(comparison)}"
     first = comparison.first
-    where = f"scan {first.scan} at {time_text(first.time_ns)}"
+    location = f"scan {first.scan} at {time_text(first.time_ns)}"
     if (first.scan, first.time_ns) != (first.scan_b, first.time_b_ns):
-        where += f" (scan {first.scan_b} at {time_text(first.time_b_ns)} of {names[1]})"
+        location += f" (scan {first.scan_b} at {time_text(first.time_b_ns)} of {names[1]})"
     differ = f"differ{_within(comparison, 'by more than')}"
-    return f"{names[0]} and {names[1]} {differ}, first in {where}; {_scans(comparison)}"
+    return f"{names[0]} and {names[1]} {differ}, first in {location}; {_scans(comparison)}"
 
 
 def _within(comparison: Comparison, word: str) -> str:
@@ -81,19 +81,19 @@ def _scans(comparison: Comparison) -> str:
 
 def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
     """Yield the rows of a field: its value or word, and each bit that differs."""
-    where = "cpu" if detail.slot is None else f"slot {detail.slot} {detail.direction}"
+    location = "cpu" if detail.slot is None else f"slot {detail.slot} {detail.direction}"
     words = _words_text(detail)
     if detail.bits:
         hexes = (f"{value[0] & 0xFFFF:04X}h" for value in (detail.words_a, detail.words_b))
-        yield (where, detail.name, "", *hexes, words)
-        for name, a, b in detail.bits:
-            yield ("", "", name, str(int(a)), str(int(b)), "")
+        yield (location, detail.name, "", *hexes, words)
+        for name, bit_a, bit_b in detail.bits:
+            yield ("", "", name, str(int(bit_a)), str(int(bit_b)), "")
     elif detail.direction == "tags":
         yield ("tags", detail.name, "", detail.text_a, detail.text_b, "")
     elif detail.name == "time_ns":
-        yield (where, "time", "", time_text(detail.words_a[0]), time_text(detail.words_b[0]), "")
+        yield (location, "time", "", time_text(detail.words_a[0]), time_text(detail.words_b[0]), "")
     else:
-        yield (where, detail.name, "", _value(detail.a), _value(detail.b), words)
+        yield (location, detail.name, "", _value(detail.a), _value(detail.b), words)
 
 
 def _words_text(detail: Detail) -> str:
@@ -106,17 +106,17 @@ def _words_text(detail: Detail) -> str:
 
 
 def _rules(first: First, names: Names) -> Iterator[str]:
-    both = [rule for rule in first.rules_a if rule in first.rules_b]
-    own = [
+    common_rules = [rule for rule in first.rules_a if rule in first.rules_b]
+    own_rules = [
         (name, rule)
         for name, rules in zip(names, (first.rules_a, first.rules_b), strict=True)
         for rule in rules
-        if rule not in both
+        if rule not in common_rules
     ]
-    if both or own:
+    if common_rules or own_rules:
         yield from ("", "Rules that fired in it")
-        yield from (f"in both: {rule}" for rule in both)
-        yield from (f"in {name} only: {rule}" for name, rule in own)
+        yield from (f"in both: {rule}" for rule in common_rules)
+        yield from (f"in {name} only: {rule}" for name, rule in own_rules)
 
 
 def _changes(rows: Sequence[Row]) -> list[str]:
@@ -126,14 +126,14 @@ def _changes(rows: Sequence[Row]) -> list[str]:
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
-    most = (
+    most_text = (
         ""
         if extent.most is None
         else time_text(extent.most)
         if extent.name == "cpu.time_ns"
         else f"{extent.most:,}"
     )
-    return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most)
+    return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most_text)
 
 
 def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
@@ -145,10 +145,10 @@ def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
             yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
         if slots:
             yield f"only in {name}: slot {', '.join(map(str, slots))}"
-    for name, a, b in comparison.sequences:
-        yield f"sequence {name}: {a} / {b}"
-    for name, a, b in comparison.heads:
-        yield f"{name}: {_short(a)} / {_short(b)}"
+    for name, state_a, state_b in comparison.sequences:
+        yield f"sequence {name}: {state_a} / {state_b}"
+    for name, state_a, state_b in comparison.heads:
+        yield f"{name}: {_short(state_a)} / {_short(state_b)}"
 
 
 def _short(text: str) -> str:

@@ -37,9 +37,9 @@ def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
     """
     last = np.zeros(0, np.int64)
     for columns in parts:
-        back = np.flatnonzero(np.diff(np.concatenate((last, columns.time_ns))) < 0)
-        if len(back):
-            scan = columns.scan[back[0] + 1 - len(last)]
+        backward = np.flatnonzero(np.diff(np.concatenate((last, columns.time_ns))) < 0)
+        if len(backward):
+            scan = columns.scan[backward[0] + 1 - len(last)]
             raise ValueError(f"time goes back in scan {scan}: such a trace can't be compared by time")
         last = columns.time_ns[-1:] if len(columns.scan) else last
         yield columns, clock(columns.time_ns)
@@ -97,12 +97,14 @@ class Stream:
     def __init__(
         self, slots: Sequence[SlotInfo], chosen: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
     ) -> None:
-        whole, read = block_layout(slots), [slot for slot in slots if slot.number in chosen]
-        layout = block_layout(read)
+        full_layout, read_slots = block_layout(slots), [slot for slot in slots if slot.number in chosen]
+        layout = block_layout(read_slots)
         self._places = layout.places
         self._wanted = None
-        if len(read) < len(slots):
-            words = [np.arange(whole.words)[whole.places[slot.number].words] for slot in read]
+        if len(read_slots) < len(slots):
+            words = [
+                np.arange(full_layout.words)[full_layout.places[slot.number].words] for slot in read_slots
+            ]
             self._wanted = np.concatenate([*words, np.zeros(layout.padding, int)])
         self._parts = parts
         self._columns = [no_columns(layout.words, tags)]

@@ -36,14 +36,18 @@ class CommonTags:
     """
 
     def __init__(self, one: Trace, other: Trace) -> None:
-        own = [_by_name(trace) for trace in (one, other)]
+        fields_by_name = [_by_name(trace) for trace in (one, other)]
         self._texts = [trace.texts() for trace in (one, other)]
-        self._pairs = {name: (own[0][name], own[1][name]) for name in own[0] if _alike(name, *own)}
+        self._pairs = {
+            name: (fields_by_name[0][name], fields_by_name[1][name])
+            for name in fields_by_name[0]
+            if _alike(name, *fields_by_name)
+        }
         self._codes: dict[str, int] = {}
-        layout = dict(each for pair in self._pairs.values() for each in _values(*pair))
+        layout = dict(entry for pair in self._pairs.values() for entry in _values(*pair))
         self.dtype: np.dtype[np.void] = np.dtype(list(layout.items()))
-        a, b = (sorted(each.keys() - self._pairs.keys()) for each in own)
-        self.only = (tuple(a), tuple(b))
+        names_a, names_b = (sorted(names.keys() - self._pairs.keys()) for names in fields_by_name)
+        self.only = (tuple(names_a), tuple(names_b))
 
     def rows(self, parts: Iterable[Columns], side: int) -> Iterator[Columns]:
         """Yield the parts of a trace, with the shared tags in place of its own tags.
@@ -78,13 +82,13 @@ class CommonTags:
 
     def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
         """Convert codes of one trace to codes that both traces share."""
-        known, places = np.unique(codes, return_inverse=True)
-        texts = [names.get(code, str(code)) for code in known.tolist()]
+        distinct, places = np.unique(codes, return_inverse=True)
+        texts = [names.get(code, str(code)) for code in distinct.tolist()]
         shared = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
         return shared[places].reshape(codes.shape)
 
     def _name(self, code: int) -> str:
-        return next(text for text, known in self._codes.items() if known == code)
+        return next(text for text, text_code in self._codes.items() if text_code == code)
 
 
 def _by_name(trace: Trace) -> dict[str, TagField]:
@@ -99,8 +103,8 @@ def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]
     """Return whether both have a comparable tag with that name."""
     if name not in other:
         return False
-    a, b = one[name].tag, other[name].tag
-    return a.length == b.length and (a.type in CODES) == (b.type in CODES)
+    tag_a, tag_b = one[name].tag, other[name].tag
+    return tag_a.length == tag_b.length and (tag_a.type in CODES) == (tag_b.type in CODES)
 
 
 def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
@@ -132,12 +136,12 @@ def wide(values: Array) -> Array:
     if values.dtype.kind == "f":
         floats = values.astype(np.float64)
         finite = np.isfinite(floats)
-        rest = np.fmod(floats, 2.0**32, where=finite, out=np.zeros_like(floats))
-        result.real = np.where(np.isnan(floats), np.inf, (floats - rest) / 2.0**32)
-        result.imag = np.where(np.isnan(floats), 1, rest)
+        remainders = np.fmod(floats, 2.0**32, where=finite, out=np.zeros_like(floats))
+        result.real = np.where(np.isnan(floats), np.inf, (floats - remainders) / 2.0**32)
+        result.imag = np.where(np.isnan(floats), 1, remainders)
     else:
-        whole = values.astype(np.uint64 if values.dtype.kind == "u" else np.int64)
-        high, low = whole >> whole.dtype.type(32), whole & whole.dtype.type(0xFFFF_FFFF)
+        integers = values.astype(np.uint64 if values.dtype.kind == "u" else np.int64)
+        high, low = integers >> integers.dtype.type(32), integers & integers.dtype.type(0xFFFF_FFFF)
         negative = (values < 0) & (low != 0)
         result.real = high.astype(np.float64) + negative
         result.imag = low.astype(np.float64) - negative * 2.0**32

@@ -65,8 +65,8 @@ def _bits(columns: Sequence[Column]) -> list[str]:
     text = np.full((rows, width), ord(","), np.uint8)
     for place, column in enumerate(columns):
         text[:, 2 * place] = column.values + np.uint8(ord("0"))
-    whole = text.tobytes().decode("ascii")
-    return [whole[start : start + width] for start in range(0, len(whole), width)]
+    digits = text.tobytes().decode("ascii")
+    return [digits[start : start + width] for start in range(0, len(digits), width)]
 
 
 def _numbers(column: Column) -> list[str]:
@@ -86,7 +86,7 @@ def _quoted(text: str) -> str:
     ('FILL', '"a ""b"", c"', "'=1")
     """
     text = str(cell(text))
-    return '"' + text.replace('"', '""') + '"' if any(each in text for each in ',"\r\n') else text
+    return '"' + text.replace('"', '""') + '"' if any(mark in text for mark in ',"\r\n') else text
 
 
 FORMAT = ExportFormat(

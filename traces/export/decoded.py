@@ -105,7 +105,7 @@ def _path(signal: Signal) -> tuple[str, ...]:
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
     """Return the messages; slots with the same fields share a message."""
     parts: dict[str, list[Message]] = {}
-    own = []
+    own_lines = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         slot_messages = _slot_messages(stem, slot.number, signals)
@@ -114,11 +114,11 @@ def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Mess
         ):  # the same module with different names of bits
             stem = f"{stem}Slot{slot.number}"
             parts[stem] = _slot_messages(stem, slot.number, signals)
-        own.append(f"{stem} slot{slot.number}")
-    messages = [message for each in parts.values() for message in each]
-    text = "\n".join([*own, *(line for _, lines in messages for line in lines)])
+        own_lines.append(f"{stem} slot{slot.number}")
+    messages = [message for part in parts.values() for message in part]
+    text = "\n".join([*own_lines, *(line for _, lines in messages for line in lines)])
     name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
-    return [(name, own), *messages]
+    return [(name, own_lines), *messages]
 
 
 def _slot_messages(stem: str, number: int, signals: Sequence[Signal]) -> list[Message]:

@@ -71,8 +71,8 @@ def write_mcap(
                 if isinstance(entry, TraceEvent):
                     copy.event(entry, selection)
                 else:
-                    inside = selection.has(entry["scan"], entry["log_time"])
-                    copy.scans(entry if inside.all() else entry[inside], rows)
+                    is_inside = selection.has(entry["scan"], entry["log_time"])
+                    copy.scans(entry if is_inside.all() else entry[is_inside], rows)
         copy.finish()
     return copy.count
 
@@ -138,9 +138,9 @@ class Copy:
         topics = [topic for topic in ALL_TOPICS if topic.name in trace.head.channels]
         self._channels = self._writer.register(schema, topics)
         for record in _metadata(trace):
-            own = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
-            more = own if record.name == METADATA else {}
-            self._writer.add_metadata(record.name, {**record.metadata, **more})
+            tag_metadata = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
+            own_fields = tag_metadata if record.name == METADATA else {}
+            self._writer.add_metadata(record.name, {**record.metadata, **own_fields})
         for file_with in trace.attachments():
             self._writer.add_attachment(file_with.name, file_with.media_type, file_with.data)
 

@@ -39,7 +39,7 @@ def write_parquet(
     pyarrow, parquet = need("pyarrow", "parquet"), need("pyarrow.parquet", "parquet")
     batches = (_batch(pyarrow, columns) for columns in table(trace, signals, selection, progress=progress))
     first = next(batches)
-    rows, held = 0, []
+    rows, waiting_rows = 0, []
     with (
         new_file(path, PARQUET, "wb") as file,
         parquet.ParquetWriter(
@@ -47,13 +47,13 @@ def write_parquet(
         ) as writer,
     ):
         for batch in chain([first], batches):
-            held.append(batch)
+            waiting_rows.append(batch)
             rows += batch.num_rows
-            if sum(waiting.num_rows for waiting in held) >= ROWS:
-                writer.write_table(pyarrow.Table.from_batches(held))
-                held.clear()
-        if held:
-            writer.write_table(pyarrow.Table.from_batches(held))
+            if sum(waiting.num_rows for waiting in waiting_rows) >= ROWS:
+                writer.write_table(pyarrow.Table.from_batches(waiting_rows))
+                waiting_rows.clear()
+        if waiting_rows:
+            writer.write_table(pyarrow.Table.from_batches(waiting_rows))
     return rows
 
 

@@ -42,13 +42,13 @@ def table(
         UnknownSignalError: no such signal; raised at once.
         EmptySelectionError: no scan is in the selection.
     """
-    chosen = Catalog.of(trace).matching(signals)
-    return (_columns(block, chosen) for block in blocks(trace, selection, progress=progress))
+    chosen_signals = Catalog.of(trace).matching(signals)
+    return (_columns(block, chosen_signals) for block in blocks(trace, selection, progress=progress))
 
 
 def _columns(block: Block, chosen: Sequence[Signal]) -> list[Column]:
-    own = [Column("scan", block.scan), Column("time_ns", block.time_ns)]
-    return own + [_column(signal, signal.read(block)) for signal in chosen]
+    time_columns = [Column("scan", block.scan), Column("time_ns", block.time_ns)]
+    return time_columns + [_column(signal, signal.read(block)) for signal in chosen]
 
 
 def _column(signal: Signal, values: Array) -> Column:

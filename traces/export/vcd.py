@@ -57,8 +57,8 @@ def write_vcd(
         EmptySelectionError: no scan is in the selection.
     """
     catalog = Catalog.of(trace)
-    chosen = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
-    variables = [Variable(signal) for signal in chosen]
+    chosen_signals = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
+    variables = [Variable(signal) for signal in chosen_signals]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
@@ -67,8 +67,8 @@ def write_vcd(
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
-        for each in variables:
-            each.register(dump)
+        for declared in variables:
+            declared.register(dump)
         for block in chain([first], stream):
             for time_ns, variable, value in _changes(block, variables):
                 dump.change(variable, time_ns, value)
@@ -145,7 +145,7 @@ def _word(text: str) -> str:
     >>> _word("wait for oil"), _word("")
     ('wait_for_oil', '""')
     """
-    plain = "".join(each if "!" <= each <= "~" else "_" for each in text)
+    plain = "".join(character if "!" <= character <= "~" else "_" for character in text)
     return plain or '""'
 
 
@@ -165,7 +165,9 @@ def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int,
     """Yield time, variable and new value of each change, in order of time."""
     changes = [variable.changes(block) for variable in variables]
     changed = [
-        (each.dumped, value) for each, (_, values) in zip(variables, changes, strict=True) for value in values
+        (variable.dumped, value)
+        for variable, (_, values) in zip(variables, changes, strict=True)
+        for value in values
     ]
     rows = np.concatenate([rows for rows, _ in changes])
     order = np.argsort(rows, kind="stable")

@@ -48,7 +48,7 @@ class FileKind:
 
 def beginning(name: str, *begins: bytes) -> FileKind:
     """Return a kind that is recognized by the beginnings of its files, ignoring case and leading blanks."""
-    starts = tuple(each.lower() for each in begins)
+    starts = tuple(prefix.lower() for prefix in begins)
     return FileKind(name, lambda content: content.lstrip().lower().startswith(starts))
 
 

@@ -47,7 +47,7 @@ class RecordingKeeper:
 
     def __init__(self, path: Path, most: int, beside: Sequence[Path] = ()) -> None:
         self._stem = Path(realpath(path)).stem
-        self._paths = [Path(realpath(each)) for each in (path, *beside)]
+        self._paths = [Path(realpath(file_path)) for file_path in (path, *beside)]
         self._most = most
         self._moved: list[int] = []
 
@@ -97,8 +97,8 @@ class RecordingKeeper:
         self._moved.clear()
 
     def _name(self, path: Path, number: int) -> Path:
-        own = path.name.startswith(f"{self._stem}.")  # the target of a link may have another name
-        return numbered(path, number, self._stem if own else None)
+        has_own_name = path.name.startswith(f"{self._stem}.")  # the target of a link may have another name
+        return numbered(path, number, self._stem if has_own_name else None)
 
     def _is_taken(self, number: int) -> bool:
         return any(self._name(path, number).exists() for path in self._paths)
@@ -130,9 +130,9 @@ def _alike(one: Path, other: Path) -> bool:
 
 def begin_alike(one: Path, other: Path, size: int) -> bool:
     """Return whether the first bytes of two files are the same."""
-    with one.open("rb") as a, other.open("rb") as b:
+    with one.open("rb") as file_a, other.open("rb") as file_b:
         for start in range(0, size, _COMPARED_BYTES):
             length = min(_COMPARED_BYTES, size - start)
-            if a.read(length) != b.read(length):
+            if file_a.read(length) != file_b.read(length):
                 return False
     return True

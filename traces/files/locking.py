@@ -49,8 +49,8 @@ def beside(path: Path, ending: str) -> Path:
     '.tags.json.lock'
     """
     name = os.fsencode(path.name)
-    own = path.name if len(name) <= _NAME_BYTES else hashlib.sha256(name).hexdigest()
-    return path.with_name(f".{own}.{ending}")
+    own_name = path.name if len(name) <= _NAME_BYTES else hashlib.sha256(name).hexdigest()
+    return path.with_name(f".{own_name}.{ending}")
 
 
 def could_lock(number: int, *, shared: bool = False) -> bool:

@@ -39,14 +39,14 @@ class Presence:
     def loss(self, size: int) -> str | None:
         """Return what happened to the file, which should have `size` bytes; None if it is intact."""
         self.look(size)
-        own = os.fstat(self._number)
+        own_status = os.fstat(self._number)
         try:
-            there = os.stat(self._path)
+            path_status = os.stat(self._path)
         except OSError:
             return "it was removed or renamed by another program while it was being recorded"
-        if (there.st_dev, there.st_ino) != (own.st_dev, own.st_ino):
+        if (path_status.st_dev, path_status.st_ino) != (own_status.st_dev, own_status.st_ino):
             return "it was replaced by another program while it was being recorded"
-        if self._is_cut or own.st_size != size or self._begins_otherwise():
+        if self._is_cut or own_status.st_size != size or self._begins_otherwise():
             return "it was cut or overwritten by another program while it was being recorded"
         return None
 

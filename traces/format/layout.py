@@ -49,8 +49,8 @@ class SlotInfo:
             object.__setattr__(self, "words", words)
         kind = KINDS.get(self.module)
         if kind is not None and kind.has_members:
-            known = replace(self.words, card=kind.name, data_bits=kind.data_bits)
-            object.__setattr__(self, "words", known)
+            card_words = replace(self.words, card=kind.name, data_bits=kind.data_bits)
+            object.__setattr__(self, "words", card_words)
 
     @property
     def is_stepper(self) -> bool:

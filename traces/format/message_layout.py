@@ -17,8 +17,8 @@ def message_layout(
     >>> message_layout(32).itemsize
     75
     """
-    more: list[Any] = [] if tags is None else [(FIELD, tags)]
-    more += [] if rest is None else [("rest", rest)]
+    tag_fields: list[Any] = [] if tags is None else [(FIELD, tags)]
+    tag_fields += [] if rest is None else [("rest", rest)]
     return np.dtype(
         [
             ("opcode", "u1"),
@@ -31,6 +31,6 @@ def message_layout(
             ("scan", "<u4"),
             ("flags", "<u4"),
             ("images", f"V{image_bytes}"),
-            *more,
+            *tag_fields,
         ]
     )

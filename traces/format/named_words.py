@@ -66,7 +66,7 @@ def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
 def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
     """Return the fields of a schema, and the lines of its messages by name."""
     head, *messages = text.split(f"{SEPARATOR}\n")
-    parted = (each.splitlines() or [""] for each in messages)
+    parted = (message.splitlines() or [""] for message in messages)
     return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
 
 
@@ -97,7 +97,10 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
 
 
 def _numbers_text(words: ModuleWords) -> str:
-    numbers = [{**asdict(each), "format": each.format and each.format.value} for each in words.quantities]
+    numbers = [
+        {**asdict(quantity), "format": quantity.format and quantity.format.value}
+        for quantity in words.quantities
+    ]
     modes = None if words.modes is None else asdict(words.modes)
     return json.dumps({"errors": words.errors, "modes": modes, "quantities": numbers}, separators=(",", ":"))
 
@@ -132,7 +135,7 @@ def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
     try:
         data = json_value(text)
         return {
-            group: {name: _place(name, at, sizes) for name, at in names.items()}
+            group: {name: _place(name, place, sizes) for name, place in names.items()}
             for group, names in data.items()
         }
     except (AttributeError, TypeError, ValueError) as error:

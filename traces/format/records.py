@@ -155,15 +155,17 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
     """Decompress a chunk, up to the size in its head and up to the limit."""
     if chunk.compression not in _UNPACK:
         raise ValueError(f"compression {chunk.compression!r} is not known")
-    size, most = chunk.uncompressed_size, limits().chunk_bytes
+    size, most_bytes = chunk.uncompressed_size, limits().chunk_bytes
     if chunk.compression == "zstd" and frame_content_size(chunk.data) not in (-1, size):
         raise ValueError(f"it holds {frame_content_size(chunk.data):,} bytes instead of {size:,}")
-    if size > most:
-        raise TraceLimitError(f"{where} unpacks to {size:,} bytes; the limit is {most:,}", "chunk_bytes")
+    if size > most_bytes:
+        raise TraceLimitError(
+            f"{where} unpacks to {size:,} bytes; the limit is {most_bytes:,}", "chunk_bytes"
+        )
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
     if len(data) != size:
-        more = "more than " if len(data) > size else ""
-        raise ValueError(f"it holds {more}{min(len(data), size):,} bytes instead of {size:,}")
+        prefix = "more than " if len(data) > size else ""
+        raise ValueError(f"it holds {prefix}{min(len(data), size):,} bytes instead of {size:,}")
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise ValueError("its CRC does not fit")
     return data
@@ -171,8 +173,8 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
 
 def _unpack_zstd(data: bytes, most: int) -> bytes:
     if frame_content_size(data) >= 0:  # no more than `most`, as the caller has checked
-        whole: bytes = ZstdDecompressor().decompress(data)
-        return whole
+        content: bytes = ZstdDecompressor().decompress(data)
+        return content
     return _beginning_of_zstd(data, most)
 
 
@@ -188,12 +190,12 @@ def unpacked(data: bytes, most: int) -> bytes:
         ValueError: it has more than `most` bytes, or is damaged.
     """
     try:
-        found = _beginning_of_zstd(data, most + 1)
+        content = _beginning_of_zstd(data, most + 1)
     except ZstdError as error:
         raise ValueError(str(error)) from error
-    if len(found) > most:
+    if len(content) > most:
         raise ValueError(f"it unpacks to more than {most:,} bytes")
-    return found
+    return content
 
 
 def _unpack_lz4(data: bytes, most: int) -> bytes:

@@ -152,13 +152,13 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
         return None
     if any(messages.get(name) != lines for name, lines in known_messages.items()):
         return None
-    *_, before = leaves(known_fields, messages, 0)
+    *_, last_known = leaves(known_fields, messages, 0)
     end = 0
     for count, leaf in enumerate(leaves(fields, messages, 0)):
         end = leaf.end
-        if count >= LEAVES_MAX or end - before.end > REST_BYTES_MAX:
+        if count >= LEAVES_MAX or end - last_known.end > REST_BYTES_MAX:
             raise ValueError(f"they are more than {LEAVES_MAX:,} values or {REST_BYTES_MAX:,} bytes")
-    return end - before.end
+    return end - last_known.end
 
 
 def _message(name: str, fields: Sequence[str]) -> list[str]:

@@ -82,7 +82,7 @@ FORMATS: Mapping[str, Format] = {
 }
 """Formats by type of tag, widest first."""
 
-_TYPES = {each.ros: name for name, each in FORMATS.items() if name != "TEXT"}
+_TYPES = {tag_format.ros: name for name, tag_format in FORMATS.items() if name != "TEXT"}
 _HASH_DIGITS = 12
 _NAMES_DIGITS = 8
 _FIELD = re.compile(
@@ -263,8 +263,8 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
             f"the tags have {values:,} values in {size:,} bytes; "
             f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
         )
-    taken = set(kwlist)  # readers in Python turn fields into attributes
-    fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
+    taken_names = set(kwlist)  # readers in Python turn fields into attributes
+    fields = [TagField(tag, field_name(tag.name, taken_names), _constants(tag.names)) for tag in tags]
     return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
 
 
@@ -294,7 +294,7 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:
         raise ValueError(f"{line!r} is of no type that a tag has")
-    constants = tuple(each.split(" ")[1].partition("=")[0] for each in bodies[kind][:-1])
+    constants = tuple(body.split(" ")[1].partition("=")[0] for body in bodies[kind][:-1])
     return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
 
 
@@ -312,17 +312,17 @@ def field_name(name: str, taken: set[str]) -> str:
     text = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", text)
     stem = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_") or "tag"
     stem = f"t_{stem}" if stem[0].isdigit() else stem
-    found, number = stem, 1
-    while found in taken:
+    candidate, number = stem, 1
+    while candidate in taken:
         number += 1
-        found = f"{stem}_{number}"
-    taken.add(found)
-    return found
+        candidate = f"{stem}_{number}"
+    taken.add(candidate)
+    return candidate
 
 
 def _constants(names: Sequence[str]) -> tuple[str, ...]:
-    taken: set[str] = set()
-    return tuple(field_name(name, taken).upper() for name in names)
+    taken_names: set[str] = set()
+    return tuple(field_name(name, taken_names).upper() for name in names)
 
 
 def _constant_lines(constants: Sequence[str]) -> list[str]:

@@ -61,8 +61,10 @@ class ChangeFinder:
 
 def bit_changes(slot: int, direction: str, words: ModuleWords) -> ChangeFinder:
     """Return the finder of changes in an image, of words up to the last one with named bits."""
-    named = [at for names in words.groups.values() for at in names.values() if _is_in(at, direction)]
-    watched = 1 + max((at.word for at in named), default=0)
+    named_places = [
+        place for names in words.groups.values() for place in names.values() if _is_in(place, direction)
+    ]
+    watched = 1 + max((place.word for place in named_places), default=0)
     return ChangeFinder(partial(Block.image, slot=slot, direction=direction), watched)
 
 

@@ -38,8 +38,8 @@ class Chart(Generic[C]):
 
 def groups_of(chart: Chart[C]) -> list[str]:
     """Return the kinds of bits on a chart, from top to bottom."""
-    there = {lane.group for panel in chart.panels for lane in (*panel.lanes, *panel.steady)}
-    return [group for group in GROUPS if group in there]
+    present = {lane.group for panel in chart.panels for lane in (*panel.lanes, *panel.steady)}
+    return [group for group in GROUPS if group in present]
 
 
 class NothingToPlotError(ValueError):
@@ -134,8 +134,8 @@ def read_chart(
         program.add(block)
     happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
     apart = _marks_apart(happened, tracks) if choice.signals else []
-    rest = [mark for mark in happened if mark not in apart]
-    panels = [track.panel(marks_of(rest, track.slot, tracks[0].slot)) for track in tracks]
+    shared_marks = [mark for mark in happened if mark not in apart]
+    panels = [track.panel(marks_of(shared_marks, track.slot, tracks[0].slot)) for track in tracks]
     if choice.signals:
         panels.append(program.panel(apart))
     return Chart(
@@ -173,10 +173,10 @@ def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
     stem = f"slot{slot.number}"
     if slot.words.is_axis:
         return [("position, steps", f"{stem}.in.position"), ("speed, steps/s", f"{stem}.speed")]
-    named = (("in", slot.words.inputs), ("out", slot.words.outputs))
+    named_words = (("in", slot.words.inputs), ("out", slot.words.outputs))
     return [
         (name, f"{stem}.{direction}.{name}")
-        for direction, names in named
+        for direction, names in named_words
         for name in names
         if not _PLAIN.fullmatch(name)
     ]

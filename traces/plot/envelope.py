@@ -48,10 +48,12 @@ class Envelope:
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
         """Add the values of a block; a value that is not finite counts as missing."""
         values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
-        rest = _stack(self._rest, (time_ns, values, values))
-        whole = len(rest[0]) // self._per_group * self._per_group
-        self._rest = tuple(column[whole:] for column in rest)
-        self._groups = _stack(self._groups, _grouped(tuple(c[:whole] for c in rest), self._per_group))
+        waiting = _stack(self._rest, (time_ns, values, values))
+        grouped_rows = len(waiting[0]) // self._per_group * self._per_group
+        self._rest = tuple(column[grouped_rows:] for column in waiting)
+        self._groups = _stack(
+            self._groups, _grouped(tuple(column[:grouped_rows] for column in waiting), self._per_group)
+        )
         while len(self._groups[0]) > GROUPS_MAX:
             self._double()
 
@@ -65,7 +67,7 @@ class Envelope:
     def _double(self) -> None:
         odd = len(self._groups[0]) % 2
         last = tuple(column[len(column) - odd :] for column in self._groups)
-        self._groups = _grouped(tuple(c[: len(c) - odd] for c in self._groups), 2)
+        self._groups = _grouped(tuple(column[: len(column) - odd] for column in self._groups), 2)
         # an odd group at the end is kept with the scans that do not fill a group yet
         self._rest = _stack(last, self._rest)
         self._per_group *= 2

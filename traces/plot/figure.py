@@ -142,17 +142,17 @@ def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
     figure.text(LEFT / WIDTH, 1 - 0.24 / height, chart.title, size=12, weight="bold", va="center")
     about = time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
     figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
-    at = LEFT / WIDTH
+    left = LEFT / WIDTH
     for group in groups_of(chart):
         color = colors.LANES[group]
         text = f"■ {_GROUP_TITLES[group]}"
-        figure.text(at, 1 - 0.48 / height, text, size=NAME_SIZE, color=color, va="center")
-        at += (0.2 + 0.07 * len(text)) / WIDTH
+        figure.text(left, 1 - 0.48 / height, text, size=NAME_SIZE, color=color, va="center")
+        left += (0.2 + 0.07 * len(text)) / WIDTH
     ramps = zip(RAMP_STATES, colors.RAMP, strict=True)
     for state, color in list(ramps)[1:] if any(panel.ramp for panel in chart.panels) else ():
-        figure.text(at, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=color, va="center")
-        figure.text(at + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
-        at += (0.36 + 0.07 * len(state)) / WIDTH
+        figure.text(left, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=color, va="center")
+        figure.text(left + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
+        left += (0.36 + 0.07 * len(state)) / WIDTH
 
 
 _GROUP_TITLES = {
@@ -240,10 +240,10 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
         _draw_label(axes, label, 0.16 + 0.29 * label.row)
     name = f"{panel.name}  {panel.about}"
     axes.text(-0.145, 0.62 if panel.marks else 0.5, name, transform=axes.transAxes, size=9.5, weight="bold")
-    untold = len(panel.marks) - len(labels)
-    if untold:
-        more = "more mark" if untold == 1 else "more marks"
-        axes.text(-0.145, 0.25, f"{untold:,} {more}", transform=axes.transAxes, size=LABEL_SIZE)
+    unlabeled = len(panel.marks) - len(labels)
+    if unlabeled:
+        noun = "more mark" if unlabeled == 1 else "more marks"
+        axes.text(-0.145, 0.25, f"{unlabeled:,} {noun}", transform=axes.transAxes, size=LABEL_SIZE)
 
 
 def _draw_label(axes: Any, label: Label, height: float) -> None:

@@ -51,9 +51,9 @@ def _name_color(lane: Lane) -> str:
 
 
 def _write(axes: Any, text: str, time_ns: int, row: int) -> None:
-    at = (time_ns, row + 0.5)
+    point = (time_ns, row + 0.5)
     style = {"size": LABEL_SIZE, "color": colors.INK, "va": "center_baseline"}
-    axes.annotate(text, at, xytext=(3, 0), textcoords="offset points", **style)
+    axes.annotate(text, point, xytext=(3, 0), textcoords="offset points", **style)
 
 
 def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:

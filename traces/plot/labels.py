@@ -35,18 +35,18 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
         rows: number of rows of labels.
     """
     span = max(1, end_ns - start_ns)
-    taken: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
+    taken_spans: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
     labels = []
     for mark in sorted(_folded(marks), key=lambda mark: KINDS.index(mark.kind)):
         left, wide = (mark.time_ns - start_ns) / span, len(mark.label) * letter
-        before = left + wide > 1
-        left -= wide * before
+        is_before = left + wide > 1
+        left -= wide * is_before
         right = left + wide
-        for row, spans in enumerate(taken):
+        for row, spans in enumerate(taken_spans):
             gap = GAP * letter
             if left >= 0 and all(right + gap <= begin or left >= end + gap for begin, end in spans):
                 spans.append((left, right))
-                labels.append(Label(mark, row, before))
+                labels.append(Label(mark, row, is_before))
                 break
     return labels
 
@@ -68,10 +68,10 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
     """
     line = ""
     for name, value in pairs:
-        more = f"{name} {value}"
-        if line and len(line) + len(more) > letters:
+        entry = f"{name} {value}"
+        if line and len(line) + len(entry) > letters:
             return f"{line}…"
-        line += f"{more}   "
+        line += f"{entry}   "
     return line.rstrip()
 
 

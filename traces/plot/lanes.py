@@ -86,9 +86,9 @@ def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[La
     lanes = []
     for image, changes, group in (("I", inputs, "input"), ("O", outputs, "output")):
         for names in words.groups.values():
-            for name, at in names.items():
-                if at.image == image:
-                    lanes.append(_lane(name, group, changes, changes.values[:, at.word] >> at.bit & 1))
+            for name, place in names.items():
+                if place.image == image:
+                    lanes.append(_lane(name, group, changes, changes.values[:, place.word] >> place.bit & 1))
     return lanes
 
 

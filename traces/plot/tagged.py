@@ -69,25 +69,25 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
         ValueError: a pattern matches a signal that is no tag, or the patterns match more than CHOSEN_MAX
             tags.
     """
-    known = catalog.tags
+    tag_signals = catalog.tags
     if patterns:
-        return _matching(catalog, known, patterns)
-    if len(_fitting(known)) < len(known):
-        moving = _changing(trace, known, selection)
-        return Choice(shown := _fitting(moving), len(known) - len(shown))
-    return Choice(known, 0)
+        return _matching(catalog, tag_signals, patterns)
+    if len(_fitting(tag_signals)) < len(tag_signals):
+        moving = _changing(trace, tag_signals, selection)
+        return Choice(shown_signals := _fitting(moving), len(tag_signals) - len(shown_signals))
+    return Choice(tag_signals, 0)
 
 
 def _matching(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
-    chosen: dict[str, Signal] = {}
+    signals: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
             raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
-        chosen |= {signal.name: signal for signal in matches}
-    if len(chosen) > CHOSEN_MAX:
-        raise ValueError(f"{', '.join(patterns)}: {len(chosen):,} tags; a chart shows {CHOSEN_MAX} at most")
-    return Choice(list(chosen.values()), sum(signal.name not in chosen for signal in known))
+        signals |= {signal.name: signal for signal in matches}
+    if len(signals) > CHOSEN_MAX:
+        raise ValueError(f"{', '.join(patterns)}: {len(signals):,} tags; a chart shows {CHOSEN_MAX} at most")
+    return Choice(list(signals.values()), sum(signal.name not in signals for signal in known))
 
 
 def _some(known: Sequence[Signal]) -> str:
@@ -98,12 +98,12 @@ def _some(known: Sequence[Signal]) -> str:
 def _fitting(signals: Sequence[Signal]) -> list[Signal]:
     """Return the first signals, as many as stay legible on a chart."""
     room = {True: CURVES_MAX, False: ROWS_MAX}
-    taken: Counter[bool] = Counter()
+    taken_count: Counter[bool] = Counter()
     fitting = []
     for signal in signals:
         is_curve = signal.kind is SignalKind.NUMBER
-        taken[is_curve] += 1
-        if taken[is_curve] <= room[is_curve]:
+        taken_count[is_curve] += 1
+        if taken_count[is_curve] <= room[is_curve]:
             fitting.append(signal)
     return fitting
 
@@ -112,9 +112,9 @@ def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> 
     """Return the signals that have more than one value, in the same order."""
     watched = {signal.name: SteadyCheck(signal) for signal in signals}
     for block in blocks(trace, selection):
-        for each in watched.values():
-            if each.same:
-                each.add(each.signal.read(block))
+        for curve in watched.values():
+            if curve.same:
+                curve.add(curve.signal.read(block))
     return [signal for signal in signals if not watched[signal.name].same]
 
 
@@ -148,9 +148,9 @@ class TagTracks(Generic[C]):
         self._choice = choice
         self._outside = ChangeFinder(outside.read)
         numbers = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
-        others = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
+        other_signals = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
         self._curves = [(SteadyCheck(signal), maker()) for signal in numbers]
-        self._steps = [(signal, ChangeFinder(signal.read)) for signal in others]
+        self._steps = [(signal, ChangeFinder(signal.read)) for signal in other_signals]
 
     def add(self, block: Block) -> None:
         """Add a block."""
@@ -187,7 +187,7 @@ class TagTracks(Generic[C]):
         return [
             *((band.name, band.text(int(band.value[0]))) for band in bands),
             *((lane.name, "on" if lane.value[0] else "off") for lane in lanes),
-            *((_title(each.signal), _number(each)) for each, _ in self._curves if each.same),
+            *((_title(curve.signal), _number(curve)) for curve, _ in self._curves if curve.same),
         ]
 
 

@@ -50,8 +50,8 @@ def label(time_ns: int, step_ns: int, unit: str) -> str:
     ('1.5', '1:30:00')
     """
     decimals = next((power for power in range(9) if step_ns % 10 ** (9 - power) == 0), 9)
-    seconds, rest = divmod(time_ns, _S)
-    fraction = f".{rest:09d}"[: decimals + 1] if decimals else ""
+    seconds, fraction_ns = divmod(time_ns, _S)
+    fraction = f".{fraction_ns:09d}"[: decimals + 1] if decimals else ""
     if unit == "s":
         return f"{seconds}{fraction}"
     minutes, seconds = divmod(seconds, 60)
@@ -69,6 +69,6 @@ def about(first: int, last: int, start_ns: int, end_ns: int) -> str:
     >>> about(0, 3_600_000, 0, 7_200_000_000_000)
     'scans 0 to 3,600,000, 0:00:00.000 to 2:00:00.000 h:min:s of machine time'
     """
-    shown = unit(start_ns, end_ns)
-    start, end = (label(time_ns, 1_000_000, shown) for time_ns in (start_ns, end_ns))
-    return f"scans {first:,} to {last:,}, {start} to {end} {shown} of machine time"
+    shown_unit = unit(start_ns, end_ns)
+    start, end = (label(time_ns, 1_000_000, shown_unit) for time_ns in (start_ns, end_ns))
+    return f"scans {first:,} to {last:,}, {start} to {end} {shown_unit} of machine time"

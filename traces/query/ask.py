@@ -40,10 +40,10 @@ def query(
         UnknownSignalError: an unknown signal in `show`.
     """
     catalog = Catalog.of(trace)
-    asked = parse(text, catalog)
-    shown = [catalog[name] for name in show]
-    reading = _Reading(asked, shown)
-    measured = any(each.kind is SignalKind.MEASURED for each in (*asked.signals, *shown))
+    parsed = parse(text, catalog)
+    shown_signals = [catalog[name] for name in show]
+    reading = _Reading(parsed, shown_signals)
+    measured = any(signal.kind is SignalKind.MEASURED for signal in (*parsed.signals, *shown_signals))
     try:
         for block in blocks(trace, progress=progress, measured=measured):
             reading.add(block)
@@ -52,9 +52,9 @@ def query(
     except OverflowError as error:
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     rows = reading.rows
-    occurrences = asked.pattern(reading.stretches, rows)
-    chosen = occurrences.some(_PICKS[asked.aggregate](occurrences, rows))
-    return Answer(asked.aggregate, len(occurrences), tuple(_occurrences(chosen, reading)))
+    occurrences = parsed.pattern(reading.stretches, rows)
+    chosen_occurrences = occurrences.some(_PICKS[parsed.aggregate](occurrences, rows))
+    return Answer(parsed.aggregate, len(occurrences), tuple(_occurrences(chosen_occurrences, reading)))
 
 
 class _Reading:
@@ -68,15 +68,15 @@ class _Reading:
         self._columns: list[list[Column]] = [[] for _ in shown]  # values of the signals in these rows
 
     def add(self, block: Block) -> None:
-        chosen = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
-        values = {name: signal.read(block) for name, signal in chosen.items()}
+        signals = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
+        values = {name: signal.read(block) for name, signal in signals.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
-        before, begins = self.stretches[0].rows, []
+        rows_before, begins = self.stretches[0].rows, []
         for stretches, holds in zip(self.stretches, self._question.conditions, strict=True):
             begins.append(stretches.add(holds(scans)))
         self.rows.add(scans.scan, scans.time_ns)
         if self._shown and len(begins[0]):
-            self._begins.append(begins[0] + before)
+            self._begins.append(begins[0] + rows_before)
             for column, signal in zip(self._columns, self._shown, strict=True):
                 column.append(scans.column(signal)[begins[0]])
 
@@ -86,9 +86,9 @@ class _Reading:
             yield from ({} for _ in rows)
             return
         places = np.searchsorted(np.concatenate(self._begins), rows)
-        columns = [_values(joined(each)[places]) for each in self._columns]
+        columns = [_values(joined(column)[places]) for column in self._columns]
         names = [signal.name for signal in self._shown]
-        yield from (dict(zip(names, each, strict=True)) for each in zip(*columns, strict=True))
+        yield from (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
 
 
 def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
@@ -117,8 +117,8 @@ def _occurrences(occurrences: Occurrences, reading: _Reading) -> Iterable[Occurr
         rows.time_ns(occurrences.end),
         occurrences.open,
     )
-    each = zip(*(column.tolist() for column in columns), reading.shown(occurrences.first), strict=True)
-    yield from (Occurrence(*fields) for fields in each)
+    row_fields = zip(*(column.tolist() for column in columns), reading.shown(occurrences.first), strict=True)
+    yield from (Occurrence(*fields) for fields in row_fields)
 
 
 def _values(column: Column) -> Iterable[int | float | bool | None]:

@@ -67,7 +67,8 @@ def joined(parts: Sequence[Any]) -> Any:
     """Join columns of the same kind."""
     if isinstance(parts[0], Numbers):
         return Numbers(
-            np.concatenate([each.values for each in parts]), np.concatenate([each.none for each in parts])
+            np.concatenate([column.values for column in parts]),
+            np.concatenate([column.none for column in parts]),
         )
     return np.concatenate(parts)
 

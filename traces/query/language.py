@@ -94,8 +94,8 @@ def _place(text: str, error: UnexpectedInput) -> str:
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
         return f"column {column_of(error.token)}: {str(error.token)!r} is unexpected"
-    at = int(getattr(error, "pos_in_stream", 0))
-    return f"column {at + 1}: {text[at]!r} is unexpected"
+    position = int(getattr(error, "pos_in_stream", 0))
+    return f"column {position + 1}: {text[position]!r} is unexpected"
 
 
 def _allowed(error: UnexpectedInput) -> str:
@@ -129,10 +129,10 @@ _EDGES: Mapping[str, Callable[[Any], Condition]] = {
 
 def _query(pattern: Pattern, *conditions: Expression) -> Query:
     """Make a query from its conditions."""
-    for each in conditions:
-        want(each, Type.CONDITION)
-    signals = tuple(signal for each in conditions for signal in each.signals)
-    return Query(None, tuple(each.evaluate for each in conditions), pattern, signals)
+    for condition in conditions:
+        want(condition, Type.CONDITION)
+    signals = tuple(signal for term in conditions for signal in term.signals)
+    return Query(None, tuple(term.evaluate for term in conditions), pattern, signals)
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:

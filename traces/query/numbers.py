@@ -100,7 +100,7 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
     [False]
     """
     values = left.values, right.values
-    kinds = {each.dtype.kind for each in values}
+    kinds = {operand.dtype.kind for operand in values}
     if len(kinds) > 1 and not ("O" not in kinds and all(map(_exact_as_float, values))):
         values = values[0].astype(object), values[1].astype(object)
     result: Condition = operator(*values).astype(bool)
@@ -131,8 +131,8 @@ def changed(numbers: Numbers) -> Condition:
     [False, False, True, False, True]
     """
     result = np.zeros(len(numbers), bool)
-    now, before = numbers[1:], numbers[:-1]
-    result[1:] = compared(ne, now, before) | (now.none != before.none)
+    current, previous = numbers[1:], numbers[:-1]
+    result[1:] = compared(ne, current, previous) | (current.none != previous.none)
     return result
 
 
@@ -150,7 +150,7 @@ def _fits(operator: Operator, left: Array, right: Array) -> bool:
         return False
     if not len(left):
         return True
-    corners = product(*((int(each.min()), int(each.max())) for each in (left, right)))
+    corners = product(*((int(operand.min()), int(operand.max())) for operand in (left, right)))
     return all(_LEAST <= operator(*corner) <= _MOST for corner in corners)
 
 

@@ -92,10 +92,10 @@ def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
     (condition,) = conditions
     first, end = condition.first, condition.end
     still = len(first) - len(end)  # 1 if the condition holds in the last scan, else 0
-    rest = [condition.rows - 1] * still
+    still_rows = [condition.rows - 1] * still
     open_ = np.zeros(len(first), bool)
     open_[len(first) - still :] = True
-    last, end = (np.concatenate((each, rest)).astype(np.int64) for each in (end - 1, end))
+    last, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
     return Occurrences(first, last, end, open_)
 
 

@@ -40,14 +40,14 @@ class EvenSteps:
     def at(self, rows: Column) -> Column:
         """Return the values in some rows, given in order."""
         begins, values, steps = (
-            np.array(each, np.int64) for each in (self._begins, self._values, self._steps)
+            np.array(column, np.int64) for column in (self._begins, self._values, self._steps)
         )
         block = np.searchsorted(begins, rows, "right") - 1
-        found: Column = values[block] + (rows - begins[block]) * steps[block]
+        result: Column = values[block] + (rows - begins[block]) * steps[block]
         for number, uneven in self._uneven.items():
-            own = slice(*np.searchsorted(block, (number, number + 1)))
-            found[own] = uneven[rows[own] - begins[number]]
-        return found
+            own_rows = slice(*np.searchsorted(block, (number, number + 1)))
+            result[own_rows] = uneven[rows[own_rows] - begins[number]]
+        return result
 
 
 class RowIndex:

@@ -71,8 +71,8 @@ def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[Trace
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         parts, events = trace.scans_and_events(section)
-        whole = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
-        yield nothing if whole is None else _columns(whole), events
+        joined_parts = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
+        yield nothing if joined_parts is None else _columns(joined_parts), events
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
@@ -92,8 +92,8 @@ def scan_at(trace: Trace, number: int) -> Scan:
             if place < len(rows) and rows["scan"][place] == number:
                 return next(trace.as_scans(rows[place : place + 1]))
     ends = extent(trace)
-    held = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
-    raise ValueError(f"the trace has no scan {number}; {held}")
+    content = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
+    raise ValueError(f"the trace has no scan {number}; {content}")
 
 
 def extent(trace: Trace) -> Columns:

@@ -54,8 +54,8 @@ class Row:
     @property
     def cells(self) -> tuple[str, ...]:
         """Its texts under `ROW_TITLES`; empty where it has no value."""
-        numbers = ["" if each is None else str(each) for each in (self.scan, self.slot)]
-        reports = ["" if each is None else f"{each:,}" for each in (self.position, self.encoder)]
+        numbers = ["" if number is None else str(number) for number in (self.scan, self.slot)]
+        reports = ["" if number is None else f"{number:,}" for number in (self.position, self.encoder)]
         time = "" if self.now_ns is None else seconds_column(self.now_ns)
         return (numbers[0], time, numbers[1], self.direction, *reports, self.text)
 
@@ -89,7 +89,7 @@ class ChangeRows:
         layout = block_layout(slots)
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
         reporting = (_reporting(slot, place.inputs.start) for slot, place in self._slots)
-        self._reporting = [each for each in reporting if each is not None]
+        self._reporting = [report for report in reporting if report is not None]
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(layout.size)
@@ -103,8 +103,8 @@ class ChangeRows:
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
             return
-        same = scan.flags == self._flags and not tags
-        if not self._every and same and self._only_reports_differ(scan.memory):
+        same_flags = scan.flags == self._flags and not tags
+        if not self._every and same_flags and self._only_reports_differ(scan.memory):
             self._fold(scan.memory)
         else:
             yield from self.rest()
@@ -127,13 +127,15 @@ class ChangeRows:
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
-        kept, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
-        befores = as_scans(scans[np.maximum(kept - 1, 0)])
+        kept_places, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
+        befores = as_scans(scans[np.maximum(kept_places - 1, 0)])
         start = 0
-        for place, before, scan in zip(kept.tolist(), befores, as_scans(scans[kept]), strict=True):
+        for place, scan_before, scan in zip(
+            kept_places.tolist(), befores, as_scans(scans[kept_places]), strict=True
+        ):
             self._fold_all(folded, moved, slice(start, place))
             if place:
-                self.skip(before)
+                self.skip(scan_before)
             yield from self.rows(scan)
             start = place
         self._fold_all(folded, moved, slice(start, len(scans)))
@@ -157,15 +159,19 @@ class ChangeRows:
         changed = differs.any(axis=1) | flags | tags
         counted = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
         configured = np.zeros(len(scans), bool)
-        for each in self._reporting:
-            configured |= words[:, each.status // 2] < 0  # MODE_CONFIG is bit 15
-            for name, span in each.spans.items():
+        for report in self._reporting:
+            configured |= words[:, report.status // 2] < 0  # MODE_CONFIG is bit 15
+            for name, span in report.spans.items():
                 counted[name][span.start // 2 : span.stop // 2] = True
-        kept = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
-        folded = changed & ~(kept | flags | configured | tags)
+        kept_rows = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
+        folded = changed & ~(kept_rows | flags | configured | tags)
         if self._every:
             folded[:] = False
-        return changed, folded, {name: np.any(differs[:, each], axis=1) for name, each in counted.items()}
+        return (
+            changed,
+            folded,
+            {name: np.any(differs[:, columns], axis=1) for name, columns in counted.items()},
+        )
 
     def _fold_all(
         self, folded: NDArray[np.bool_], moved: Mapping[str, NDArray[np.bool_]], span: slice
@@ -194,10 +200,10 @@ class ChangeRows:
     def _only_reports_differ(self, memory: bytes) -> bool:
         """Return whether only words that report a position or count have changed."""
         start = 0
-        for each in self._reporting:
-            if memory[each.status] & _MODE_CONFIG_HIGH:
+        for report in self._reporting:
+            if memory[report.status] & _MODE_CONFIG_HIGH:
                 return False  # in configuration mode these words mirror the configuration
-            for span in each.spans.values():
+            for span in report.spans.values():
                 if memory[start : span.start] != self._memory[start : span.start]:
                     return False
                 start = span.stop
@@ -205,8 +211,8 @@ class ChangeRows:
 
     def _fold(self, memory: bytes) -> None:
         self._folded += 1
-        for each in self._reporting:
-            for name, span in each.spans.items():
+        for report in self._reporting:
+            for name, span in report.spans.items():
                 if memory[span] != self._memory[span]:
                     self._folded_what[name] = True
 
@@ -221,10 +227,12 @@ class ChangeRows:
                     yield self._row(scan, slot, direction, image)
 
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
-        both = self._memory, scan.memory
-        before, after = (memoryview(memory)[image].cast("h").tolist() for memory in both)
-        position, encoder = self._reported(scan.scan, slot, direction, after)
-        text = module_text(slot, direction, before, after, self._formats.reader(slot.number, scan.scan))
+        memories = self._memory, scan.memory
+        words_before, words_after = (memoryview(memory)[image].cast("h").tolist() for memory in memories)
+        position, encoder = self._reported(scan.scan, slot, direction, words_after)
+        text = module_text(
+            slot, direction, words_before, words_after, self._formats.reader(slot.number, scan.scan)
+        )
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
     def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:
@@ -233,7 +241,7 @@ class ChangeRows:
             return [None] * len(_REPORTS)
         quantities = map(slot.words.quantity, _REPORTS)
         value = self._formats.reader(slot.number, scan)
-        return [None if each is None else value(each, words) for each in quantities]
+        return [None if quantity is None else value(quantity, words) for quantity in quantities]
 
 
 def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
@@ -242,11 +250,11 @@ def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
     Args:
         start: first byte of its input image in the memory block.
     """
-    quantities = {what: slot.words.quantity(name) for name, what in _REPORTS.items()}
+    quantities = {role: slot.words.quantity(name) for name, role in _REPORTS.items()}
     spans = {
-        what: slice(start + 2 * each.word, start + 2 * (each.word + each.words))
-        for what, each in quantities.items()
-        if each is not None
+        role: slice(start + 2 * quantity.word, start + 2 * (quantity.word + quantity.words))
+        for role, quantity in quantities.items()
+        if quantity is not None
     }
     modes = slot.words.modes
     return None if modes is None or not spans else _Reporting(start + 2 * modes.input + 1, spans)

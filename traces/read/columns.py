@@ -104,8 +104,8 @@ class Selection:
     def has(self, scan: Any, time_ns: Any) -> Any:
         """Return whether the selection includes a scan; for columns, a column of answers."""
         after = (scan >= self.first) & (time_ns >= self.start_ns)
-        before = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
-        return after & before
+        until_end = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
+        return after & until_end
 
     def says(self) -> str:
         """Return the selection as text, for a message.

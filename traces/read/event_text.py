@@ -69,9 +69,9 @@ def _forces(_: int, fields: Mapping[str, object]) -> str:
 
 
 def _fault(_: int, fields: Mapping[str, object]) -> str:
-    where = f" [{fields['where']}]" if fields.get("where") else ""
+    location = f" [{fields['where']}]" if fields.get("where") else ""
     cause = f", by the {fields['cause']}" if fields.get("cause") else ""
-    return f"the CPU faulted{cause}: {fields.get('text', '')}{where}"
+    return f"the CPU faulted{cause}: {fields.get('text', '')}{location}"
 
 
 def _sequence(_: int, fields: Mapping[str, object]) -> str:

@@ -63,13 +63,13 @@ def find_records(
         if trouble == UNDER_WAY:
             return spans, [*notes, trouble]
         last_start, last_end = _last(spans)
-        what, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
+        target, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
         if next_place is None:
-            what, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
+            target, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
         if next_place is None:
             return spans, [*notes, trouble]
         if next_place > last_end:
-            notes.append(Damage(f"damaged at byte {last_end:,}; the {what} is at byte {next_place:,}"))
+            notes.append(Damage(f"damaged at byte {last_end:,}; the {target} is at byte {next_place:,}"))
         offset = next_place
     return spans, notes
 
@@ -202,11 +202,11 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     if not recorded_crc:
         return None
     file.seek(0)
-    rest = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
+    end = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
     crc = 0
-    while rest and (data := file.read(min(rest, _SEARCH_BYTES))):
+    while end and (data := file.read(min(end, _SEARCH_BYTES))):
         crc = zlib.crc32(data, crc)
-        rest -= len(data)
+        end -= len(data)
     return None if crc == recorded_crc else DATA_DAMAGE
 
 
@@ -222,19 +222,19 @@ def _last(spans: Sequence[Span]) -> tuple[int, int]:
 
 def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
     """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
-    before = b""
+    overlap = b""
     file.seek(start + _CHUNK_NAME)
     place = start + _CHUNK_NAME
-    while data := before + file.read(_SEARCH_BYTES):
+    while data := overlap + file.read(_SEARCH_BYTES):
         for match in _COMPRESSION.finditer(data):
             offset = place + match.start() - _CHUNK_NAME
             if _is_chunk(file, size, offset):
                 return offset
-        if len(data) == len(before):
+        if len(data) == len(overlap):
             break
-        before = data[-_COMPRESSION_BYTES_MAX:]
-        place += len(data) - len(before)
-        file.seek(place + len(before))
+        overlap = data[-_COMPRESSION_BYTES_MAX:]
+        place += len(data) - len(overlap)
+        file.seek(place + len(overlap))
     return None
 
 

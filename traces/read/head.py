@@ -65,10 +65,10 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     schema = schemas.get(channels[SCAN_TOPIC].schema_id)
     slots = _slots(metadata, schema)
     tags = _tags(metadata, schema)
-    rest = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
-    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not rest:
+    other_bytes = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
+    if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not other_bytes:
         raise TraceError("its schema lists no tags")
-    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, rest)
+    return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, other_bytes)
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
@@ -109,8 +109,8 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
     version = metadata.get("format", "")
     if version not in _FORMATS:
-        known = " or ".join(_FORMATS)
-        raise TraceError(f"its layout has format {version or 'none'}: must be {known}")
+        known_formats = " or ".join(_FORMATS)
+        raise TraceError(f"its layout has format {version or 'none'}: must be {known_formats}")
     try:
         numbers = [int(number) for number in metadata["slots"].split()]
         words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)
@@ -148,18 +148,18 @@ def _rest_bytes(
         TraceError: the fields before these bytes are unknown.
     """
     text = "" if schema is None else schema.data.decode("utf-8", "replace")
-    known = scan_schema(slots, tags)
+    own_schema = scan_schema(slots, tags)
     encoding = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
-    required = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
+    required = (MESSAGE_ENCODING, SCHEMA_ENCODING, own_schema.name)
     if encoding == required:
         return 0
     if encoding == (*required[:2], NAME_STEM + layout_of(text)):
         try:
-            rest = rest_bytes(text, known)
+            other_bytes = rest_bytes(text, own_schema)
         except ValueError as error:
             raise TraceError(f"its scans have fields after the tags: {error}") from error
-        if rest is not None:
-            return rest
+        if other_bytes is not None:
+            return other_bytes
     raise TraceError(
         f"its scans are laid out in a way this version does not know: "
         f"{' '.join(encoding) or 'no schema'}, expected {' '.join(required)}"

@@ -73,19 +73,19 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
 
 def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
     """Return other changes, depending on the mode: firmware, echoed configuration, captured value."""
-    was, now = in_configuration_mode(before), in_configuration_mode(after)
-    if now and not was:
+    was_configuring, is_configuring = in_configuration_mode(before), in_configuration_mode(after)
+    if is_configuring and not was_configuring:
         return f"firmware {after[6]}.{after[7]}"
-    if now:
+    if is_configuring:
         return "" if has_bits or list(before[:6]) == list(after[:6]) else "another configuration echoed"
-    captured = not was and tuple(before[6:]) != tuple(after[6:])
+    captured = not was_configuring and tuple(before[6:]) != tuple(after[6:])
     return f"captured {join_reported(after[6], after[7]):,}" if captured else ""
 
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
     """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
-    first, *rest = words[quantity.word : quantity.word + quantity.words]
-    return (quantity.format or NumberFormat.THOUSANDS).reported(first, rest[0]) if rest else first
+    first, *units = words[quantity.word : quantity.word + quantity.words]
+    return (quantity.format or NumberFormat.THOUSANDS).reported(first, units[0]) if units else first
 
 
 def moded_wording(
@@ -103,19 +103,21 @@ def moded_wording(
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
     if module.configures(direction, after):
-        shown = [f"{word & 0xFFFF:04X}h" for word in after[:2]] + [str(word) for word in after[2:]]
-        return f"configuration {' '.join(shown)}"
+        shown_words = [f"{word & 0xFFFF:04X}h" for word in after[:2]] + [str(word) for word in after[2:]]
+        return f"configuration {' '.join(shown_words)}"
     if module.configures(direction, before):
         before = (0,) * len(after)  # a configuration can't be compared with commands
-    was, now = (_bits_on(module, direction, words) for words in (before, after))
+    names_before, names_after = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(was, now)]
-    is_new = is_output and len(set(now) - set(was)) > 0
-    for each in module.quantities_in(direction):
-        places = slice(each.word, each.word + each.words)
+    parts = [
+        " ".join(names_after) or "no command" if is_output else risen_and_fallen(names_before, names_after)
+    ]
+    is_new = is_output and len(set(names_after) - set(names_before)) > 0
+    for quantity in module.quantities_in(direction):
+        places = slice(quantity.word, quantity.word + quantity.words)
         changed = list(after[places]) != list(before[places])
-        if not each.counts and (changed or (is_new and any(after[places]))):
-            parts.append(f"{each.name} {value(each, after):,}")
+        if not quantity.counts and (changed or (is_new and any(after[places]))):
+            parts.append(f"{quantity.name} {value(quantity, after):,}")
     return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
 
 
@@ -134,8 +136,8 @@ def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]
 
 def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
     """Return the changes in words without named bits that are no part of a quantity."""
-    known = module.covered(direction) | {each.word for each in module.quantities_in(direction)}
-    return _plain_words(module, direction, known, before, after)
+    known_words = module.covered(direction) | {quantity.word for quantity in module.quantities_in(direction)}
+    return _plain_words(module, direction, known_words, before, after)
 
 
 def _plain_words(
@@ -143,9 +145,9 @@ def _plain_words(
 ) -> str:
     """Return the changes in words, except the known ones."""
     names = module.named(direction)
-    rest = [word for word in range(len(names)) if word not in known]
-    was, now = ([words[word] for word in rest] for words in (before, after))
-    return plain_wording([names[word] for word in rest], was, now)
+    unnamed = [word for word in range(len(names)) if word not in known]
+    words_before, words_after = ([words[word] for word in unnamed] for words in (before, after))
+    return plain_wording([names[word] for word in unnamed], words_before, words_after)
 
 
 def in_configuration_mode(inputs: Words) -> bool:
@@ -199,13 +201,13 @@ def module_text(
         return input_wording(before, after, slot.words)
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
-    names, named = slot.words.named(direction), _named_bits(slot.words, direction)
+    names, named_bits = slot.words.named(direction), _named_bits(slot.words, direction)
     changed = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
-        for word, bits in named.items()
+        for word, bits in named_bits.items()
         if before[word] != after[word]
     ]
-    plain = _plain_words(slot.words, direction, named.keys(), before, after)
+    plain = _plain_words(slot.words, direction, named_bits.keys(), before, after)
     return ", ".join(filter(None, [*changed, plain]))
 
 

@@ -44,7 +44,7 @@ def as_html(trace: Trace) -> str:
 
 def _way(trace: Trace) -> str:
     """Return the position of the first slot with a position, drawn as a line."""
-    slot = next((each for each in trace.head.slots if each.words.is_axis), None)
+    slot = next((axis_slot for axis_slot in trace.head.slots if axis_slot.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
     if slot is None or len(values) < 2:
         return ""
@@ -55,13 +55,13 @@ def _way(trace: Trace) -> str:
 def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
     """Return positions at even distances; in a long trace at most one scan of each part is read."""
     parts = trace.sections[:: max(1, len(trace.sections) // POINTS)]
-    each = max(1, POINTS // max(len(parts), 1))
+    points_per_block = max(1, POINTS // max(len(parts), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
     assert position is not None
     positions: list[int] = []
     for section in parts:
         for block in trace.scan_rows(section):
-            for scan in trace.as_scans(block[:: max(1, len(block) // each)]):
+            for scan in trace.as_scans(block[:: max(1, len(block) // points_per_block)]):
                 words = list(scan.inputs(slot.number))
                 if not slot.words.configures("in", words):
                     positions.append(formats.value(slot.number, scan.scan, position, words))
@@ -69,12 +69,16 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
 
 
 def _events(trace: Trace) -> str:
-    shown: list[tuple[str, str]] = []
-    more = 0
-    for each in trace.events():
-        if each.fields.get("kind") == "rule" or each.topic == "/faults":
-            more += 1
-            if len(shown) < EVENTS:
-                shown.append((seconds(each.now_ns), describe(each.topic, each.scan, each.fields)))
-    rest = line(f"and {more - EVENTS:,} more") if more > EVENTS else ""
-    return rows((text, f"{time} s") for time, text in shown) + rest if shown else line("no rule, no fault")
+    shown_events: list[tuple[str, str]] = []
+    count = 0
+    for event in trace.events():
+        if event.fields.get("kind") == "rule" or event.topic == "/faults":
+            count += 1
+            if len(shown_events) < EVENTS:
+                shown_events.append((seconds(event.now_ns), describe(event.topic, event.scan, event.fields)))
+    ending = line(f"and {count - EVENTS:,} more") if count > EVENTS else ""
+    return (
+        rows((text, f"{time} s") for time, text in shown_events) + ending
+        if shown_events
+        else line("no rule, no fault")
+    )

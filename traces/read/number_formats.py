@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # a run does not read recordings
 KIND = "format"
 """Kind of the events that report formats, in the fields `reads` and `writes`."""
 
-_FORMATS = {each.value: each for each in NumberFormat}
+_FORMATS = {number_format.value: number_format for number_format in NumberFormat}
 
 
 class NumberFormats:
@@ -41,8 +41,8 @@ class NumberFormats:
         """Return the formats in a trace; the events are read only if it has such a module."""
         formats = cls()
         if any(formats_vary(slot.words) for slot in trace.head.slots):
-            for each in trace.events(topics={"/events"}):
-                formats.note(each.scan, each.fields)
+            for event in trace.events(topics={"/events"}):
+                formats.note(event.scan, event.fields)
         return formats
 
     def note(self, scan: int, fields: Mapping[str, Any]) -> None:
@@ -55,9 +55,9 @@ class NumberFormats:
             if format is not None:
                 scans, formats = self._changes.setdefault((slot, is_input), ([], []))
                 place = bisect_left(scans, since)
-                same = int(scans[place : place + 1] == [since])
-                scans[place : place + same] = [since]
-                formats[place : place + same] = [format]
+                is_same = int(scans[place : place + 1] == [since])
+                scans[place : place + is_same] = [since]
+                formats[place : place + is_same] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
         """Return all changes: slot, "I" or "O", first scan, and format."""
@@ -77,8 +77,8 @@ class NumberFormats:
 
     def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
         """Return a quantity in the signed words of its image in a scan."""
-        first, *rest = words[quantity.word : quantity.word + quantity.words]
-        return self.at(slot, quantity, scan).reported(first, rest[0]) if rest else first
+        first, *units = words[quantity.word : quantity.word + quantity.words]
+        return self.at(slot, quantity, scan).reported(first, units[0]) if units else first
 
     def reader(self, slot: int, scan: int) -> Callable[[Quantity, Sequence[int]], int]:
         """Return `value` for the words of a slot in a scan."""
@@ -111,4 +111,4 @@ class NumberFormats:
 
 def formats_vary(words: ModuleWords) -> bool:
     """Return whether a module's configuration selects the format of its numbers."""
-    return any(each.format is None for each in words.quantities)
+    return any(quantity.format is None for quantity in words.quantities)

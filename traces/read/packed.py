@@ -59,11 +59,11 @@ class PackedScans:
     def chunk(self, number: int) -> Columns:
         """Return the scans of a chunk; none after the last one."""
         if number < len(self._packed):
-            known = self._recent.pop(number, None) or self._unpack(self._packed[number])
-            self._recent[number] = known
+            unpacked = self._recent.pop(number, None) or self._unpack(self._packed[number])
+            self._recent[number] = unpacked
             if len(self._recent) > RECENT:
                 del self._recent[next(iter(self._recent))]
-            return known
+            return unpacked
         return self._waiting if number == len(self._packed) else no_columns(self._words)
 
     def chunks(self, first: int = 0) -> Iterator[Columns]:
@@ -90,9 +90,9 @@ class PackedScans:
         for column in like.images():
             width = column.shape[1] if column.ndim > 1 else 1
             count = CHUNK_SCANS * width
-            read = np.frombuffer(data, column.dtype, count, offset)
-            columns.append(read.reshape((CHUNK_SCANS, *column.shape[1:])))
-            offset += read.nbytes
+            values = np.frombuffer(data, column.dtype, count, offset)
+            columns.append(values.reshape((CHUNK_SCANS, *column.shape[1:])))
+            offset += values.nbytes
         return Columns(*columns)
 
 
@@ -148,7 +148,7 @@ class View(Sequence[T], Generic[T]):
         if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
             return self._held[row - self._start]
         if isinstance(row, slice):
-            return [self[each] for each in range(*row.indices(len(self)))]
+            return [self[index] for index in range(*row.indices(len(self)))]
         row = self._hold(row)
         return self._held[row - self._start]
 

@@ -150,16 +150,16 @@ class Records:
         size = os.fstat(self.file.fileno()).st_size
         if size <= self.size or not self._of_the_end:
             return False
-        before = self.spans[-1].end if self.spans else 0
+        end_before = self.spans[-1].end if self.spans else 0
         again = self._last_chunk()  # new records may belong to it
         size, self.spans, notes = self._found(size, self.spans[:again])
-        self.notes = [each for each in self.notes if each not in self._of_the_end]
-        self.notes += [each for each in notes if each not in self.notes]
+        self.notes = [note for note in self.notes if note not in self._of_the_end]
+        self.notes += [note for note in notes if note not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
         first = self.spans[again].offset if again < len(self.spans) else size
-        self.sections = [each for each in self.sections if each.span.offset < first]
+        self.sections = [section for section in self.sections if section.span.offset < first]
         self.sections += find_sections(self.file, self.spans[again:])
-        return bool(self.spans) and self.spans[-1].end > before
+        return bool(self.spans) and self.spans[-1].end > end_before
 
     def _last_chunk(self) -> int:
         """Return the place of the last chunk among the records, 0 without one."""
@@ -264,14 +264,14 @@ class Trace(Records):
 
     def _leave_out_repeated(self) -> None:
         """Leave out and note chunks with the times and size of an earlier one, which no recorder writes."""
-        kept: dict[tuple[int, ...], Section] = {}
+        kept_sections: dict[tuple[int, ...], Section] = {}
         for section in self.sections:
             has_span = section.is_chunk and section.start_ns < section.end_ns
             key = (section.start_ns, section.end_ns, section.size) if has_span else (section.span.offset,)
-            if kept.setdefault(key, section) is not section:
+            if kept_sections.setdefault(key, section) is not section:
                 place, left = f"byte {section.span.offset:,}", held(self.shape, section)
                 self.note(f"the chunk at {place} is one that stands before: {left} are left out")
-        self.sections = list(kept.values())
+        self.sections = list(kept_sections.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file; damaged parts are noted and left out."""
@@ -353,8 +353,8 @@ class Trace(Records):
         """
         if self.shape.only_scans(section):
             return False
-        whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
-        if topics is None or not whole or any(isinstance(note, Damage) for note in self.notes):
+        is_whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
+        if topics is None or not is_whole or any(isinstance(note, Damage) for note in self.notes):
             return True
         counts = section.counts
         return not counts or any(
@@ -476,8 +476,8 @@ class Trace(Records):
             try:
                 yield _event(message, topic)
             except ValueError as error:
-                where = f"the chunk at byte {section.span.offset:,}"
-                self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
+                location = f"the chunk at byte {section.span.offset:,}"
+                self.note(f"{location} has a bad message on {topic}: {error}; it is left out")
 
     def _note_stranger(self, channel: int, topic: str | None) -> None:
         """Note messages that our traces never have, because the record of their channel is damaged."""

@@ -121,8 +121,8 @@ def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | No
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
     """Yield sections of messages outside of chunks; adjacent messages are combined, up to a MiB."""
     begin = 0
-    for place, (one, other) in enumerate(pairwise(messages), start=1):
-        touching = one.end == other.offset
+    for place, (message, other) in enumerate(pairwise(messages), start=1):
+        touching = message.end == other.offset
         if not touching or other.end - messages[begin].offset > _LOOSE_BYTES:
             yield _stretch(messages[begin:place])
             begin = place
@@ -152,8 +152,8 @@ class ScanShape:
         rest_bytes: int = 0,
     ) -> None:
         self.channel = channel
-        rest: np.dtype[np.void] | None = np.dtype(f"V{rest_bytes}") if rest_bytes else None
-        self.layout = message_layout(memory_bytes, tags, rest)
+        unread: np.dtype[np.void] | None = np.dtype(f"V{rest_bytes}") if rest_bytes else None
+        self.layout = message_layout(memory_bytes, tags, unread)
         self.stride = self.layout.itemsize
         self._length = self.stride - RECORD_HEAD.size
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
@@ -211,9 +211,11 @@ class ScanShape:
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
         """Return whether a whole scan begins at `offset`: like `_fits`, but for a single scan."""
-        whole = offset + self.stride <= len(data)
+        is_whole = offset + self.stride <= len(data)
         return (
-            whole and data.startswith(self._begin, offset) and data.startswith(_PREFIX, offset + _PREFIX_AT)
+            is_whole
+            and data.startswith(self._begin, offset)
+            and data.startswith(_PREFIX, offset + _PREFIX_AT)
         )
 
     def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:

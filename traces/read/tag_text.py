@@ -47,10 +47,10 @@ class TagText:
     def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
         values = np.atleast_1d(new[field.name][0])
         zeros = np.zeros_like(values)
-        known = zeros if old is None else np.atleast_1d(old[field.name][0])
+        old_values = zeros if old is None else np.atleast_1d(old[field.name][0])
         codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is also a name
         for place in np.flatnonzero(
-            np.ones(len(values), bool) if codes else _differs(values, known)
+            np.ones(len(values), bool) if codes else _differs(values, old_values)
         ).tolist():
             name = element_of(field.tag.name, place) if field.tag.length else field.tag.name
             if field.tag.type == "BOOL":
@@ -58,7 +58,7 @@ class TagText:
             elif old is None:
                 yield f"{name} {self._value(field, values[place])}"
             else:
-                yield f"{name} {self._value(field, known[place])} -> {self._value(field, values[place])}"
+                yield f"{name} {self._value(field, old_values[place])} -> {self._value(field, values[place])}"
 
     def _value(self, field: TagField, value: Any) -> str:
         if field.tag.type == "TEXT":

@@ -58,8 +58,8 @@ class Catalog(Mapping[str, Signal]):
         formats: NumberFormats | None = None,
     ) -> None:
         self.slots = tuple(slots)
-        known = NumberFormats() if formats is None else formats
-        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, known))]
+        known_formats = NumberFormats() if formats is None else formats
+        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, known_formats))]
         self._covered = {name for slot in slots for name in _covered_words(slot)}
         if tags is not None:
             signals += tag_signals(tags, texts)
@@ -150,12 +150,12 @@ class Catalog(Mapping[str, Signal]):
     def _meant(self, name: str) -> Signal | None:
         """Return the signal that a person's name for a tag, a terminal, an image, or a part of one means."""
         name = normal(name)
-        whole = self._names(name)
-        if whole is not None:
-            return self._found(whole)
-        head, dot, rest = name.replace("/", ".").rpartition(".")
+        signal_name = self._names(name)
+        if signal_name is not None:
+            return self._found(signal_name)
+        head, dot, member = name.replace("/", ".").rpartition(".")
         signal = self._names(head) if dot else None
-        return None if signal is None else self._found(f"{signal}.{rest}")
+        return None if signal is None else self._found(f"{signal}.{member}")
 
     def _constant(self, name: str) -> Signal | None:
         code, _, member = name.rpartition(".")
@@ -173,14 +173,14 @@ class Catalog(Mapping[str, Signal]):
 
     def _close_to(self, name: str) -> list[str]:
         """Return the signals with similar names, else those with a similar last part."""
-        folded = {known.lower(): known for known in self._signals}
+        folded = {signal_name.lower(): signal_name for signal_name in self._signals}
         close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
         if close:
             return close
-        tails = {known: known.rpartition(".")[2].lower() for known in self._signals}
+        tails = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
         last = name.rpartition(".")[2].lower()
         near = get_close_matches(last, sorted({*tails.values()}), 2, 0.7)
-        return [known for known, tail in tails.items() if tail in near][:4]
+        return [signal_name for signal_name, tail in tails.items() if tail in near][:4]
 
     def _unknown(self, name: str) -> str:
         parts = [signal.title for signal in self.tags_named(name)]
@@ -199,12 +199,12 @@ def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
     number, stem, words = slot.number, f"slot{slot.number}", slot.words
     position = words.quantity("position")
     if position is not None:
-        read = partial(_speed, number, words, position, formats)
-        yield Signal(f"{stem}.speed", SignalKind.MEASURED, read)
-    for each in words.quantities:
-        if each.words > 1:
-            value = partial(_value, number, words, each, formats)
-            yield Signal(f"{stem}.{DIRECTIONS[each.image]}.{each.name}", SignalKind.VALUE, value)
+        read_speed = partial(_speed, number, words, position, formats)
+        yield Signal(f"{stem}.speed", SignalKind.MEASURED, read_speed)
+    for quantity in words.quantities:
+        if quantity.words > 1:
+            value = partial(_value, number, words, quantity, formats)
+            yield Signal(f"{stem}.{DIRECTIONS[quantity.image]}.{quantity.name}", SignalKind.VALUE, value)
     yield from _named_bits(slot, stem)
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
         for place, name in enumerate(names):
@@ -221,13 +221,13 @@ def _covered_words(slot: SlotInfo) -> Iterator[str]:
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
-    named = [(name, at) for names in slot.words.groups.values() for name, at in names.items()]
+    named_places = [(name, place) for names in slot.words.groups.values() for name, place in names.items()]
     if slot.words.modes is not None:
-        named.sort(key=lambda each: each[1].image not in INPUT)
-    for name, (image, word, bit) in named:
+        named_places.sort(key=lambda each: each[1].image not in INPUT)
+    for name, (image, word, bit) in named_places:
         direction = DIRECTIONS[image]
-        read = partial(_bit, slot.number, slot.words, direction, word, 1 << bit)
-        yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read)
+        read_bit = partial(_bit, slot.number, slot.words, direction, word, 1 << bit)
+        yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read_bit)
 
 
 def _word(slot: int, direction: str, place: int, block: Block) -> Array:

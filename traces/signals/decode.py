@@ -44,10 +44,10 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
     """Return the scans in which a named bit of the input image is set; none for an unknown name."""
-    at = module.place(name)
-    if at is None:
+    place = module.place(name)
+    if place is None:
         return np.zeros(len(words), bool)
-    return module_bit(words, module, "I", at.word, 1 << at.bit)
+    return module_bit(words, module, "I", place.word, 1 << place.bit)
 
 
 def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,8 +63,8 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
     steps = np.zeros(len(words))
     moved = np.diff(positions)
     onward = np.where(input_bit(words, module, CW)[1:], moved, 0)
-    back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
-    steps[1:] = np.fmax(onward, 0) + np.fmin(back, 0)
+    moved_back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
+    steps[1:] = np.fmax(onward, 0) + np.fmin(moved_back, 0)
     return steps
 
 

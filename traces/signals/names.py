@@ -28,9 +28,9 @@ class SignalNames:
     """Names of the tags and terminals of a trace."""
 
     def __init__(self, signals: Iterable[Signal], slots: Sequence[SlotInfo]) -> None:
-        own = [signal for signal in signals if signal.name.startswith(RECORDED)]
-        self._fields = {signal.name.partition(".")[2].lower(): signal.name for signal in own}
-        self._tags = [signal for signal in own if signal.title]
+        recorded = [signal for signal in signals if signal.name.startswith(RECORDED)]
+        self._fields = {signal.name.partition(".")[2].lower(): signal.name for signal in recorded}
+        self._tags = [signal for signal in recorded if signal.title]
         self._slots = slots
 
     def __call__(self, text: str) -> str | None:
@@ -65,8 +65,8 @@ class SignalNames:
             parts.setdefault(last, []).append(signal.name)
         for slot in self._slots:
             for names in slot.words.groups.values() if slot.words.modes is None else ():
-                for name, at in names.items():
-                    signal_name = f"slot{slot.number}.{DIRECTIONS[at.image]}.{name}"
+                for name, place in names.items():
+                    signal_name = f"slot{slot.number}.{DIRECTIONS[place.image]}.{name}"
                     parts.setdefault(name.lower(), []).append(signal_name)
         return parts
 
@@ -81,17 +81,26 @@ class SignalNames:
         """Return the signal of the word or bit at an address."""
         words = {slot.number: slot.words for slot in self._slots}
         try:
-            at = parse_address(text, words)
+            address = parse_address(text, words)
         except ValueError:
             return None
-        direction = DIRECTIONS[at.image]
-        stem = f"slot{at.slot}.{direction}"
-        by_meaning = _BY_MEANING.match(text) or not self._has_modes(at)
-        name = next((name for name, bit in words[at.slot].bits(at.image, at.word) if bit == at.bit), None)
+        direction = DIRECTIONS[address.image]
+        stem = f"slot{address.slot}.{direction}"
+        by_meaning = _BY_MEANING.match(text) or not self._has_modes(address)
+        name = next(
+            (
+                name
+                for name, bit in words[address.slot].bits(address.image, address.word)
+                if bit == address.bit
+            ),
+            None,
+        )
         if name is not None and by_meaning:
             return f"{stem}.{name}"
-        word = (words[at.slot].inputs if at.image == "I" else words[at.slot].outputs)[at.word]
-        return f"{stem}.{word}" if at.bit is None else f"{stem}.{word}.{at.bit}"
+        word = (words[address.slot].inputs if address.image == "I" else words[address.slot].outputs)[
+            address.word
+        ]
+        return f"{stem}.{word}" if address.bit is None else f"{stem}.{word}.{address.bit}"
 
     def _has_modes(self, at: Address) -> bool:
         return next(slot.words.modes is not None for slot in self._slots if slot.number == at.slot)
@@ -112,10 +121,10 @@ def is_named(signal: Signal, pattern: str) -> bool:
     if not signal.title:
         return False
     normalized = normal(pattern) if _WILD.search(pattern) else key_of(pattern) or pattern
-    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in normalized)
+    text = "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in normalized)
     begins = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
     key = key_of(signal.title) or signal.title
     names = [signal.name, signal.name.removeprefix(f"{FIELD}.")]
     for name in dict.fromkeys((key, _SUBSCRIPTS.sub("", key))):
-        names += [name[start:] for start in (0, *(at.start() + 1 for at in re.finditer(r"\.", name)))]
+        names += [name[start:] for start in (0, *(dot.start() + 1 for dot in re.finditer(r"\.", name)))]
     return any(begins.match(name) for name in names)

@@ -28,14 +28,14 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
     The first signal has a code for each line and wait, in the order of their first appearance; code 0 is
     `NOT_BEGUN`.
     """
-    for name, own in steps.items():
+    for name, sequence_steps in steps.items():
         codes = {NOT_BEGUN: 0}
-        waits = [codes.setdefault(step.label, len(codes)) for step in own]
-        scans = np.array([step.scan for step in own], np.int64)
+        waits = [codes.setdefault(step.label, len(codes)) for step in sequence_steps]
+        scans = np.array([step.scan for step in sequence_steps], np.int64)
         names = {code: label for label, code in codes.items()}
-        read = partial(_values, scans, np.array([0, *waits], np.uint16))
-        yield Signal(f"{FIELD}.{name}", SignalKind.CODE, read, names, title=name)
-        lines = np.array([0, *(step.line for step in own)], np.int32)
+        read_codes = partial(_values, scans, np.array([0, *waits], np.uint16))
+        yield Signal(f"{FIELD}.{name}", SignalKind.CODE, read_codes, names, title=name)
+        lines = np.array([0, *(step.line for step in sequence_steps)], np.int32)
         yield Signal(f"{FIELD}.{name}.{LINE}", SignalKind.NUMBER, partial(_values, scans, lines), bits=32)
 
 

@@ -114,8 +114,8 @@ def _nothing(selection: Selection, ends: Columns) -> str:
     if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
-    held = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
-    return f"the trace has no scan in {selection.says()}; it holds {held}"
+    content = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
+    return f"the trace has no scan in {selection.says()}; it holds {content}"
 
 
 def half_window(trace: Trace) -> int:
@@ -130,19 +130,19 @@ def _without(stream: Iterator[Columns]) -> Iterator[tuple[Columns, int, int]]:
 
 def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Columns, int, int]]:
     """Yield each part of a stream with `margin` rows before and after it, as columns, first row and end."""
-    before = 0
-    held: Columns | None = None
+    margin_before = 0
+    held_columns: Columns | None = None
     for columns in stream:
-        if held is None:
-            held = columns
+        if held_columns is None:
+            held_columns = columns
             continue
-        whole = join((held, columns))
-        ready = len(whole.scan) - margin
-        if ready <= before:
-            held = whole
+        joined = join((held_columns, columns))
+        ready = len(joined.scan) - margin
+        if ready <= margin_before:
+            held_columns = joined
             continue
-        yield whole, before, ready
+        yield joined, margin_before, ready
         keep = max(0, ready - margin)
-        held, before = whole.rows(keep, len(whole.scan)), ready - keep
-    if held is not None and len(held.scan) > before:
-        yield held, before, len(held.scan)
+        held_columns, margin_before = joined.rows(keep, len(joined.scan)), ready - keep
+    if held_columns is not None and len(held_columns.scan) > margin_before:
+        yield held_columns, margin_before, len(held_columns.scan)

@@ -26,9 +26,9 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
         for place, title in enumerate(field.tag.addresses):
             element = place if field.tag.length else None
             name = f"{FIELD}.{field.name}" if element is None else f"{FIELD}.{field.name}.{element}"
-            read = partial(_values, field.name, element)
+            read_values = partial(_values, field.name, element)
             signed = FORMATS[field.tag.type].letter.islower()
-            yield Signal(name, _kind(field), read, names, _bits(field), title, signed)
+            yield Signal(name, _kind(field), read_values, names, _bits(field), title, signed)
 
 
 def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
@@ -40,7 +40,7 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
 
 def constant(signal: Signal, name: str) -> Signal | None:
     """Return the signal that is true where a code means a name; None if no code does."""
-    codes = [code for code, known in signal.names.items() if known == name]
+    codes = [code for code, code_name in signal.names.items() if code_name == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None
     return Signal(f"{signal.name}.{name}", SignalKind.BIT, partial(_is_code, signal, codes[0]))

@@ -94,7 +94,9 @@ class ChunkWriter:
     def register(self, schema: ScanSchema, topics: Iterable[Topic]) -> dict[str, int]:
         """Register /scan and the topics of events; return the channels' ids by topic."""
         scan = self.channel(SCAN_TOPIC, MESSAGE_ENCODING, schema.name, SCHEMA_ENCODING, schema.text)
-        events = {each.name: self.json_channel(each.name, each.schema, each.schema_text) for each in topics}
+        events = {
+            topic.name: self.json_channel(topic.name, topic.schema, topic.schema_text) for topic in topics
+        }
         return {SCAN_TOPIC: scan, **events}
 
     def json_channel(self, topic: str, schema_name: str, schema: str) -> int:
@@ -155,12 +157,12 @@ class ChunkWriter:
         """Return the offsets of the next messages, of `stride` bytes each; they are equal in most chunks."""
         start = len(self._records)
         first, gap = divmod(start, stride)
-        known = self._offsets[first : first + count]
-        if gap or len(known) < count or known[-1] != start + (count - 1) * stride:
-            known = array("Q", range(start, start + count * stride, stride))
+        known_offsets = self._offsets[first : first + count]
+        if gap or len(known_offsets) < count or known_offsets[-1] != start + (count - 1) * stride:
+            known_offsets = array("Q", range(start, start + count * stride, stride))
             if not start:
-                self._offsets = known
-        return known
+                self._offsets = known_offsets
+        return known_offsets
 
     def _note_times(self, first_ns: int, last_ns: int) -> None:
         if first_ns < self._first_ns:
@@ -187,12 +189,12 @@ class ChunkWriter:
 
     def _write_chunk(self) -> None:
         records = self._records
-        used = {channel: entries for channel, entries in self._entries.items() if entries}
+        used_entries = {channel: entries for channel, entries in self._entries.items() if entries}
         chunk = chunk_of(records, self._first_ns, self._last_ns, self._compressor)
         content = encoded(chunk)
-        indexes = self._summary.chunk(self._file.tell(), len(content), chunk, used)
+        indexes = self._summary.chunk(self._file.tell(), len(content), chunk, used_entries)
         self._records = bytearray()
-        for entries in used.values():
+        for entries in used_entries.values():
             del entries[:]
         self._first_ns, self._last_ns = _NEVER_NS, 0
         self._write(content + indexes)

@@ -253,9 +253,9 @@ class TraceFile:
             self._cut_draft()
             self._push(data)
         else:
-            head, rest = data[: RECORD_HEAD.size], data[RECORD_HEAD.size :]
+            head, body = data[: RECORD_HEAD.size], data[RECORD_HEAD.size :]
             self._raw.seek(self._whole + len(head))
-            self._push(rest)
+            self._push(body)
             self._raw.seek(self._whole)
             self._push(head)
             self._cut_draft(len(data))
@@ -269,9 +269,9 @@ class TraceFile:
     def _put(self, place: int, data: bytes) -> None:
         """Write at a place, without using the reserve."""
         self._raw.seek(place)
-        rest = memoryview(data)
-        while rest:
-            rest = rest[self._raw.write(rest) or 0 :]
+        unwritten = memoryview(data)
+        while unwritten:
+            unwritten = unwritten[self._raw.write(unwritten) or 0 :]
 
     def _push(self, rest: memoryview) -> None:
         while rest:

@@ -267,12 +267,14 @@ class ScanRecorder:
         Raises:
             TraceFull: the disk has no room for them; none of them is in the trace.
         """
-        if self._refusal is None and not self._file.reserve(sum(len(each.data) for each in files)):
+        if self._refusal is None and not self._file.reserve(
+            sum(len(attachment.data) for attachment in files)
+        ):
             self._refuse(f"before scan {scan}")
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)
-        for each in files:
-            self._writer.add_attachment(each.name, each.media_type, each.data)
+        for file in files:
+            self._writer.add_attachment(file.name, file.media_type, file.data)
         if self._drafts:
             self._writer.draft(self._file)  # in place of the removed draft
 

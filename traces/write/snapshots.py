@@ -49,13 +49,13 @@ class SnapshotLog:
         self._bytes += len(text)
         while len(text) > _BYTES_PER_SCAN * self.every or self._bytes > SNAPSHOTS_BYTES:
             self.every *= 2
-            self._lines = {at: line for at, line in self._lines.items() if not at % self.every}
+            self._lines = {number: line for number, line in self._lines.items() if not number % self.every}
             self._bytes = sum(map(len, self._lines.values()))
 
     def packed(self) -> bytes | None:
         """Return the data of the attachment; None if the recording gets no snapshots."""
         if max(self._lines, default=0) < WORTH_SCANS:
             return None
-        text = "\n".join(f"{at} {line}" for at, line in self._lines.items())
+        text = "\n".join(f"{number} {line}" for number, line in self._lines.items())
         data: bytes = zstandard.ZstdCompressor(level=1).compress(text.encode())
         return data

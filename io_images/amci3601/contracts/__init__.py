@@ -35,13 +35,13 @@ def contracts_of(
             image hold.
         adapter: whether the module is an adapter that acts as a 3601.
     """
-    chosen = readings or {}
+    chosen_readings = readings or {}
     return tuple(
         row
         for row in CONTRACTS
         if (each_update or not row.needs_two_images)
         and (row.adapters or not adapter)
-        and all(chosen.get(name, needed) == needed for name, needed in row.readings.items())
+        and all(chosen_readings.get(name, needed) == needed for name, needed in row.readings.items())
     )
 
 

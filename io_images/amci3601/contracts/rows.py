@@ -49,13 +49,13 @@ def none_but(*bits: StatusMsw) -> Fact:
 
 def frozen() -> Fact:
     """Return the fact that input word 0 is unchanged, except Module OK and the bits of a motion."""
-    kept = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
-    return every(*(now(bit).same_as(was(bit)) for bit in kept))
+    status_bits = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
+    return every(*(now(bit).same_as(was(bit)) for bit in status_bits))
 
 
 def at_most_one(*bits: StatusMsw) -> Fact:
     """Return the fact that at most one of the bits is set."""
-    return every(*(~(now(bit) & now(*bits[at + 1 :])) for at, bit in enumerate(bits[:-1])))
+    return every(*(~(now(bit) & now(*bits[index + 1 :])) for index, bit in enumerate(bits[:-1])))
 
 
 def words(least: int, most: int, *numbers: int) -> Fact:

@@ -122,5 +122,5 @@ class Rule:
 
     def applies_to(self, firmware: Firmware) -> bool:
         """Whether a module with this firmware has the rule."""
-        known = self.firmware_from is None or firmware >= self.firmware_from
-        return known and (self.firmware_until is None or firmware < self.firmware_until)
+        has_begun = self.firmware_from is None or firmware >= self.firmware_from
+        return has_begun and (self.firmware_until is None or firmware < self.firmware_until)

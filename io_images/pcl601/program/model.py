@@ -74,4 +74,4 @@ class Program:
     @cached_property
     def labels(self) -> Mapping[str, int]:
         """Index of each LABEL step by its name."""
-        return {str(s.values[0]): index for index, s in enumerate(self.steps) if s.name == "LABEL"}
+        return {str(step.values[0]): index for index, step in enumerate(self.steps) if step.name == "LABEL"}

@@ -150,7 +150,7 @@ def quoted(text: str) -> str:
     "@1G\n"
     """
     letters = {character: letter for letter, character in ESCAPES.items()}
-    return '"' + "".join("\\" + letters[c] if c in letters else c for c in text) + '"'
+    return '"' + "".join("\\" + letters[letter] if letter in letters else letter for letter in text) + '"'
 
 
 Operand = Number | Choice | Digits | Label | Text

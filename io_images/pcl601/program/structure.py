@@ -59,5 +59,5 @@ def _loops(program: Program) -> Iterator[tuple[int, str]]:
 
 
 def _nested(inside: _Loop, around: _Loop) -> str:
-    what, where = ("inner" if loop.inner else "outer" for loop in (inside, around))
-    return f"an {what} loop can't be inside an {where} loop: only inner loops in an outer one"
+    inner_kind, outer_kind = ("inner" if loop.inner else "outer" for loop in (inside, around))
+    return f"an {inner_kind} loop can't be inside an {outer_kind} loop: only inner loops in an outer one"

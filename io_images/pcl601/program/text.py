@@ -92,7 +92,10 @@ def _meaning(tree: Tree[Token]) -> Step | _Directive | None:
         return _directive(tokens[0].lower()[1:], tokens[1])
     row = _ROWS[str(tree.data)]
     values = [token for token in tokens if token.type != "EQUALS"]
-    return Step(row.name, tuple(_value(o.value, t) for o, t in zip(row.operands, values, strict=True)))
+    return Step(
+        row.name,
+        tuple(_value(operand.value, token) for operand, token in zip(row.operands, values, strict=True)),
+    )
 
 
 def _directive(name: str, token: Token) -> _Directive:

@@ -52,20 +52,20 @@ class Lanes:
 
     def last_changes(self, cells: Sequence[Cell], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
         """Return the last scan of each stretch that changed one of the cells."""
-        found = [UNKNOWN] * len(stretches)
-        plain = [at for at, each in enumerate(stretches) if each.inputs is not None]
-        places = [place_in_snapshot(self._memory, each) for each in cells]
+        changes = [UNKNOWN] * len(stretches)
+        plain = [place for place, stretch in enumerate(stretches) if stretch.inputs is not None]
+        places = [place_in_snapshot(self._memory, cell) for cell in cells]
         watched = [
-            (*place, each.mask)
-            for place, each in zip(places, cells, strict=True)
+            (*place, cell.mask)
+            for place, cell in zip(places, cells, strict=True)
             if place is not None and place[0] in self._loaded
         ]
         if not plain or len(watched) < len(cells) or self._code is None:
-            return found
-        chosen = [stretches[at] for at in plain]
-        for at, known in zip(plain, self._run(watched, chosen), strict=True):
-            found[at] = known
-        return found
+            return changes
+        chosen = [stretches[place] for place in plain]
+        for number, known in zip(plain, self._run(watched, chosen), strict=True):
+            changes[number] = known
+        return changes
 
     @cached_property
     def _loaded(self) -> frozenset[str]:
@@ -86,8 +86,8 @@ class Lanes:
         except (ArithmeticError, LookupError, TypeError, ValueError):
             return [UNKNOWN] * len(stretches)  # a line's values are not what its translation expects
         return [
-            UNKNOWN if is_lost else LastChange(True, None if at < 0 else each.first + at)
-            for each, at, is_lost in zip(stretches, last.tolist(), lost.tolist(), strict=True)
+            UNKNOWN if is_lost else LastChange(True, None if offset < 0 else stretch.first + offset)
+            for stretch, offset, is_lost in zip(stretches, last.tolist(), lost.tolist(), strict=True)
         ]
 
     def _columns(self, stretches: Sequence[ReplayStretch]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -95,23 +95,23 @@ class Lanes:
 
         The snapshot after a stretch is usually the snapshot before the next one.
         """
-        pairs = [(each.values, each.after) for each in stretches]
-        known = {id(each): each for pair in pairs for each in pair}
+        pairs = [(stretch.values, stretch.after) for stretch in stretches]
+        known = {id(item): item for pair in pairs for item in pair}
         numbers = {key: number for number, key in enumerate(known)}
-        chosen = np.array([[numbers[id(each)] for each in pair] for pair in pairs]).T
+        chosen = np.array([[numbers[id(item)] for item in pair] for pair in pairs]).T
         begin: dict[str, Any] = {}
         end: dict[str, Any] = {}
         for ident in self._loaded:
-            column = _column([each[ident] for each in known.values()])
+            column = _column([values[ident] for values in known.values()])
             begin[ident], end[ident] = (_at(column, places) for places in chosen)
-        return begin, {ident: each for ident, each in end.items() if ident not in self._images}
+        return begin, {ident: value for ident, value in end.items() if ident not in self._images}
 
     def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> Any:
         """Run all scans; return for each lane the number of the last scan with a change, or -1."""
         lanes = len(stretches)
-        lengths = np.array([each.last + 1 - each.first for each in stretches])
+        lengths = np.array([stretch.last + 1 - stretch.first for stretch in stretches])
         times, images = _padded(
-            [each.inputs for each in stretches if each.inputs is not None], int(lengths.max())
+            [stretch.inputs for stretch in stretches if stretch.inputs is not None], int(lengths.max())
         )
         last = np.full(lanes, -1)
         before: list[Any] = [None] * len(watched)
@@ -120,11 +120,11 @@ class Lanes:
                 for ident, words in zip(self._images, images, strict=True):
                     vectors.values[ident] = _words(words[number])
                 vectors.scan(None if number < lengths.min() else number < lengths, times[number])
-            for at, each in enumerate(watched):
-                value = _value(vectors, *each)
-                if number >= 0 and value is not before[at]:
-                    last[np.broadcast_to(value != before[at], (lanes,))] = number
-                before[at] = value
+            for place, cell in enumerate(watched):
+                value = _value(vectors, *cell)
+                if number >= 0 and value is not before[place]:
+                    last[np.broadcast_to(value != before[place], (lanes,))] = number
+                before[place] = value
         return last
 
 
@@ -134,7 +134,7 @@ _Watched = tuple[str, int | None, int | None]
 
 def _is_numeric(value: Any) -> bool:
     if isinstance(value, list):
-        return all(isinstance(each, (bool, int, float)) for each in value)
+        return all(isinstance(item, (bool, int, float)) for item in value)
     return isinstance(value, (bool, int, float, memoryview))
 
 
@@ -144,9 +144,9 @@ def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
     def together(rows: Sequence[Any]) -> Any:
         return np.stack([row if len(row) == most else row[_repeating(len(row), most)] for row in rows])
 
-    times = together([each.times for each in inputs]).T
-    images = [together(words) for words in zip(*(each.images for each in inputs), strict=True)]
-    return times, [np.ascontiguousarray(each.transpose(1, 2, 0)) for each in images]
+    times = together([recorded.times for recorded in inputs]).T
+    images = [together(words) for words in zip(*(recorded.images for recorded in inputs), strict=True)]
+    return times, [np.ascontiguousarray(image.transpose(1, 2, 0)) for image in images]
 
 
 def _words(rows: Any) -> list[Any]:
@@ -165,7 +165,7 @@ def _repeating(count: int, most: int) -> Any:
 def _at(column: Any, places: Any) -> Any:
     """Return the values of a column at some indices."""
     if isinstance(column, list):
-        return [_at(each, places) for each in column]
+        return [_at(value, places) for value in column]
     return column[places] if isinstance(column, np.ndarray) else column
 
 
@@ -174,8 +174,10 @@ def _are_as(vectors: Vectors, expected: Mapping[str, Any]) -> Any:
     good = np.full(len(vectors.lost), True)
     for ident, values in expected.items():
         got = vectors.values[ident]
-        for one, other in zip(got, values, strict=True) if isinstance(values, list) else [(got, values)]:
-            good &= one == other
+        for actual, required in (
+            zip(got, values, strict=True) if isinstance(values, list) else [(got, values)]
+        ):
+            good &= actual == required
     return good
 
 
@@ -185,7 +187,7 @@ def _column(values: list[Any]) -> Any:
         return _row(np.array(values, _TYPES[type(first)]), type(first))
     kind = float if float in map(type, first) else int
     rows: Any = np.array(values, _TYPES[kind])
-    return [_row(row, type(each)) for row, each in zip(rows.T, first, strict=True)]
+    return [_row(row, type(value)) for row, value in zip(rows.T, first, strict=True)]
 
 
 _TYPES = {bool: np.bool_, int: np.int64, float: np.float64}

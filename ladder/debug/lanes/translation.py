@@ -24,16 +24,16 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
         return None
     (program,) = ast.parse(source_of(lowered)).body
     assert isinstance(program, ast.FunctionDef)
-    used = {each.arg for each in program.args.args}
-    routines = [each for each in program.body if isinstance(each, ast.FunctionDef)]
-    assigned = {each.name: {*filter(None, map(_assigned, ast.walk(each)))} for each in routines}
+    used = {argument.arg for argument in program.args.args}
+    routines = [statement for statement in program.body if isinstance(statement, ast.FunctionDef)]
+    assigned = {function.name: {*filter(None, map(_assigned, ast.walk(function)))} for function in routines}
     if "scan" not in assigned:
         return None
     constants = _constant_arguments(routines, assigned)
     lines: list[str] = []
-    for each in routines:
-        own = assigned[each.name], assigned.keys(), constants[each.name]
-        lines += _Translator(each, used, loaded, *own).lines()
+    for routine in routines:
+        own = assigned[routine.name], assigned.keys(), constants[routine.name]
+        lines += _Translator(routine, used, loaded, *own).lines()
     return compile("\n".join(lines), "<lanes>", "exec")
 
 
@@ -45,34 +45,34 @@ def _constant_arguments(
     Most of them are offsets of tags.
     """
     calls = _calls(routines)
-    found: dict[str, dict[str, int]] = {each.name: {} for each in routines}
+    constants: dict[str, dict[str, int]] = {function.name: {} for function in routines}
     size = -1
-    while size < sum(map(len, found.values())):  # a routine may pass its own arguments to another
-        size = sum(map(len, found.values()))
+    while size < sum(map(len, constants.values())):  # a routine may pass its own arguments to another
+        size = sum(map(len, constants.values()))
         for routine in routines:
             for place, argument in enumerate(routine.args.args):
-                values = {_whole(call, place, found[caller]) for caller, call in calls[routine.name]}
+                values = {_whole(call, place, constants[caller]) for caller, call in calls[routine.name]}
                 if argument.arg not in assigned[routine.name] and len(values) == 1 and None not in values:
-                    found[routine.name][argument.arg] = values.pop()  # type: ignore[assignment]
-    return found
+                    constants[routine.name][argument.arg] = values.pop()  # type: ignore[assignment]
+    return constants
 
 
 def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast.Call]]]:
     """Return the calls of each routine, with the names of the callers."""
-    found: dict[str, list[tuple[str, ast.Call]]] = {each.name: [] for each in routines}
+    calls: dict[str, list[tuple[str, ast.Call]]] = {function.name: [] for function in routines}
     for routine in routines:
         for node in ast.walk(routine):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in found:
-                found[node.func.id].append((routine.name, node))
-    return found
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in calls:
+                calls[node.func.id].append((routine.name, node))
+    return calls
 
 
 def _whole(call: ast.Call, place: int, constants: Mapping[str, int]) -> int | None:
     """Return the constant whole number of an argument in a call, or None."""
-    given = call.args[place] if place < len(call.args) else None
-    if isinstance(given, ast.Constant) and type(given.value) is int:
-        return given.value
-    return constants.get(given.id) if isinstance(given, ast.Name) else None
+    argument = call.args[place] if place < len(call.args) else None
+    if isinstance(argument, ast.Constant) and type(argument.value) is int:
+        return argument.value
+    return constants.get(argument.id) if isinstance(argument, ast.Name) else None
 
 
 class _Translator:
@@ -88,7 +88,7 @@ class _Translator:
         constants: Mapping[str, int],
     ) -> None:
         self._function, self._routines, self._constants = function, routines, constants
-        self._given = [each.arg for each in function.args.args]
+        self._given = [argument.arg for argument in function.args.args]
         self._shared = sorted(used & loaded - {*self._given})
         self._locals = sorted(assigned - used)
         self._known = {*self._shared, *self._given, *self._locals}
@@ -108,9 +108,9 @@ class _Translator:
 
     def _body(self, body: Sequence[ast.stmt], mask: str) -> Iterator[str]:
         yield "pass"
-        for each in body:
+        for statement in body:
             try:
-                yield from list(self._statement(each, mask))
+                yield from list(self._statement(statement, mask))
             except NotTranslatedError:
                 yield f"lose({mask})"
 
@@ -220,10 +220,10 @@ class _Translator:
         return f"{rows}[{index}]" if index.isdigit() else f"at({mask}, {rows}, {index})"
 
     def _bool_op(self, node: ast.BoolOp, mask: str) -> str:
-        if any(isinstance(each, ast.Call) for value in node.values[1:] for each in ast.walk(value)):
+        if any(isinstance(inner, ast.Call) for value in node.values[1:] for inner in ast.walk(value)):
             raise NotTranslatedError  # whether it is evaluated depends on the previous operand
         name = "and_" if isinstance(node.op, ast.And) else "or_"
-        return f"{name}({', '.join(self._expression(each, mask) for each in node.values)})"
+        return f"{name}({', '.join(self._expression(value, mask) for value in node.values)})"
 
     def _unary_op(self, node: ast.UnaryOp, mask: str) -> str:
         if isinstance(node.op, ast.Not):
@@ -246,17 +246,19 @@ class _Translator:
         return f"({left} {sign} {right})"
 
     def _compare(self, node: ast.Compare, mask: str) -> str:
-        values = [self._expression(each, mask) for each in (node.left, *node.comparators)]
-        if not all(type(each) in _RELATIONS for each in node.ops):
+        values = [self._expression(operand, mask) for operand in (node.left, *node.comparators)]
+        if not all(type(op) in _RELATIONS for op in node.ops):
             raise NotTranslatedError
-        signs = [_RELATIONS[type(each)] for each in node.ops]
-        pairs = [f"({a} {sign} {b})" for a, sign, b in zip(values, signs, values[1:], strict=False)]
+        signs = [_RELATIONS[type(op)] for op in node.ops]
+        pairs = [
+            f"({left} {sign} {right})" for left, sign, right in zip(values, signs, values[1:], strict=False)
+        ]
         return pairs[0] if len(pairs) == 1 else f"and_({', '.join(pairs)})"
 
     def _if_exp(self, node: ast.IfExp, mask: str) -> str:
         inner = self._new_mask()
         then, otherwise = (
-            f"lambda {inner}: {self._or_lose(each, inner)}" for each in (node.body, node.orelse)
+            f"lambda {inner}: {self._or_lose(branch, inner)}" for branch in (node.body, node.orelse)
         )
         return f"pick({mask}, {self._expression(node.test, mask)}, {then}, {otherwise})"
 
@@ -274,11 +276,11 @@ class _Translator:
             return "None"
         if name in ("narrow", "outside"):  # they fault
             return f"lose({mask})"
-        given = [self._expression(each, mask) for each in node.args]
+        arguments = [self._expression(argument, mask) for argument in node.args]
         if name in self._routines or name in WITH_MASK:
-            return f"{name}({', '.join([mask, *given])})"
+            return f"{name}({', '.join([mask, *arguments])})"
         if name in _RENAMED:
-            return f"{_RENAMED[name]}({', '.join(given)})"
+            return f"{_RENAMED[name]}({', '.join(arguments)})"
         raise NotTranslatedError
 
     _WRITTEN: Mapping[type[ast.expr], Callable[[Any, Any, str], str]] = {

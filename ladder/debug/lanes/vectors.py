@@ -78,10 +78,10 @@ class Vectors:
     def _at(self, mask: Mask, rows: Any, index: Any) -> Any:
         if index.__class__ is int:
             return rows[index]
-        found: Any = 0
+        picked: Any = 0
         for place in self._places(mask, rows, index):
-            found = np.where(index == place, rows[place], found)
-        return found
+            picked = np.where(index == place, rows[place], picked)
+        return picked
 
     def _store(self, mask: Mask, rows: Any, index: Any, value: Any) -> None:
         if index.__class__ is int:
@@ -93,7 +93,7 @@ class Vectors:
     def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
         used = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
         places: list[int] = np.unique(used).tolist()
-        if len(places) > MOST_PLACES or any(not 0 <= each < len(rows) for each in places):
+        if len(places) > MOST_PLACES or any(not 0 <= place < len(rows) for place in places):
             self._lose(mask)
             return []
         return places
@@ -115,7 +115,7 @@ class Vectors:
             rows[first:end] = [put(mask, new, old) for new, old in zip(values, rows[first:end], strict=True)]
 
     def _copy_row(self, mask: Mask, goal: Any, at: Any, origin: Any, first: Any, count: Any) -> None:
-        if any(each.__class__ is not int for each in (at, first, count)):
+        if any(item.__class__ is not int for item in (at, first, count)):
             self._lose(mask)
         elif count > 0:
             self._put_rows(mask, goal, at, at + count, origin[first : first + count])
@@ -164,10 +164,10 @@ class Vectors:
             return then(mask)
         if condition is False:
             return otherwise(mask)
-        rest = less(mask, condition)
-        if not some(rest):
+        remaining = less(mask, condition)
+        if not some(remaining):
             return then(mask)
-        return np.where(condition, then(both(mask, condition)), otherwise(rest))
+        return np.where(condition, then(both(mask, condition)), otherwise(remaining))
 
 
 WITH_MASK = (
@@ -215,24 +215,24 @@ def not_(value: Any) -> Any:
 
 def and_(*values: Any) -> Any:
     """Return whether all are true."""
-    found: Any = True
+    result: Any = True
     for value in map(truth, values):
         if value is False:
             return False
         if value is not True:
-            found = value if found is True else found & value
-    return found
+            result = value if result is True else result & value
+    return result
 
 
 def or_(*values: Any) -> Any:
     """Return whether any is true."""
-    found: Any = False
+    result: Any = False
     for value in map(truth, values):
         if value is True:
             return True
         if value is not False:
-            found = value if found is False else found | value
-    return found
+            result = value if result is False else result | value
+    return result
 
 
 def both(mask: Mask, condition: Any) -> Mask:
@@ -273,7 +273,7 @@ def put(mask: Mask, new: Any, old: Any) -> Any:
 
 def least(*values: Any) -> Any:
     """Return the smallest value in each lane."""
-    return min(values) if all(each.__class__ is int for each in values) else reduce(np.minimum, values)
+    return min(values) if all(value.__class__ is int for value in values) else reduce(np.minimum, values)
 
 
 def greatest(*values: Any) -> Any:
@@ -282,5 +282,6 @@ def greatest(*values: Any) -> Any:
 
 
 SERVICES: Mapping[str, Any] = {
-    each.__name__: each for each in (truth, number, not_, and_, or_, both, less, some, put, least, greatest)
+    function.__name__: function
+    for function in (truth, number, not_, and_, or_, both, less, some, put, least, greatest)
 }

@@ -51,7 +51,7 @@ class Axis:
     def words(self) -> list[int]:
         """The output words of the last request."""
         place = self._state.member("Words")
-        return [int(self.machine.get(replace(place, indices=(constant(each),)))) for each in range(8)]
+        return [int(self.machine.get(replace(place, indices=(constant(number),)))) for number in range(8)]
 
     @property
     def status(self) -> int:

@@ -33,7 +33,7 @@ FOLLOWING = (Kind.GEAR, Kind.PATH)
 ENDING = (Kind.MOVE, Kind.HOME, Kind.STOP)
 """Kinds of courses that end by themselves."""
 
-DYNAMICS = tuple(each.name for each in fields(Dynamics))
+DYNAMICS = tuple(field.name for field in fields(Dynamics))
 """Names of speed and rates, for hidden members."""
 
 

@@ -27,7 +27,7 @@ from .courses import FOLLOWING, Course, Kind
 from .ramps import REST, Dynamics, Instant, total
 from .spots import Ideal, MotionSpot, settle
 
-BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
+BITS = {member.name: member.at for member in AXIS_MEMBERS if member.at}
 """Member and bit number of each named bit of an axis."""
 
 DEFAULT_SPEED, DEFAULT_RATE = 100.0, 1000.0
@@ -98,7 +98,7 @@ class IdealAxis(MotionSpot):
 
     def instant(self, now_ns: int) -> Instant:
         """Return the motion of the axis, which is the sum of all courses."""
-        return total(each.instant(now_ns) for each in self.courses.values())
+        return total(course.instant(now_ns) for course in self.courses.values())
 
     def position(self, now_ns: int) -> float:
         """Return the position in units; the position of a master is as of the last `catch_up`."""
@@ -124,11 +124,11 @@ class IdealAxis(MotionSpot):
         """
         course = self.courses[planner]
         entry = (self.instant(now_ns) if merge else course.instant(now_ns)).speed
-        for each in self.courses.values() if merge else (course,):
-            self._fold(each, now_ns)
-            if each.claim != claim:
-                each.end()
-            each.hide(kind=Kind.NOTHING)
+        for running in self.courses.values() if merge else (course,):
+            self._fold(running, now_ns)
+            if running.claim != claim:
+                running.end()
+            running.hide(kind=Kind.NOTHING)
         if kind in FOLLOWING:
             entry = 0.0
         course.begin(now_ns, kind, dynamics, claim, goal=goal, entry=entry)
@@ -144,8 +144,8 @@ class IdealAxis(MotionSpot):
     def rest(self, now_ns: int, error: int = 0) -> None:
         """End all courses at once, at the present position."""
         self.hide(start=self.position(now_ns), active=True)
-        for each in self.courses.values():
-            each.end(error, **({"ER": True} if error else {}))
+        for course in self.courses.values():
+            course.end(error, **({"ER": True} if error else {}))
 
     def shift(self, way: float, *, target: bool = True) -> None:
         """Shift the position, and the end of a move: for a new reference, or as the axis follows a master."""
@@ -216,7 +216,7 @@ class IdealAxis(MotionSpot):
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
 
     def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
-        present = total((REST, *(each for _, each in moving)))
+        present = total((REST, *(instant for _, instant in moving)))
         position, unwind = float(self["~start"]) + present.travel, self.settings.unwind
         self._watch(position)
         shown = position % unwind if unwind else position
@@ -245,8 +245,8 @@ class IdealAxis(MotionSpot):
 def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:
     """Update all ideal axes after a scan; gears first, so that a chain of them has no lag."""
     axes = [IdealAxis(memory, ideal, -place) for place in range(1, len(ideal.axes) + 1)]
-    active = [each for each in axes if each["~active"]]
-    for each in active:
-        each.catch_up(now_ns, masters)
-    for each in active:
-        each.update(now_ns)
+    active = [candidate for candidate in axes if candidate["~active"]]
+    for axis in active:
+        axis.catch_up(now_ns, masters)
+    for axis in active:
+        axis.update(now_ns)

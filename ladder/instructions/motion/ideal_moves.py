@@ -164,7 +164,9 @@ def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) ->
     """Bring a planner to rest, or with `whole`, the axis; return whether that takes time."""
     whole = planner == "whole"
     courses = list(axis.courses.values()) if whole else [axis.courses[planner]]
-    share = max((each.dynamics.down_share for each in courses if each.kind is not Kind.NOTHING), default=0.0)
+    share = max(
+        (course.dynamics.down_share for course in courses if course.kind is not Kind.NOTHING), default=0.0
+    )
     axis.begin(now_ns, planner, Kind.STOP, Dynamics(1.0, down, down, share, share), claim, merge=whole)
     moving = axis.courses[planner].instant(now_ns).speed != 0
     if not moving:
@@ -195,10 +197,10 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
     now = course.dynamics
     units = ((1, 11, "Speed", now.speed), (3, 12, "Acceleration", now.up), (5, 13, "Deceleration", now.down))
     speed, up, down = (
-        scaled(call.number(at + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
-        if call.yes(at)
+        scaled(call.number(place + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
+        if call.yes(place)
         else present
-        for at, unit, name, present in units
+        for place, unit, name, present in units
     )
     dynamics = Dynamics(speed, up, down, now.up_share, now.down_share)
     goal = course.goal - course.instant(call.now_ns).travel

@@ -59,7 +59,9 @@ class IdealSystem(MotionSpot):
         part, numbers = ideal.systems[number - 1]
         super().__init__(memory, part)
         self.ideal = ideal
-        self.axes = [IdealAxis(memory, ideal, each) if each < 0 else None for each in numbers]
+        self.axes = [
+            IdealAxis(memory, ideal, axis_number) if axis_number < 0 else None for axis_number in numbers
+        ]
         self.course = Course(self, ideal)
 
     @property
@@ -85,7 +87,7 @@ class IdealSystem(MotionSpot):
     def positions(self, now_ns: int) -> list[float]:
         """Return the present position: of its axes, and of the path for coordinates without an axis."""
         own = self.path(now_ns)
-        there = [None if each is None else each.position(now_ns) for each in self.axes]
+        there = [None if axis is None else axis.position(now_ns) for axis in self.axes]
         return [*(a if b is None else b for a, b in zip(own, there, strict=False)), *own[len(there) :]]
 
     def begin(
@@ -212,7 +214,7 @@ def _numbers(call: MotionCall, place: int) -> list[float]:
     if not isinstance(operand, (Group, Place)):
         return []
     elements = Elements(call.machine, operand)
-    return [float(elements[each]) for each in range(min(len(elements), SIZE))]
+    return [float(elements[index]) for index in range(min(len(elements), SIZE))]
 
 
 def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> float:
@@ -278,15 +280,15 @@ def _line(system: IdealSystem, call: MotionCall, place: int = 2) -> None:
 def _path(system: IdealSystem, call: MotionCall) -> None:
     """Begin MCPM: PATH_DATA has the position and the move type, DYNAMICS_DATA speed and rates."""
     path = call.operands[0]
-    given: list[float] = []
+    coordinates: list[float] = []
     if isinstance(path, Group) and isinstance(path.type, Structure):
         member = path.type.member("Position")
         if member is not None and member.dims and isinstance(member.type, Elementary):
             array = replace(path, type=member.type, path=f"{path.path}.{member.name}", dims=member.dims)
-            given = _numbers(call._replace(operands=[array]), 0)
+            coordinates = _numbers(call._replace(operands=[array]), 0)
     rates = (in_range(_member(call, 2, name, most)) for name, most in RATES.items())
     relative = _member(call, 0, "MoveType") == 1
-    _go(system, call, given, allowed(Dynamics(*rates)), relative=relative)
+    _go(system, call, coordinates, allowed(Dynamics(*rates)), relative=relative)
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
@@ -352,7 +354,7 @@ def _calculate(_system: IdealSystem, call: MotionCall) -> None:
 
 
 def _own(system: IdealSystem) -> Iterator[IdealAxis]:
-    return (each for each in system.axes if each is not None)
+    return (axis for axis in system.axes if axis is not None)
 
 
 ANSWERS: Answers = {

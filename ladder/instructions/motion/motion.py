@@ -82,7 +82,7 @@ def _begin_ideal(
 ) -> None:
     """Begin an instruction on an ideal axis, a coordinate system or a group."""
     motion.begin(motion.ticket % MOST_TICKETS + 1)
-    others = [each for each in operands[1:] if not _is_control(each)]
+    others = [operand for operand in operands[1:] if not _is_control(operand)]
     call = MotionCall(machine, motion, name, others)
     ideal, first = machine.lowered.ideal, operands[0]
     ideal_systems.catch_up(machine.memory, ideal, machine.now_ns)
@@ -115,7 +115,7 @@ def _prescan(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _control_of(machine: Interpreter, operands: tuple[Resolved, ...]) -> MotionControl:
-    return next(MotionControl(machine, each) for each in operands if _is_control(each))
+    return next(MotionControl(machine, operand) for operand in operands if _is_control(operand))
 
 
 def _is_control(operand: Resolved) -> TypeGuard[Group]:

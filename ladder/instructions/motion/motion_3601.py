@@ -142,7 +142,7 @@ def _dynamics(axis: Axis, *operands: Given) -> tuple[int, int, int]:
     values, units = operands[::2], operands[1::2]
     lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
     words = [word_of(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
-    numbers = [number_of(axis.machine, each) for each in values]
+    numbers = [number_of(axis.machine, value) for value in values]
     up, down = axis.rate(numbers[1], words[1]), axis.rate(numbers[2], words[2])
     return axis.speed(numbers[0], words[0]), up, down
 
@@ -193,9 +193,9 @@ def _change(
     moving = axis.tag["JogStatus"] and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
         raise MotionError(ILLEGAL_CHANGE)
-    speed_unit, up_unit, down_unit = (_unit(axis, each) for each in others[4:7])
+    speed_unit, up_unit, down_unit = (_unit(axis, unit) for unit in others[4:7])
     changes = [
-        word_of(axis.machine, each, NO_YES) == "YES" for each in (change_speed, change_up, change_down)
+        word_of(axis.machine, word, NO_YES) == "YES" for word in (change_speed, change_up, change_down)
     ]
     new_speed, new_up, new_down = (
         axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],

@@ -33,7 +33,7 @@ class Dynamics:
     @property
     def allowed(self) -> bool:
         """Whether all numbers are in range."""
-        return all(0 < each < math.inf for each in (self.speed, self.up, self.down))
+        return all(0 < rate < math.inf for rate in (self.speed, self.up, self.down))
 
 
 class Phase(NamedTuple):
@@ -123,7 +123,7 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
 
 def length(phases: Phases) -> float:
     """Return the total travel of phases."""
-    return sum(each.seconds * (each.begin + each.end) / 2 for each in phases)
+    return sum(phase.seconds * (phase.begin + phase.end) / 2 for phase in phases)
 
 
 def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:

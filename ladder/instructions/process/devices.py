@@ -22,9 +22,9 @@ _NS_PER_S = 1_000_000_000
 
 def _one(block: FunctionBlock, names: list[str], fault: str) -> int | None:
     """Return which of several bits is set; None if none is, or if several are, which is a fault."""
-    found = [number for number, name in enumerate(names) if block[name]]
-    block.wrong(**{fault: len(found) > 1})
-    return found[0] if len(found) == 1 else None
+    numbers = [number for number, name in enumerate(names) if block[name]]
+    block.wrong(**{fault: len(numbers) > 1})
+    return numbers[0] if len(numbers) == 1 else None
 
 
 def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> None:
@@ -33,7 +33,7 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
     Args:
         commands: inputs of the program, one for each state, or one for two states.
     """
-    requested = sum(int(block[each]) << place for place, each in enumerate(commands))
+    requested = sum(int(block[command]) << place for place, command in enumerate(commands))
     expected = 1 << state if len(commands) > 1 else state
     changed = requested ^ int(block["~asked"])
     alarm = block.on("ModeAlarm") or bool(changed & (requested ^ expected))
@@ -89,7 +89,7 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
 
     def show(block: FunctionBlock, state: int) -> bool:
         """Set the outputs of a state; return whether the feedback shows it."""
-        there = all(block[each] == block[f"{each}State{state}"] for each in feedbacks)
+        there = all(block[feedback] == block[f"{feedback}State{state}"] for feedback in feedbacks)
         block.set(**{f"Device{n}State": there and n == state for n in numbers})
         if three:
             block.set(**{f"Command{n}Status": n == state for n in numbers})

@@ -138,15 +138,15 @@ def _pulses(block: FunctionBlock) -> float:
         block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
         return 0.0
     before = int(block["InitialValue"]) if held else value if block.first else int(block["~before"])
-    rest = 0 if block.first else int(block["~remainder"])
+    remainder = 0 if block.first else int(block["~remainder"])
     half = 1 << (size - 1)
     difference = (value - before + half) % (2 * half) - half if block["Mode"] else value
-    total = difference * parts + rest
+    total = difference * parts + remainder
     out = abs(total) // _PARTS * (1 if total >= 0 else -1)
-    rest = total - out * _PARTS
+    remainder = total - out * _PARTS
     within = min(max(out, DINT.lowest), DINT.highest)
     block.wrong(OutOverflow=out != within, LostPrecision=abs(within) > _MOST_EXACT)
-    block.set(Out=float(within), **{"~before": value, "~remainder": rest})
+    block.set(Out=float(within), **{"~before": value, "~remainder": remainder})
     return float(within)
 
 
@@ -160,8 +160,8 @@ def _quickest(rate: float, left: float, most: float, jerk: float, seconds: float
     """
     change = jerk * seconds
     root = seconds * seconds / 4 + 2 * (left - rate * seconds / 2) / jerk
-    found = jerk * (math.sqrt(root) - seconds / 2) if root > 0 else -math.inf
-    return max(min(found, most, rate + change), rate - change)
+    fastest = jerk * (math.sqrt(root) - seconds / 2) if root > 0 else -math.inf
+    return max(min(fastest, most, rate + change), rate - change)
 
 
 def _s_curve(block: FunctionBlock) -> float:

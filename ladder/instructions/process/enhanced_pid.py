@@ -84,7 +84,7 @@ def _requested(loop: _PidLoop) -> str:
         return "Auto"
     if block[f"{who}CasRatReq"] and block["AllowCasRat"]:
         return "CasRat"
-    return next((each for each in _REGULATING if block[each]), "Manual")
+    return next((name for name in _REGULATING if block[name]), "Manual")
 
 
 def _choose_mode(loop: _PidLoop) -> None:
@@ -99,7 +99,7 @@ def _choose_mode(loop: _PidLoop) -> None:
     elif block["ProgOverrideReq"]:
         mode = "Override"
     loop.mode = mode
-    block.set(**{each: each == mode for each in _MODES})
+    block.set(**{name: name == mode for name in _MODES})
 
 
 def _set_ratio(loop: _PidLoop) -> float:
@@ -153,25 +153,25 @@ def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float
     """Return the last two values of the error and of PV, newest first; store the present values."""
     block = loop.block
     if block.first:
-        block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
-    past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in now}
+        block.set(**{f"~{name}{n}": value for name, value in now.items() for n in (1, 2)})
+    past = {name: (block.real(f"~{name}1"), block.real(f"~{name}2")) for name in now}
     if block.delta_t > 0 and not loop.bad_pv and math.isfinite(loop.error):
-        block.set(**{f"~{each}2": values[0] for each, values in past.items()})
-        block.set(**{f"~{each}1": value for each, value in now.items()})
+        block.set(**{f"~{name}2": values[0] for name, values in past.items()})
+        block.set(**{f"~{name}1": value for name, value in now.items()})
     return past
 
 
 def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.block.delta_t
-    gains = [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
+    gains = [block.limited(f"{term}Gain", 0.0, math.inf) for term in "PID"]
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
     now = {"e": loop.error, "q": percent}
     past = _past_errors(loop, now)
     dead = _in_deadband(loop, past["e"][0])
     if seconds <= 0 or not loop.regulates or loop.initializing or dead:
         return 0.0
-    of, by = ("q" if block[f"PVE{each}"] else "e" for each in ("Proportional", "Derivative"))
+    of, by = ("q" if block[f"PVE{term}"] else "e" for term in ("Proportional", "Derivative"))
     step = now[of] - past[of][0]
     bend = 60 * (now[by] - 2 * past[by][0] + past[by][1]) / seconds
     area = loop.error * seconds / 60
@@ -282,17 +282,22 @@ def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
 
 def _alarms(loop: _PidLoop) -> None:
     block = loop.block
-    band, deviation_band = (block.limited(f"{each}Deadband", 0.0, math.inf) for each in ("PV", "Dev"))
-    rates = [block.real(f"PVROC{each}") for each in ("PosLimit", "NegLimit", "Period")]
-    block.wrong(PVROCLimitsInv=any(not each >= 0 for each in rates))
+    band, deviation_band = (block.limited(f"{name}Deadband", 0.0, math.inf) for name in ("PV", "Dev"))
+    rates = [block.real(f"PVROC{name}") for name in ("PosLimit", "NegLimit", "Period")]
+    block.wrong(PVROCLimitsInv=any(not rate >= 0 for rate in rates))
     deviations = _deviation_limits(block)
     value, point = block.real("PV"), block.real("SP")
     if block.first or loop.bad_pv:
         block.set(**dict.fromkeys(_ALARMS, False))
         rate_alarms(block, value, "PV", first=True)
         return
-    level_alarms(block, value, "PV", {each: block.real(f"PV{each}Limit") for each in deviations}, band)
-    around = {each: point + (limit if each.startswith("H") else -limit) for each, limit in deviations.items()}
+    level_alarms(
+        block, value, "PV", {deviation: block.real(f"PV{deviation}Limit") for deviation in deviations}, band
+    )
+    around = {
+        deviation: point + (limit if deviation.startswith("H") else -limit)
+        for deviation, limit in deviations.items()
+    }
     level_alarms(block, value, "Dev", around, deviation_band)
     rate_alarms(block, value, "PV", first=False)
 

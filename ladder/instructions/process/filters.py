@@ -48,8 +48,8 @@ def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float
     made = [0.0] * (order + 1)
     for power, factor in enumerate(polynomial):
         part = [factor * (2 / seconds) ** power]
-        for each in [(1.0, -1.0)] * power + [(1.0, 1.0)] * (order - power):
-            part = _times(part, each)
+        for binomial in [(1.0, -1.0)] * power + [(1.0, 1.0)] * (order - power):
+            part = _times(part, binomial)
         made = [a + b for a, b in zip(made, part, strict=True)]
     return made
 
@@ -93,7 +93,7 @@ def _filtered(
         return steady
     if block.delta_t <= 0:
         return block.real("Out")
-    above, below = (_in_delays(each, order, block.delta_t) for each in (upper, lower))
+    above, below = (_in_delays(polynomial, order, block.delta_t) for polynomial in (upper, lower))
     inputs = [value, *_past(block, "x", order)]
     outputs = _past(block, "y", order)
     out = sum(a * x for a, x in zip(above, inputs, strict=True))
@@ -136,7 +136,9 @@ def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
             if order == _MOST_ORDER:
                 upper, lower = _times(upper, upper), _times(lower, lower)
         else:
-            lower = [each * w ** (order - power) for power, each in enumerate(_BUTTERWORTH[order])]
+            lower = [
+                coefficient * w ** (order - power) for power, coefficient in enumerate(_BUTTERWORTH[order])
+            ]
             upper = [lower[0]] if name == "WLag" else [0.0] * order + [1.0]
         return _filtered(block, block.real("In"), upper, lower)
 

@@ -50,7 +50,7 @@ class FunctionBlock(Members):
     def __init__(self, machine: Interpreter, group: Group, arrays: tuple[Resolved, ...] = ()) -> None:
         super().__init__(machine, group)
         self.machine: Interpreter = machine
-        self.arrays = tuple(Elements(machine, each) for each in arrays)
+        self.arrays = tuple(Elements(machine, array) for array in arrays)
         self.new = self.first = False
         self.elapsed_ms, self.delta_t = 0, 0.0
         self._faults: dict[str, bool] = {}
@@ -69,9 +69,9 @@ class FunctionBlock(Members):
 
     def wrong(self, **faults: bool) -> bool:
         """Note faults by the names of their bits; return whether any is true."""
-        found = {name: bool(each) for name, each in faults.items()}
-        self._faults.update(found)
-        return any(found.values())
+        flags = {name: bool(fault) for name, fault in faults.items()}
+        self._faults.update(flags)
+        return any(flags.values())
 
     def limited(self, name: str, low: float, high: float, fault: str = "") -> float:
         """Return an input limited to a range; outside it, note the fault of its `Inv` bit, or of `fault`."""
@@ -182,7 +182,7 @@ class FunctionBlock(Members):
 
 @cache
 def _requests(kind: str, sides: tuple[str, ...]) -> tuple[str, ...]:
-    names = [each.name for each in BLOCK_TYPES[kind].members if each.name.endswith("Req")]
+    names = [member.name for member in BLOCK_TYPES[kind].members if member.name.endswith("Req")]
     return tuple(name for name in names if name.startswith(sides))
 
 
@@ -228,9 +228,11 @@ def _converter(kind: Any) -> Callable[[Any], Any]:
 
 def _check_arrays(block: Group, *arrays: Resolved, kind: Structure) -> None:
     require_type(block, kind)
-    for each in arrays:
-        if not isinstance(each, Place | Group) or each.type != REAL:
-            raise OperandError(f"{getattr(each, 'text', each)} is no array of REAL", "pass an array of REAL")
+    for array in arrays:
+        if not isinstance(array, Place | Group) or array.type != REAL:
+            raise OperandError(
+                f"{getattr(array, 'text', array)} is no array of REAL", "pass an array of REAL"
+            )
 
 
 def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int = 0) -> Spec:
@@ -246,7 +248,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     bits = STATUS_BITS[kind.name]
     names = names_of(kind)
     types = [*kind.members, *kind.hidden]
-    converters = {name: _converter(each.type) for name, each in zip(names, types, strict=True)}
+    converters = {name: _converter(own.type) for name, own in zip(names, types, strict=True)}
 
     def call(block: FunctionBlock) -> None:
         block.begin(converters)

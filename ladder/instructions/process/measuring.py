@@ -39,7 +39,7 @@ def level_alarms(
 
 def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool) -> float | None:
     """Set the alarms of a rate, in units/s, from samples ROCPeriod apart; return a new rate."""
-    period, up, down = (block.real(f"{prefix}ROC{each}") for each in ("Period", "PosLimit", "NegLimit"))
+    period, up, down = (block.real(f"{prefix}ROC{name}") for name in ("Period", "PosLimit", "NegLimit"))
     now = block.machine.now_ns
     if first or not 0 < period <= 32767.0:
         block.set(**{"~sampled_ns": now, "~sample": value})
@@ -100,15 +100,15 @@ def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
         return
     ranked = sorted(values)
     if mode == _AVERAGE:
-        found = sum(value for value, _ in values) / len(values), 0
+        selected = sum(value for value, _ in values) / len(values), 0
     elif mode == _MEDIAN and len(ranked) % 2 == 0:
         low, high = ranked[len(ranked) // 2 - 1], ranked[len(ranked) // 2]
-        found = (low[0] + high[0]) / 2, 0
+        selected = (low[0] + high[0]) / 2, 0
     elif mode == _MEDIAN:
-        found = ranked[len(ranked) // 2]
+        selected = ranked[len(ranked) // 2]
     else:
-        found = (max if mode == _HIGH else min)(values, key=lambda each: each[0])
-    block.set(Out=found[0], SelectedIn=found[1])
+        selected = (max if mode == _HIGH else min)(values, key=lambda each: each[0])
+    block.set(Out=selected[0], SelectedIn=selected[1])
 
 
 # --- MAVE, MSTD
@@ -150,7 +150,7 @@ def _average(block: FunctionBlock) -> float:
         if weights is None:
             block.set(Out=sum(samples) / len(samples))
         else:
-            block.set(Out=sum(a * b for a, b in zip(samples, weights, strict=True)))
+            block.set(Out=sum(sample * weight for sample, weight in zip(samples, weights, strict=True)))
     return block.real("Out")
 
 
@@ -158,7 +158,7 @@ def _deviation(block: FunctionBlock) -> float:
     samples = _samples(block, len(block.arrays[0]))
     if samples is not None:
         mean = sum(samples) / len(samples)
-        squares = sum((each - mean) * (each - mean) for each in samples)
+        squares = sum((sample - mean) * (sample - mean) for sample in samples)
         block.set(Average=mean, Out=math.sqrt(squares / len(samples)) if math.isfinite(squares) else math.inf)
     return block.real("Out")
 
@@ -188,7 +188,7 @@ def _total(block: FunctionBlock) -> float:
     block.set(**{"~running": runs})
     total, target = block.real("Total"), block.real("Target")
     block.set(TargetFlag=total >= target)
-    block.set(**{f"{each}Flag": total >= target - block.real(each) for each in ("TargetDev1", "TargetDev2")})
+    block.set(**{f"{name}Flag": total >= target - block.real(name) for name in ("TargetDev1", "TargetDev2")})
     return total
 
 

@@ -68,10 +68,10 @@ def _position(block: FunctionBlock) -> float:
     valid = _percents(block) and cycle > 0
     most = _time(block, "MaxOnTime", cycle)
     least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
-    at, target = block.real("PositionPercent"), block.real("SPPercent")
+    position, target = block.real("PositionPercent"), block.real("SPPercent")
     for side, way, ended in (
-        ("Open", target - at, block.on("OpenedFB") or at >= 100),
-        ("Close", at - target, block.on("ClosedFB") or at <= 0),
+        ("Open", target - position, block.on("OpenedFB") or position >= 100),
+        ("Close", position - target, block.on("ClosedFB") or position <= 0),
     ):
         rate = block.limited(f"{side}Rate", 0.0, math.inf)
         pulse = block.real(f"{side}Time")
@@ -80,7 +80,7 @@ def _position(block: FunctionBlock) -> float:
         elif begins:
             pulse = _pulse(way / rate, dead if pulse < cycle else 0.0, least, most)
         block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
-    return at
+    return position
 
 
 def _pulse(needed: float, dead: float, least: float, most: float) -> float:

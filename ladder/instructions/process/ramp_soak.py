@@ -33,9 +33,9 @@ def _mode(block: FunctionBlock, *, program: bool) -> str:
     """Return the mode from the requests of the side in control; a new block is in Manual."""
     if block.new:
         return "Manual"
-    mode = next((each for each in ("Auto", "Hold") if block[each]), "Manual")
+    mode = next((name for name in ("Auto", "Hold") if block[name]), "Manual")
     if program:  # the first has precedence
-        return next((each for each in ("Hold", "Manual", "Auto") if block[f"Prog{each}Req"]), mode)
+        return next((name for name in ("Hold", "Manual", "Auto") if block[f"Prog{name}Req"]), mode)
     if block["OperManualReq"]:
         return "Manual"
     return "Auto" if mode == "Auto" or block["OperAutoReq"] else "Manual"
@@ -127,7 +127,7 @@ def _check(block: FunctionBlock) -> tuple[int, bool, bool]:
 
 
 def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
-    block.set(**{each: each == mode for each in ("Auto", "Manual", "Hold")})
+    block.set(**{name: name == mode for name in ("Auto", "Manual", "Hold")})
     block.set(Out=block["~exact"], SoakTimeLeft=block["~left"])
     if mode != "Manual" or program:  # for a bumpless change to Operator Manual
         block.set(

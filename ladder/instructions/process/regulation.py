@@ -138,7 +138,7 @@ def _generate(block: FunctionBlock) -> float:
     most = min(map(len, points)) if len(points) > 1 else 0
     if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= most}):
         return block.real("Out")
-    xs, ys = ([float(each[n]) for n in range(size)] for each in points)
+    xs, ys = ([float(point[n]) for n in range(size)] for point in points)
     if block.wrong(XisOutofOrder=any(not a <= b for a, b in pairwise(xs))):
         return block.real("Out")
     out = _interpolated(xs, ys, block.real("In"))
@@ -148,7 +148,7 @@ def _generate(block: FunctionBlock) -> float:
 
 def _interpolated(xs: list[float], ys: list[float], value: float) -> float:
     """Return y for a value; beyond the ends, y of the first or last point; for NaN, NaN."""
-    after = next((n for n, each in enumerate(xs) if value <= each), None)
+    after = next((n for n, x in enumerate(xs) if value <= x), None)
     if after is None:
         return ys[-1] if value > xs[-1] else value
     if after == 0:

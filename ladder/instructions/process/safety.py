@@ -59,7 +59,7 @@ def _number(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...
 
 
 def _truths(machine: Interpreter, operands: tuple[Resolved, ...]) -> list[bool]:
-    return [machine.condition(each) for each in operands]
+    return [machine.condition(operand) for operand in operands]
 
 
 def _rises(block: Members, name: str, value: bool) -> bool:
@@ -222,7 +222,7 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
     """Turn the outputs off and clear the state, as prescan and a false rung do."""
     members = Members(machine, group)
     kind = group.type
-    hidden = {f"~{each.name}": 0 for each in getattr(kind, "hidden", ())}
+    hidden = {f"~{member.name}": 0 for member in getattr(kind, "hidden", ())}
     members.set(O1=False, FP=False, FaultCode=0, DiagnosticCode=0, **hidden)
     if kind == SAFETY["CROUT"]:
         members.set(O2=False)

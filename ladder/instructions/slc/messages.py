@@ -56,15 +56,15 @@ def _run(machine: Interpreter, power: bool, control: Place | Group, *started: Pl
 
 
 def _resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:
-    for each in given:
-        found = resolver.any(each) if isinstance(each, Address) else None
-        if isinstance(found, Group) and found.type == MESSAGE:
-            return (found,)
-        if isinstance(found, Place) and found.type == INT:
-            if stub_of(resolver.stubs, found.text) is None:
-                text = f"nothing says how the message {found.text} ends"
+    for operand in given:
+        message = resolver.any(operand) if isinstance(operand, Address) else None
+        if isinstance(message, Group) and message.type == MESSAGE:
+            return (message,)
+        if isinstance(message, Place) and message.type == INT:
+            if stub_of(resolver.stubs, message.text) is None:
+                text = f"nothing says how the message {message.text} ends"
                 raise OperandError(text, 'describe its end in [stubs]: MSG = "done after 20 ms"')
-            return found, resolver.hidden("message")
+            return message, resolver.hidden("message")
     raise OperandError("MSG has no control block", "name an element of a file MG, or the first word of it")
 
 

@@ -193,8 +193,8 @@ def logic(function: Callable[[int, int], int]) -> Callable[[Interpreter, Resolve
     """Return an instruction that combines the bits of two integers."""
 
     def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-        one, other = (machine.whole(number(machine, each)) for each in (a, b))
-        store_bits(machine, target, function(one, other))
+        left, right = (machine.whole(number(machine, operand)) for operand in (a, b))
+        store_bits(machine, target, function(left, right))
 
     return run
 
@@ -227,13 +227,13 @@ def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolv
 
 def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
     """Run SCP: scale on the line through two points; an integer destination is rounded."""
-    *given, target = operands
-    value, low, high, first, last = (number(machine, each) for each in given)
+    *sources, target = operands
+    value, low, high, first, last = (number(machine, source) for source in sources)
     assert isinstance(target, Place)
     if high == low:
         store(machine, target, math.inf)
         return
-    if _is_whole(*given, target):
+    if _is_whole(*sources, target):
         product, span = machine.whole((value - low) * (last - first)), machine.whole(high - low)
         store(machine, target, quotient(product, span) + first)
         return

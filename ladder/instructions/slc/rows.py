@@ -41,8 +41,8 @@ def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place)
 
 def _prescan_one_shot(machine: Interpreter, storage: Place, *output: Place) -> None:
     machine.put(storage, True)
-    for each in output:
-        machine.put(each, False)
+    for bit in output:
+        machine.put(bit, False)
 
 
 _SHOWN = (Use.SHOWN, Use.SHOWN)
@@ -207,4 +207,4 @@ _ROWS: tuple[Spec, ...] = (
     assertion.ASSERT,
 )
 
-SLC_SPECS: Mapping[str, Spec] = {each.name: each for each in _ROWS}
+SLC_SPECS: Mapping[str, Spec] = {row.name: row for row in _ROWS}

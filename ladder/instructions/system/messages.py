@@ -64,8 +64,8 @@ def _go_on(machine: Interpreter, message: Members, path: str) -> None:
 
 def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
     """Return functions that end structured text messages after a scan."""
-    texts = [each for each in lowered.routines.values() if each.body is not None]
-    if not any(step.name == "MSG" for each in texts for line in each.lines for step in line.all_steps):
+    texts = [routine for routine in lowered.routines.values() if routine.body is not None]
+    if not any(step.name == "MSG" for routine in texts for line in routine.lines for step in line.all_steps):
         return ()
     return (partial(_end_messages, lowered.layout.ending("~waiting")),)
 

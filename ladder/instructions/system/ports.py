@@ -16,9 +16,9 @@ SYSTEM_MODE = 4
 
 
 def _run(machine: Interpreter, power: bool, *operands: Resolved) -> None:
-    for each in operands:
-        if isinstance(each, Group) and each.type == SERIAL_PORT_CONTROL:
-            control = Members(machine, each)
+    for operand in operands:
+        if isinstance(operand, Group) and operand.type == SERIAL_PORT_CONTROL:
+            control = Members(machine, operand)
             if power and not control["EN"]:
                 control.set(EN=True, ER=True, DN=False, EM=False, RN=False, ERROR=SYSTEM_MODE)
             elif not power:

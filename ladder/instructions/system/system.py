@@ -58,7 +58,7 @@ _FAULT_AT = 8  # type and code in a fault record, and their offset in bytes
 def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
     schedule = machine.lowered.schedule
     programs = schedule.programs if schedule is not None else ()
-    return next((each for each in programs if not name or each.name.upper() == name), None)
+    return next((program for program in programs if not name or program.name.upper() == name), None)
 
 
 def _read_major_fault(machine: Interpreter, name: str) -> bytes:
@@ -89,7 +89,7 @@ def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
-    own = (each for each in schedule.tasks if name in (program.name.upper() for program in each.programs))
+    own = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
     return task_named(schedule.tasks, name) or next(own, None)
 
 
@@ -231,10 +231,12 @@ def _attribute(kind: str, name: str) -> Attribute | None:
 
 def _known(kind: str, *, written: bool) -> str:
     """List the classes, or a class's attributes; only settable ones unless a tag is `written` (GSV)."""
-    rows = [each for each, row in ATTRIBUTES.items() if written or row.write]
-    for each, stored in OBJECTS.items():
-        rows += [(each, name) for name, row in stored.items() if written or row.set]
-    names = [name for each, name in rows if each == kind] or list(dict.fromkeys(each for each, _ in rows))
+    rows = [attribute for attribute, row in ATTRIBUTES.items() if written or row.write]
+    for owner, stored in OBJECTS.items():
+        rows += [(owner, name) for name, row in stored.items() if written or row.set]
+    names = [name for class_name, name in rows if class_name == kind] or list(
+        dict.fromkeys(class_name for class_name, _ in rows)
+    )
     return ", ".join(names)
 
 
@@ -242,7 +244,7 @@ def _resolve(
     resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
 ) -> tuple[str, str | Place, str, Place | Group]:
     """Return class, instance and attribute in capitals, and the tag; an axis's instance is a member."""
-    kind, instance, name = (str(each).upper() for each in given[:3])
+    kind, instance, name = (str(word).upper() for word in given[:3])
     tag = given[3]
     if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(tag, Address):
         member = _member(resolver, given[1], str(given[2]))
@@ -272,12 +274,12 @@ def _keep(resolver: OperandResolver, kind: str, instance: str, name: str) -> Non
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
     try:
-        found = resolver.any(tag.member(name))
+        member = resolver.any(tag.member(name))
     except LadderError:
-        found = None
-    if not isinstance(found, Place) or found.type.is_bool:
+        member = None
+    if not isinstance(member, Place) or member.type.is_bool:
         raise OperandError(f"{tag} has no attribute {name} here", "name a member of the tag")
-    return found
+    return member
 
 
 def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> bytes:

@@ -40,7 +40,7 @@ BLOCK_STRUCTURES: Mapping[str, Structure] = {
 }
 """Structure of each block instruction, including timers, counters and one-shots."""
 
-BLOCK_TYPES: Mapping[str, Structure] = {each.name: each for each in BLOCKS.values()}
+BLOCK_TYPES: Mapping[str, Structure] = {kind.name: kind for kind in BLOCKS.values()}
 
 
 _EIGHT = for_each("In#", *range(1, 9))

@@ -134,8 +134,8 @@ _OF_AXES = members_of(
 )
 
 _ANALOG_MEMBERS = tuple(
-    Member("DriveFault", BOOL, at="ServoFault.9") if each.name == "DriveFault" else each
-    for each in AXIS_MEMBERS
+    Member("DriveFault", BOOL, at="ServoFault.9") if member.name == "DriveFault" else member
+    for member in AXIS_MEMBERS
 )
 """Members of an axis with an analog drive, whose fault is a bit of ServoFault."""
 
@@ -234,8 +234,8 @@ BY_CLASS: Mapping[str, Structure] = {
 """Type of the instances of a class in GSV and SSV, by class in capitals."""
 
 MOTION_TYPES: Mapping[str, Structure] = {
-    each.name: each
-    for each in (
+    kind.name: kind
+    for kind in (
         *(MOTION_INSTRUCTION, *AXIS_TYPES.values(), MOTION_GROUP, COORDINATE_SYSTEM),
         *(CAM, CAM_PROFILE, OUTPUT_CAM, OUTPUT_COMPENSATION),
     )

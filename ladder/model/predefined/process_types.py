@@ -35,11 +35,11 @@ def block_structure(
     words = [] if faults is None else ["Status1", "Status2"] if more else ["Status"]
     bits: dict[str, tuple[str, int]] = {}
     if faults is not None:
-        bits = {each: (words[0], number) for number, each in enumerate(("InstructFault", *faults.split()))}
-    bits |= {each: (words[-1], number) for number, each in enumerate(more.split(), start=1)}
+        bits = {fault: (words[0], number) for number, fault in enumerate(("InstructFault", *faults.split()))}
+    bits |= {fault: (words[-1], number) for number, fault in enumerate(more.split(), start=1)}
     if TIMING in inputs:
         hidden = f"{hidden} BOOL begun LINT last_ns DINT stamp"
-        bits |= {each: (words[-1], FIRST_TIMING_BIT + n) for n, each in enumerate(TIMING_FAULTS)}
+        bits |= {fault: (words[-1], FIRST_TIMING_BIT + n) for n, fault in enumerate(TIMING_FAULTS)}
     STATUS_BITS[name] = bits
     text = f"BOOL EnableIn=1 {inputs} BOOL EnableOut {outputs} DINT {' '.join(words)} BOOL {' '.join(bits)}"
     return Structure(name, members_of(text), hidden=members_of(hidden))

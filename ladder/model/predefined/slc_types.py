@@ -24,4 +24,4 @@ SLC_COUNTER = _words("SLC_COUNTER", "CU CD DN OV UN UA", "INT PRE ACC")
 
 SLC_CONTROL = _words("SLC_CONTROL", "EN EU DN EM ER UL IN FD", "INT LEN POS")
 
-SLC_TYPES = {each.name: each for each in (SLC_TIMER, SLC_COUNTER, SLC_CONTROL)}
+SLC_TYPES = {kind.name: kind for kind in (SLC_TIMER, SLC_COUNTER, SLC_CONTROL)}

@@ -63,10 +63,10 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **MOTION_TYPES,
     **BLOCK_TYPES,
     **DIAGRAM_TYPES,
-    **{each.name: each for each in SAFETY.values()},
+    **{kind.name: kind for kind in SAFETY.values()},
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,
-    **{each.name: each for each in (*_PLAIN, *CHARTS)},
+    **{kind.name: kind for kind in (*_PLAIN, *CHARTS)},
     **SLC_TYPES,
 }
 """Types that every program may use, by name in capitals."""

@@ -120,7 +120,7 @@ def _each(t: T) -> Callable[..., Array]:
 
     def computed(*operands: Array) -> Array:
         lists = [operand.tolist() for operand in operands]
-        return np.array([function(*each) for each in zip(*lists, strict=True)], dtype=kind)
+        return np.array([function(*arguments) for arguments in zip(*lists, strict=True)], dtype=kind)
 
     return computed
 

@@ -18,18 +18,20 @@ class Evaluator:
 
     def __init__(self, roots: Sequence[T]) -> None:
         order = reach(roots)
-        slots = {t.id: number for number, t in enumerate(order)}
+        slots = {node.id: number for number, node in enumerate(order)}
         self._found: list[Any] = [None] * len(order)
         self._variables: list[tuple[int, str, int]] = []
         self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []
-        for slot, t in enumerate(order):
-            if t.op == "var":
-                self._variables.append((slot, t.val, False if t.kind == BOOL else 0))
-            elif t.op == "const":
-                self._found[slot] = self._constant(t)
+        for slot, term in enumerate(order):
+            if term.op == "var":
+                self._variables.append((slot, term.val, False if term.kind == BOOL else 0))
+            elif term.op == "const":
+                self._found[slot] = self._constant(term)
             else:
-                self._steps.append((slot, self._function(t), [slots[a.id] for a in t.args]))
-        self._roots = [slots[t.id] for t in roots]
+                self._steps.append(
+                    (slot, self._function(term), [slots[argument.id] for argument in term.args])
+                )
+        self._roots = [slots[root.id] for root in roots]
 
     def _constant(self, t: T) -> Any:
         return t.val
@@ -39,12 +41,12 @@ class Evaluator:
 
     def __call__(self, values: Mapping[str, Any]) -> list[Any]:
         """Return the values of the roots; `values` has the variables by name, a missing variable is 0."""
-        found = self._found
+        results = self._found
         for slot, name, default in self._variables:
-            found[slot] = values.get(name, default)
+            results[slot] = values.get(name, default)
         for slot, function, operands in self._steps:
-            found[slot] = function(*[found[operand] for operand in operands])
-        return [found[slot] for slot in self._roots]
+            results[slot] = function(*[results[operand] for operand in operands])
+        return [results[slot] for slot in self._roots]
 
 
 def evaluate(roots: Sequence[T], values: Mapping[str, Any]) -> list[Any]:

@@ -13,9 +13,9 @@ from .terms import FALSE, TRUE, T, bits_of, const, iff, interval_of, ite, memo, 
 
 def _folded(op: str, *operands: T, val: Any = None) -> T | None:
     """Return the constant result of an operation on constant operands."""
-    if any(a.op != "const" for a in operands):
+    if any(operand.op != "const" for operand in operands):
         return None
-    return const(meaning(op, INT, val)(*[a.val for a in operands]))
+    return const(meaning(op, INT, val)(*[operand.val for operand in operands]))
 
 
 def add(a: T, b: T) -> T:
@@ -77,7 +77,7 @@ def bitop(op: str, a: T, b: T) -> T:
     if folded is not None:
         return folded
     if op == "band" and (a.lo >= 0 or b.lo >= 0):
-        return mk(op, (a, b), INT, None, 0, min(each.hi for each in (a, b) if each.lo >= 0))
+        return mk(op, (a, b), INT, None, 0, min(term.hi for term in (a, b) if term.lo >= 0))
     lo, hi = interval_of(max(bits_of(a.lo, a.hi), bits_of(b.lo, b.hi)))
     return mk(op, (a, b), INT, None, 0 if a.lo >= 0 and b.lo >= 0 else lo, hi)
 
@@ -209,8 +209,8 @@ def to_float(a: T, kind: str) -> T:
 def fop(op: str, *args: T) -> T:
     """Return `fadd`, `fsub`, `fmul`, `fdiv`, `frem`, `fneg`, `fabs` or `fsqrt` of floats of one kind."""
     kind = args[0].kind
-    if all(a.op == "const" for a in args):
-        return const(meaning(op, kind, None)(*[a.val for a in args]), kind)
+    if all(argument.op == "const" for argument in args):
+        return const(meaning(op, kind, None)(*[argument.val for argument in args]), kind)
     return mk(op, args, kind)
 
 

@@ -45,7 +45,14 @@ def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi
     """Return the one term with these parts; an interval of a single whole number gives a constant."""
     if kind == INT and lo == hi and op != "const":
         return const(lo)
-    key = (op, kind, struct.pack("<d", val) if isinstance(val, float) else val, lo, hi, *[a.id for a in args])
+    key = (
+        op,
+        kind,
+        struct.pack("<d", val) if isinstance(val, float) else val,
+        lo,
+        hi,
+        *[argument.id for argument in args],
+    )
     known = _table.get(key)
     if known is None:
         known = _table[key] = T(op, args, kind, val, lo, hi)
@@ -182,19 +189,19 @@ def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
     """Return a term with variables replaced by name; `memo` caches results by id."""
     todo = [t]
     while todo:
-        each = todo[-1]
-        missing = [] if each.id in memo else [a for a in each.args if a.id not in memo]
+        term = todo[-1]
+        missing = [] if term.id in memo else [argument for argument in term.args if argument.id not in memo]
         if missing:
             todo += missing
             continue
         todo.pop()
-        if each.id in memo:
+        if term.id in memo:
             continue
-        if each.op == "var":
-            memo[each.id] = of.get(each.val, each)
+        if term.op == "var":
+            memo[term.id] = of.get(term.val, term)
         else:
-            args = tuple(memo[a.id] for a in each.args)
-            memo[each.id] = mk(each.op, args, each.kind, each.val, each.lo, each.hi)
+            args = tuple(memo[argument.id] for argument in term.args)
+            memo[term.id] = mk(term.op, args, term.kind, term.val, term.lo, term.hi)
     return memo[t.id]
 
 
@@ -203,30 +210,30 @@ def reach(roots: Iterable[T]) -> list[T]:
     seen: dict[int, T] = {}
     todo = list(roots)
     while todo:
-        t = todo.pop()
-        if t.id not in seen:
-            seen[t.id] = t
-            todo.extend(t.args)
+        term = todo.pop()
+        if term.id not in seen:
+            seen[term.id] = term
+            todo.extend(term.args)
     return [seen[number] for number in sorted(seen)]
 
 
 def variables(roots: Iterable[T]) -> list[T]:
     """Return the variables in the roots."""
-    return [t for t in reach(roots) if t.op == "var"]
+    return [term for term in reach(roots) if term.op == "var"]
 
 
 def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
     """Return the variables in each root, found in one walk over all roots."""
-    roots, found, masks = list(roots), list[T](), dict[int, int]()
-    for t in reach(roots):
+    roots, leaves, masks = list(roots), list[T](), dict[int, int]()
+    for term in reach(roots):
         mask = 0
-        for operand in t.args:
+        for operand in term.args:
             mask |= masks[operand.id]
-        if t.op == "var":
-            mask = 1 << len(found)
-            found.append(t)
-        masks[t.id] = mask
-    return {root: [found[number] for number in numbers_in(masks[root.id])] for root in roots}
+        if term.op == "var":
+            mask = 1 << len(leaves)
+            leaves.append(term)
+        masks[term.id] = mask
+    return {root: [leaves[number] for number in numbers_in(masks[root.id])] for root in roots}
 
 
 def numbers_in(mask: int) -> Iterator[int]:

@@ -113,7 +113,7 @@ def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: Questio
     decider.scan_at_random()
     decider.find_impossible()
     decider.prove_jointly(decider.open)
-    return {t for t in dict.fromkeys(truths) if decider.never(t)}
+    return {truth for truth in dict.fromkeys(truths) if decider.never(truth)}
 
 
 class Questioning:
@@ -137,9 +137,11 @@ class Questioning:
 
     def answers(self, known_run: KnownRun | None) -> Answers:
         """Answer all questions; return the findings in the order of the questions."""
-        found, decider = Answers(), self._decider
-        found.counts.update(rule for rule, _, _ in dict.fromkeys(each.key for each in self._questions))
-        self._listener.begun(sum(found.counts.values()))
+        answers, decider = Answers(), self._decider
+        answers.counts.update(
+            rule for rule, _, _ in dict.fromkeys(question.key for question in self._questions)
+        )
+        self._listener.begun(sum(answers.counts.values()))
         decider.scan_at_random(FIRST_SCANS)
         decider.find_impossible()
         self._ask(self._known)
@@ -149,10 +151,10 @@ class Questioning:
         if self._left and self._limits.each.helped:
             self._listener.left(self._count_left())
             self._decide_with_invariants()
-        open_keys = {each.key for each in self._left.values()} - self._reported
-        found.open.update(rule for rule, _, _ in open_keys)
-        found.findings = [self._findings[place] for place in sorted(self._findings)]
-        return found
+        open_keys = {question.key for question in self._left.values()} - self._reported
+        answers.open.update(rule for rule, _, _ in open_keys)
+        answers.findings = [self._findings[place] for place in sorted(self._findings)]
+        return answers
 
     def _decide_by_induction(self, known_run: KnownRun | None) -> None:
         """Decide questions by more scans, a known run and inductions."""
@@ -160,11 +162,11 @@ class Questioning:
         decider.scan_at_random()
         proofs = set(self._truths(is_proof=True))
         if known_run is not None:
-            decider.possible |= known_run([t for t in decider.open if t in proofs])
-        decider.prove_jointly([t for t in decider.open if t in proofs])
+            decider.possible |= known_run([truth for truth in decider.open if truth in proofs])
+        decider.prove_jointly([truth for truth in decider.open if truth in proofs])
         self._ask(self._known)
         runs = dict.fromkeys(self._truths(is_proof=False))
-        decider.prove_jointly([t for t in runs if t not in decider.impossible], held=True)
+        decider.prove_jointly([truth for truth in runs if truth not in decider.impossible], held=True)
         self._ask(self._decided, is_last=not self._limits.each.helped)
 
     def _decide_with_invariants(self) -> None:
@@ -174,13 +176,13 @@ class Questioning:
 
     def _truths(self, *, is_proof: bool) -> list[T]:
         """Return the conditions of the open questions whose finding is a proof, or is a run."""
-        return [each.bad for each in self._left.values() if each.is_proof is is_proof]
+        return [question.bad for question in self._left.values() if question.is_proof is is_proof]
 
     def _count_left(self) -> int:
-        return len({each.key for each in self._left.values()} - self._reported)
+        return len({question.key for question in self._left.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; legs of a rung that may be dead wait for the next round."""
+        """Ask the open questions; those about legs of a rung that may be dead come in the next round."""
         waiting: set[Rung] = set()
         self._after = len(self._left)
         for place, question in [*self._left.items()]:
@@ -202,10 +204,10 @@ class Questioning:
         if question.rule == "dead-rung":
             self._dead_rungs.add((question.site.routine, question.site.rung))
         if question.lives is TRUE or not self._decider.never(question.lives):
-            found = Finding(question.rule, question.site, question.text, verdict, question.coils)
-            self._findings[place] = found
+            finding = Finding(question.rule, question.site, question.text, verdict, question.coils)
+            self._findings[place] = finding
             self._reported.add(question.key)
-            self._listener.found(found)
+            self._listener.found(finding)
 
     def _known(self, question: Question) -> Verdict:
         """Return the verdict on a question as far as it is known without the solver."""

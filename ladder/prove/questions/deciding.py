@@ -94,7 +94,7 @@ class TruthDecider:
         self.impossible: dict[T, Verdict] = {}
         self.impossible_held: set[T] = set()
         self.spent: Counter[str] = Counter()
-        self._random = _RandomScans(self.system, [t for t in rules if t.op != "const"])
+        self._random = _RandomScans(self.system, [truth for truth in rules if truth.op != "const"])
         self._with_invariants = False
         self._undecided: set[tuple[bool, T]] = set()  # tried without invariants; whether in `system`
         self._without_invariants: set[bool] = set()  # systems that have no invariants
@@ -102,7 +102,7 @@ class TruthDecider:
     @property
     def open(self) -> list[T]:
         """The conditions that are undecided so far."""
-        return [t for t in self.rules if t not in self.possible and t not in self.impossible]
+        return [truth for truth in self.rules if truth not in self.possible and truth not in self.impossible]
 
     # --- all conditions at once
 
@@ -117,13 +117,13 @@ class TruthDecider:
         if not self._follows(self.system):
             return
         solver = Solver(self.limits.each.fuse)
-        left = [t for t in self.open if self.spent[self.rules[t]] < self.limits.rule]
+        left = [truth for truth in self.open if self.spent[self.rules[truth]] < self.limits.rule]
         with self.system.narrowing(left):
             scan = Frame(self.system, solver)
         if solver.check() != SAT:
             return  # perhaps no scan keeps the contracts
-        can, gave_up = satisfiable(solver, {t: scan.term(t) for t in left})
-        self._note_impossible([t for t in left if t not in can and t not in gave_up], 0)
+        can, gave_up = satisfiable(solver, {truth: scan.term(truth) for truth in left})
+        self._note_impossible([truth for truth in left if truth not in can and truth not in gave_up], 0)
         self._charge(left, solver.work)
 
     def prove_jointly(self, truths: Iterable[T], *, held: bool = False) -> None:
@@ -133,32 +133,36 @@ class TruthDecider:
             held: whether numbers that nothing writes keep their values.
         """
         system = self.problem if held else self.system
-        left = [t for t in truths if t is not system.deep and self.spent[self.rules[t]] < self.limits.rule]
+        left = [
+            candidate
+            for candidate in truths
+            if candidate is not system.deep and self.spent[self.rules[candidate]] < self.limits.rule
+        ]
         if not left or not self._follows(system):
             return
-        found = decide_jointly(system, left, self._limits(held=held))
-        self._charge(left, found.work)
+        answers = decide_jointly(system, left, self._limits(held=held))
+        self._charge(left, answers.work)
         if held:
-            self.impossible_held |= found.proved.keys()
+            self.impossible_held |= answers.proved.keys()
         else:
-            for t, k in found.proved.items():
-                self._note_impossible([t], k)
-            self.possible |= found.broken
-        decided = found.proved.keys() | found.broken | found.gave_up
-        self._undecided |= {(not held, t) for t in left if t not in decided}
+            for truth, k in answers.proved.items():
+                self._note_impossible([truth], k)
+            self.possible |= answers.broken
+        decided = answers.proved.keys() | answers.broken | answers.gave_up
+        self._undecided |= {(not held, candidate) for candidate in left if candidate not in decided}
 
     def _note_impossible(self, truths: Iterable[T], k: int) -> None:
-        for t in truths:
-            self.impossible[t] = Verdict(VerdictKind.PROVED, k)
+        for truth in truths:
+            self.impossible[truth] = Verdict(VerdictKind.PROVED, k)
 
     def _charge(self, truths: Sequence[T], work: int) -> None:
-        for t in truths:
-            self.spent[self.rules[t]] += 1 + work // len(truths)
+        for truth in truths:
+            self.spent[self.rules[truth]] += 1 + work // len(truths)
 
     def _limits(self, *, held: bool) -> Limits:
         """Return the limits of one condition; with free numbers, runs don't count, so the search is short."""
-        each = replace(self.limits.each, helped=False)
-        return each if held else replace(each, scans=min(each.scans, each.k + 1), replays=False)
+        limits = replace(self.limits.each, helped=False)
+        return limits if held else replace(limits, scans=min(limits.scans, limits.k + 1), replays=False)
 
     def _follows(self, system: System) -> bool:
         """Return whether the relation agrees with the program, as each proof requires."""
@@ -227,11 +231,11 @@ class TruthDecider:
             free: conditions to be proved for any numbers.
             held: conditions for which a run is searched.
         """
-        own = [(each, each.contract, each.kept) for each in (self.system, self.problem)]
+        own = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
         self._with_invariants = True
         try:
             for system, truths in ((self.system, free), (self.problem, held)):
-                few = [t for t in truths if self._gets_invariants(system, t)]
+                few = [truth for truth in truths if self._gets_invariants(system, truth)]
                 if not few or not self._find_invariants(system, few):
                     self._without_invariants.add(system is self.system)
             yield

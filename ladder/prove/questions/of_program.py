@@ -50,11 +50,11 @@ def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None
 
 def _coils_by_bit(steps: Iterable[LoweredStep]) -> dict[str, list[LoweredStep]]:
     """Return the coils of each bit at a fixed place."""
-    found: dict[str, list[LoweredStep]] = {}
+    coils: dict[str, list[LoweredStep]] = {}
     for step in steps:
         if step.name in COILS and _is_fixed(step.operands[0]):
-            found.setdefault(step.operands[0].text.upper(), []).append(step)
-    return found
+            coils.setdefault(step.operands[0].text.upper(), []).append(step)
+    return coils
 
 
 def lines_reached(problem: ProgramSystem, routine: LoweredRoutine) -> Iterator[LoweredLine]:
@@ -70,7 +70,7 @@ def _of_line(problem: ProgramSystem, line: LoweredLine) -> Iterator[Question]:
     if not outputs or sites[outputs[0].site].unit != "rung":
         return
     site = sites[outputs[0].site]
-    reached = any_of(each.before for step in outputs for each in passages.get(step.site, ()))
+    reached = any_of(passage.before for step in outputs for passage in passages.get(step.site, ()))
     yield Question("dead-rung", site, f"no output of {site.place} ever has power", reached)
     yield from _of_contacts(problem, line.nodes)
 
@@ -82,9 +82,9 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
                 yield from _of_contacts(problem, leg)
             yield from _of_legs(problem, node)
         elif node.kind is InstructionKind.INPUT and node.name not in PASSIVE:
-            found = problem.machine.passages.get(node.site, ())
-            passed = any_of(and_(each.before, each.after) for each in found)
-            blocked = any_of(and_(each.before, not_(each.after)) for each in found)
+            passages = problem.machine.passages.get(node.site, ())
+            passed = any_of(and_(passage.before, passage.after) for passage in passages)
+            blocked = any_of(and_(passage.before, not_(passage.after)) for passage in passages)
             site = problem.lowered.sites[node.site]
             always = f"{site.instruction} decides nothing: it passes whatever reaches it"
             yield Question("dead-leg", site, always, blocked, passed)
@@ -123,11 +123,11 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
         yield Question("never-on", site, f"{place.text} is never on", after)
         falls = and_(bit_before(problem, place), not_(_as_first(problem, after)))
         yield Question("stuck", site, text, falls, and_(after, not_(problem.stops)))
-    for one, other in _pairs(problem, [step for step in steps if step.name == "OTE"]):
-        where = sites[one.site].place
+    for first, second in _pairs(problem, [step for step in steps if step.name == "OTE"]):
+        where = sites[first.site].place
         text = f"{place.text}: the coils here and in {where} write different values in one scan"
-        pair = one.site, other.site
-        yield Question("conflict", sites[other.site], text, _disagree(problem, one, other), coils=pair)
+        pair = first.site, second.site
+        yield Question("conflict", sites[second.site], text, _disagree(problem, first, second), coils=pair)
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
@@ -135,24 +135,24 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
     alike: dict[object, list[int]] = {}
     kinds: list[object] = []
     for number, coil in enumerate(coils):
-        found = {(each.active, each.power) for each in problem.machine.passages.get(coil.site, ())}
-        kinds.append(next(iter(found)) if len(found) == 1 else number)
+        states = {(passage.active, passage.power) for passage in problem.machine.passages.get(coil.site, ())}
+        kinds.append(next(iter(states)) if len(states) == 1 else number)
         alike.setdefault(kinds[-1], []).append(number)
-    following = {one: other for found in alike.values() for one, other in pairwise(found)}
+    following = {first: second for numbers in alike.values() for first, second in pairwise(numbers)}
     for number, kind in enumerate(kinds):
-        later = [each for other, found in alike.items() if other != kind for each in found if each > number]
+        later = [n for other, numbers in alike.items() if other != kind for n in numbers if n > number]
         if number in following:
             later.append(following[number])
-        for each in sorted(later):
-            yield coils[number], coils[each]
+        for paired in sorted(later):
+            yield coils[number], coils[paired]
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
     """Return a term as it is if its scan may also be the first one after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
-    for each in () if schedule is None else schedule.programs:
-        names[f"{each.started.path.upper()}[0]"] = FALSE
+    for program in () if schedule is None else schedule.programs:
+        names[f"{program.started.path.upper()}[0]"] = FALSE
     first = replaced(t, names, {})
     return and_(t, first)
 
@@ -160,9 +160,9 @@ def _as_first(problem: ProgramSystem, t: T) -> T:
 def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:
     passages = problem.machine.passages
     return any_of(
-        and_(and_(a.active, b.active), not_(iff(a.power, b.power)))
-        for a in passages.get(one.site, ())
-        for b in passages.get(other.site, ())
+        and_(and_(left.active, right.active), not_(iff(left.power, right.power)))
+        for left in passages.get(one.site, ())
+        for right in passages.get(other.site, ())
     )
 
 

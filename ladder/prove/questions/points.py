@@ -58,24 +58,24 @@ SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replay
 
 def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
     """Return each point of a program with its condition, in the order of the program."""
-    found: dict[RungPoint, T] = {}
+    points: dict[RungPoint, T] = {}
     for step in problem.lowered.all_steps:
         passages = problem.machine.passages.get(step.site, ())
-        for state, t in _states(passages, is_contact=step.kind is InstructionKind.INPUT):
-            found.setdefault(RungPoint(step.site, state), t)
-    return found
+        for state, truth in _states(passages, is_contact=step.kind is InstructionKind.INPUT):
+            points.setdefault(RungPoint(step.site, state), truth)
+    return points
 
 
 def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[PointState, T]]:
-    each = list(passages)
+    listed = list(passages)
     if is_contact:
-        yield PointState.REACHED, any_of(one.before for one in each)
-        yield PointState.ON, any_of(and_(one.before, one.after) for one in each)
-        yield PointState.OFF, any_of(and_(one.before, not_(one.after)) for one in each)
+        yield PointState.REACHED, any_of(passage.before for passage in listed)
+        yield PointState.ON, any_of(and_(passage.before, passage.after) for passage in listed)
+        yield PointState.OFF, any_of(and_(passage.before, not_(passage.after)) for passage in listed)
     else:
-        yield PointState.REACHED, any_of(one.active for one in each)
-        yield PointState.ON, any_of(one.before for one in each)
-        yield PointState.OFF, any_of(and_(one.active, not_(one.power)) for one in each)
+        yield PointState.REACHED, any_of(passage.active for passage in listed)
+        yield PointState.ON, any_of(passage.before for passage in listed)
+        yield PointState.OFF, any_of(and_(passage.active, not_(passage.power)) for passage in listed)
 
 
 def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint, ...]:
@@ -86,7 +86,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
     """
     points = points_of(problem)
     dead = find_impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
-    return tuple(point for point, t in points.items() if t in dead)
+    return tuple(point for point, truth in points.items() if truth in dead)
 
 
 def run_to(
@@ -100,30 +100,30 @@ def run_to(
     Raises:
         LadderError: the program has no such point.
     """
-    t = points_of(problem).get(point)
-    if t is None:
+    truth = points_of(problem).get(point)
+    if truth is None:
         raise LadderError(f"{problem.lowered.name} has no instruction {point.number}")
     if start is None:
-        return prove(problem, t, replace(limits, replays=True)).scans
+        return prove(problem, truth, replace(limits, replays=True)).scans
     kept = problem.initial, problem.late
-    problem.initial, problem.late = _state_of(problem, start, [t]), set()
+    problem.initial, problem.late = _state_of(problem, start, [truth]), set()
     try:
-        return prove(problem, t, limits).scans
+        return prove(problem, truth, limits).scans
     finally:
         problem.initial, problem.late = kept
 
 
 def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:
     """Return the values in an engine of a problem's variables, by name."""
-    found = dict(problem.initial)
+    state = dict(problem.initial)
     layout = start.lowered.layout
-    for v in variables([*problem.next.values(), *roots, problem.contract]):
-        key = problem.key_of.get(v.val)
+    for variable in variables([*problem.next.values(), *roots, problem.contract]):
+        key = problem.key_of.get(variable.val)
         leaf = None if key is None else layout.find(key[0])
         if key is None or leaf is None:
             continue
         value = start.memory.read(leaf, key[1])
         if key[0].endswith(CLOCK):
-            value = min(v.hi, max(0, start.now_ns - int(value)) // problem.tick_ns)
-        found[v.val] = False if key == FIRST_SCAN else value
-    return found
+            value = min(variable.hi, max(0, start.now_ns - int(value)) // problem.tick_ns)
+        state[variable.val] = False if key == FIRST_SCAN else value
+    return state

@@ -49,8 +49,8 @@ class TermCalls(TermSteps):
             self._lines(routine, inputs)
             return self._answers
         finally:
-            for each, value in kept.items():
-                setattr(self, each, value)
+            for saved_name, value in kept.items():
+                setattr(self, saved_name, value)
             self.active = self._going_on(self.active)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
@@ -143,7 +143,7 @@ class TermCalls(TermSteps):
         return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
     def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
-        count, last, by = (term_of(self.integer(each), INT) for each in (index, terminal, step))
+        count, last, by = (term_of(self.integer(operand), INT) for operand in (index, terminal, step))
         return ite(lt(by, const(0)), lt(count, last), lt(last, count))
 
     def _set_index(self, index: Place, value: Callable[[], Any]) -> None:

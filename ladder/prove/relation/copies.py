@@ -44,13 +44,13 @@ class TermCopies(TermPlaces):
 
     def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
         """Return elements as bytes."""
-        found: Pattern = [None] * (_known(count, region) * region.size)
+        cells: Pattern = [None] * (_known(count, region) * region.size)
         for number in range(_known(count, region)):
             for part in region.parts:
                 value = store.read(part.leaf, (first + number) * part.per_element + part.field.index)
-                t = term_of(value, kind_of(part.leaf.type)[0])
-                pack(found, number * region.size + part.field.offset, part.field, t)
-        return found
+                term = term_of(value, kind_of(part.leaf.type)[0])
+                pack(cells, number * region.size + part.field.offset, part.field, term)
+        return cells
 
     def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
         """Set elements from bytes."""
@@ -58,16 +58,16 @@ class TermCopies(TermPlaces):
         for number in range(_known(count, region)):
             for part in region.parts:
                 offset = number * region.size + part.field.offset
-                t = unpack(cells, offset, part.field, self)
+                term = unpack(cells, offset, part.field, self)
                 index = (first + number) * part.per_element + part.field.index
-                store.write(part.leaf, index, self.symbol(t))
+                store.write(part.leaf, index, self.symbol(term))
 
     # --- copy by members or by bytes
 
     def _copy_fields(self, source: End, target: End, length: Any) -> None:
         origin, region, first = source
-        goal, into, at = target
-        count = self._least(self._least(length, into.left(at, goal)), region.left(first, origin))
+        goal, into, start = target
+        count = self._least(self._least(length, into.left(start, goal)), region.left(first, origin))
         pairs = list(zip(region.parts, into.parts, strict=True))
         numbers = range(_most(count, into))
         taken = [
@@ -78,21 +78,21 @@ class TermCopies(TermPlaces):
         values = iter(taken)
         for number in numbers:
             for _, part in pairs:
-                index = (at + number) * part.per_element + part.field.index
+                index = (start + number) * part.per_element + part.field.index
                 self._write(goal, part.leaf, index, next(values), number, count)
 
     def _copy_bytes(self, source: End, target: End, length: Any) -> None:
         origin, region, first = source
-        goal, into, at = target
-        count = _known(self._least(length, into.left(at, goal)), into)
+        goal, into, start = target
+        count = _known(self._least(length, into.left(start, goal)), into)
         if count <= 0:
             return
         requested = count * into.size
         taken = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
         data = self.take_bytes(origin, region, first, taken)[:requested]
         if len(data) < requested:
-            data += self.take_bytes(goal, into, at, count)[len(data) :]
-        self.put_bytes(goal, into, at, count, data)
+            data += self.take_bytes(goal, into, start, count)[len(data) :]
+        self.put_bytes(goal, into, start, count, data)
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
         """Write a value of an element, under the condition that its number is below the count."""
@@ -105,13 +105,13 @@ class TermCopies(TermPlaces):
 
     def _least(self, a: Any, b: Any) -> Any:
         """Return the smaller of two numbers."""
-        one, other = term_of(a, INT), term_of(b, INT)
-        if one.hi <= other.lo:
+        left, right = term_of(a, INT), term_of(b, INT)
+        if left.hi <= right.lo:
             return a
-        if other.hi <= one.lo:
+        if right.hi <= left.lo:
             return b
-        least = min(one.lo, other.lo), min(one.hi, other.hi)
-        return self.symbol(mk("ite", (lt(one, other), one, other), INT, None, *least))
+        least = min(left.lo, right.lo), min(left.hi, right.hi)
+        return self.symbol(mk("ite", (lt(left, right), left, right), INT, None, *least))
 
 
 def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:

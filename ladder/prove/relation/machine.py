@@ -183,17 +183,17 @@ class ScanMachine(TermCalls):
     def select(self, power: T, value: Callable[[], Any]) -> T:
         """Evaluate the selector of a CASE; None if it is not modeled, then any branch may run."""
         self.selected: Any = None
-        found: list[Any] = []
+        chosen: list[Any] = []
 
         def run() -> Any:
-            found.append(value())
-            return found[-1]
+            chosen.append(value())
+            return chosen[-1]
 
         def number(path: Path) -> T:
             return const(0, kind) if path.result is None else term_of(path.result, kind)
 
         paths = self.merge_paths(run)
-        kind = F64 if any(map(self.is_float, found)) else INT
+        kind = F64 if any(map(self.is_float, chosen)) else INT
         self.selected = self.symbol(merged(paths, number))
         return power
 

@@ -54,9 +54,9 @@ def remainder(a: T, b: T) -> T:
     """Return the remainder with the sign of a, also if it is 0."""
     size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
     near = fop("frem", size, divisor)
-    found = ite(lt(near, zero), fop("fadd", near, divisor), near)
-    signed = ite(lt(a, zero), fop("fneg", found), found)
-    return ite(and_(eq(a, zero), eq(found, zero)), a, signed)  # `a` may be -0.0, which is not below 0
+    remaining = ite(lt(near, zero), fop("fadd", near, divisor), near)
+    signed = ite(lt(a, zero), fop("fneg", remaining), remaining)
+    return ite(and_(eq(a, zero), eq(remaining, zero)), a, signed)  # `a` may be -0.0, which is not below 0
 
 
 def truncated(t: T) -> T:

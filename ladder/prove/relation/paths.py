@@ -115,7 +115,7 @@ class Paths:
 
 def _condition_of(decided: list[tuple[T, bool]]) -> T:
     """Return the condition that a path decides as it does."""
-    return all_of(t if truth else not_(t) for t, truth in decided)
+    return all_of(condition if truth else not_(condition) for condition, truth in decided)
 
 
 def written_by(paths: list[Path]) -> dict[Key, None]:

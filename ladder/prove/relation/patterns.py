@@ -49,7 +49,7 @@ Pattern = list[Byte | Bits | None]
 
 def constant_bytes(data: bytes) -> Pattern:
     """Return known bytes."""
-    return [Byte(const(each)) for each in data]
+    return [Byte(const(byte)) for byte in data]
 
 
 def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
@@ -60,8 +60,8 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
         truths[field.bit] = truth_of(t)
         into[offset] = Bits(tuple(truths))
         return
-    for at in range(max(1, field.type.bits // 8)):
-        into[offset + at] = Byte(t, at)
+    for place in range(max(1, field.type.bits // 8)):
+        into[offset + place] = Byte(t, place)
 
 
 def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknowns: Unknowns) -> T:
@@ -79,10 +79,10 @@ def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unkno
         return unknowns.computed("bits", kind_of(kind), whole.t, strict=True)
     if whole is not None and whole.t.kind == INT:
         return wrap(shr(whole.t, 8 * whole.at), kind.wraps)
-    found = const(0)
-    for at, each in enumerate(here):
-        found = add(found, mul(_number(each, unknowns), const(1 << 8 * at)))
-    return wrap(found, kind.wraps)
+    number = const(0)
+    for place, byte in enumerate(here):
+        number = add(number, mul(_number(byte, unknowns), const(1 << 8 * place)))
+    return wrap(number, kind.wraps)
 
 
 def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
@@ -90,7 +90,7 @@ def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
     first = here[0]
     if not isinstance(first, Byte) or first.t.op == "const":
         return None
-    expected = [Byte(first.t, first.at + at) for at in range(len(here))]
+    expected = [Byte(first.t, first.at + place) for place in range(len(here))]
     return first if list(here) == expected else None
 
 
@@ -99,20 +99,20 @@ def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Element
     if whole is not None and whole.at == 0 and whole.t.kind == expected:
         return whole.t
     data = bytearray()
-    for each in here:
-        if not isinstance(each, Byte) or each.t.op != "const":
+    for byte in here:
+        if not isinstance(byte, Byte) or byte.t.op != "const":
             return _joined(here, kind, unknowns)
-        data.append(_constant_byte(each))
+        data.append(_constant_byte(byte))
     return const(struct.unpack(f"<{kind.code}", data)[0], expected)
 
 
 def _joined(here: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
     """Return the float that bytes form: the same variable for the same bytes of the same values."""
-    known = [each for each in here if isinstance(each, Byte)]
+    known = [byte for byte in here if isinstance(byte, Byte)]
     if len(known) < len(here):
         return unknowns.unknown(*kind_of(kind))
-    name = "joined", tuple(each.at for each in known)
-    return unknowns.computed(name, kind_of(kind), *[each.t for each in known], strict=True)
+    name = "joined", tuple(byte.at for byte in known)
+    return unknowns.computed(name, kind_of(kind), *[byte.t for byte in known], strict=True)
 
 
 def _bits(t: T) -> int:
@@ -128,10 +128,10 @@ def _constant_byte(each: Byte) -> int:
 def _number(each: Byte | Bits | None, unknowns: Unknowns) -> T:
     """Return a byte as a number from 0 to 255."""
     if isinstance(each, Bits):
-        found = const(0)
+        number = const(0)
         for k, truth in enumerate(each.truths):
-            found = setbit(found, k, unknowns.unknown(BOOL) if truth is None else truth, -8)
-        return found
+            number = setbit(number, k, unknowns.unknown(BOOL) if truth is None else truth, -8)
+        return number
     if each is None:
         return unknowns.unknown(INT, 0, 255)
     if each.t.kind in FLOATS and each.t.op != "const":

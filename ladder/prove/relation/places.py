@@ -52,7 +52,7 @@ class TermMemory:
         if not isinstance(index, TermSymbol):
             return values.symbol(values.value_here(leaf, index))
         number, places = _choices(leaf, index.t)
-        return values.symbol(chosen([values.value_here(leaf, at) for at in places], number))
+        return values.symbol(chosen([values.value_here(leaf, place) for place in places], number))
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
@@ -60,8 +60,8 @@ class TermMemory:
             self._values.poke(leaf, index, term_of(value))
             return
         number, places = _choices(leaf, index.t)
-        for k, at in enumerate(places):
-            self._values.poke(leaf, at, term_of(value), eq(number, const(k)))
+        for k, place in enumerate(places):
+            self._values.poke(leaf, place, term_of(value), eq(number, const(k)))
 
     def column(self, *_where: object) -> None:
         """Return None: terms are not in a list."""
@@ -71,20 +71,20 @@ class TermMemory:
 
     def bit_of(self, word: Any, number: Any) -> Any:
         """Return a bit of a word."""
-        t = term_of(word, INT)
+        term = term_of(word, INT)
         if not isinstance(number, TermSymbol):
-            return self._values.symbol(bit(t, number))
-        found = [bit(t, k) for k in range(number.t.hi + 1)]
-        return self._values.symbol(chosen(found, number.t))
+            return self._values.symbol(bit(term, number))
+        bits = [bit(term, k) for k in range(number.t.hi + 1)]
+        return self._values.symbol(chosen(bits, number.t))
 
     def with_bit(self, word: Any, number: Any, truth: Any, kind: Elementary) -> Any:
         """Return a word of a type with one bit replaced."""
-        t, on = term_of(word, INT), term_of(truth, BOOL)
+        term, on = term_of(word, INT), term_of(truth, BOOL)
         if not isinstance(number, TermSymbol):
-            return self._values.symbol(setbit(t, number, on, kind.wraps))
-        changed = t
+            return self._values.symbol(setbit(term, number, on, kind.wraps))
+        changed = term
         for k in range(number.t.lo, number.t.hi + 1):  # `subscript` has checked its range
-            changed = ite(eq(number.t, const(k)), setbit(t, k, on, kind.wraps), changed)
+            changed = ite(eq(number.t, const(k)), setbit(term, k, on, kind.wraps), changed)
         return self._values.symbol(changed)
 
     def __getattr__(self, name: str) -> Any:
@@ -112,7 +112,7 @@ def chosen(values: list[T], number: T) -> T:
     k = 0
     while len(values) > 1:
         truth = bit(number, k)
-        pairs = [values[at : at + 2] for at in range(0, len(values), 2)]
+        pairs = [values[place : place + 2] for place in range(0, len(values), 2)]
         values = [ite(truth, pair[-1], pair[0]) for pair in pairs]
         k += 1
     return values[0]
@@ -134,8 +134,8 @@ class TermArgument(InterpretedAddOnStore):
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
-        where, at = self._where(leaf, index)
+        where, place = self._where(leaf, index)
         if self.bit is not None:
-            word = self._memory.read(where, at)
+            word = self._memory.read(where, place)
             value = self._terms.with_bit(word, self.bit, value, where.type)
-        self._memory.write(where, at, value)
+        self._memory.write(where, place, value)

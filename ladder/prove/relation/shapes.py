@@ -48,9 +48,9 @@ _OWN: Mapping[type, tuple[str, ...]] = {
 
 def form_of(lowered: LoweredProgram) -> Hashable:
     """Return the form of everything that a program executes, without its tags."""
-    routines = tuple(sorted((name, _routine(each)) for name, each in lowered.routines.items()))
+    routines = tuple(sorted((name, _routine(routine)) for name, routine in lowered.routines.items()))
     frames = shape_of(
-        {name: (each.presets, each.written, each.bits) for name, each in lowered.frames.items()}
+        {name: (frame.presets, frame.written, frame.bits) for name, frame in lowered.frames.items()}
     )
     return (
         routines,

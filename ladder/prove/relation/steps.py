@@ -135,9 +135,9 @@ class TermSteps(TermValues):
         for name, value in zip(_OF_STEP, kept, strict=True):
             setattr(self, name, value)
         self.selected = None
-        moved = before != [getattr(self, each) for each in _FLOW]
-        moved = moved or any(each is self._pending or each is self._answers for each, _ in undone)
-        return {key for each, key in undone if each is self.written}, moved
+        moved = before != [getattr(self, attribute) for attribute in _FLOW]
+        moved = moved or any(table is self._pending or table is self._answers for table, _ in undone)
+        return {key for table, key in undone if table is self.written}, moved
 
     def _row(self, step: LoweredStep, power: T) -> T:
         """Run the row of an instruction; return the power after it."""
@@ -214,15 +214,15 @@ class TermSteps(TermValues):
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
         if any(leaf.size > MOST_OPEN for leaf in own):
             return ONLY
-        found: dict[Hashable, T] = {"power": power} if _acts_without_power(step) else {}
+        arguments: dict[Hashable, T] = {"power": power} if _acts_without_power(step) else {}
         for leaf in (*own, *self._system):
             path = leaf.path.upper()
-            found.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
+            arguments.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
         for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
             where: Any = self.frame[root]
             parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
-            found.update(((root, name), term_of(value, INT)) for name, value in parts.items())
-        return UnknownOrigin(named(step, tuple(own), self._world), found)
+            arguments.update(((root, name), term_of(value, INT)) for name, value in parts.items())
+        return UnknownOrigin(named(step, tuple(own), self._world), arguments)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write through its operands."""
@@ -256,17 +256,17 @@ def _named_by(operand: object) -> Iterator[Leaf]:
         yield from leaves_in(operand)
         yield from hidden_in(operand)
         bit = operand.bit if isinstance(operand, Place) else None
-        for each in (*operand.indices, bit):
-            yield from _named_by(each)
+        for inner in (*operand.indices, bit):
+            yield from _named_by(inner)
     elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _named_by(each)
+        for inner in operand.operands:
+            yield from _named_by(inner)
     elif isinstance(operand, Call):
-        for each in (*operand.inputs, *operand.returns):
-            yield from _named_by(each)
+        for inner in (*operand.inputs, *operand.returns):
+            yield from _named_by(inner)
     elif isinstance(operand, AddOnCall):
-        for each in (operand.instance, *operand.handed.values()):
-            yield from _named_by(each)
+        for inner in (operand.instance, *operand.handed.values()):
+            yield from _named_by(inner)
 
 
 def _acts_without_power(step: LoweredStep) -> bool:

@@ -123,12 +123,12 @@ class TermPlaces(Interpreter):
     def _facts(self) -> frozenset[int]:
         """Return the ids of conditions that hold where the current instruction is reached."""
         if self._facts_of is not self.active:
-            todo, found = [self.active], set[int]()
-            while todo and len(found) < MOST_FACTS:
-                t = todo.pop(0)
-                found.add(t.id)
-                todo.extend(t.args if t.op == "and" else ())
-            self._facts_of, self._known_facts = self.active, frozenset(found)
+            todo, facts = [self.active], set[int]()
+            while todo and len(facts) < MOST_FACTS:
+                term = todo.pop(0)
+                facts.add(term.id)
+                todo.extend(term.args if term.op == "and" else ())
+            self._facts_of, self._known_facts = self.active, frozenset(facts)
         return self._known_facts
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
@@ -224,10 +224,10 @@ class TermPlaces(Interpreter):
             if not 0 <= value < length:
                 raise PathFault
             return value
-        t, most = term_of(value, INT), term_of(length, INT)
-        if self.paths.decide(or_(lt(t, const(0)), le(most, t))):
+        term, most = term_of(value, INT), term_of(length, INT)
+        if self.paths.decide(or_(lt(term, const(0)), le(most, term))):
             raise PathFault
-        return self.symbol(_below(t, most.hi))
+        return self.symbol(_below(term, most.hi))
 
     def start_clock(self, since: Place) -> None:
         """Begin to measure the time in a hidden place."""
@@ -243,16 +243,16 @@ class TermPlaces(Interpreter):
             raise UnmodeledError("a time that is not counted in parts of it")
         unit = const(unit_ns // self.tick_ns)
         far = self.computed(("rest", unit_ns), (INT, 0, unit.val - 1), age, strict=True)
-        rest = ite(eq(age, const(self.most_age)), far, rem(age, unit))
-        self.put(since, self.symbol(rest))
+        remainder = ite(eq(age, const(self.most_age)), far, rem(age, unit))
+        self.put(since, self.symbol(remainder))
         return self.symbol(div(age, unit))
 
     # --- unknown values
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0, origin: UnknownOrigin = ONLY) -> T:
         """Return a variable for a value that is not modeled; see `Paths.unknown`."""
-        found = self.paths.unknown((kind, lo, hi), lambda: self._new_unknown(kind, lo, hi))
-        return self._noted(found, origin, self.lowered.sites[self.site])
+        symbol = self.paths.unknown((kind, lo, hi), lambda: self._new_unknown(kind, lo, hi))
+        return self._noted(symbol, origin, self.lowered.sites[self.site])
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
         """Return the unknown result of a computation; the same operands give the same result.
@@ -262,7 +262,7 @@ class TermPlaces(Interpreter):
             kind: kind and interval of the result.
             strict: see `UnknownOrigin`.
         """
-        key = name, kind, *[each.id for each in operands]
+        key = name, kind, *[operand.id for operand in operands]
         if key not in self._computed:
             self._computed[key] = self._new_unknown(*kind)
         origin = UnknownOrigin((name, kind), dict(enumerate(operands)), strict)
@@ -272,8 +272,8 @@ class TermPlaces(Interpreter):
         """Return a new variable for an element; the instruction to blame is the current one by default."""
         path = leaf.path.upper()
         kind = (INT, 0, self.most_age) if path.endswith(CLOCK) else kind_of(leaf.type)
-        found = self._new_unknown(*kind)
-        return self._noted(found, origin.of((path, index)), site or self.lowered.sites[self.site])
+        symbol = self._new_unknown(*kind)
+        return self._noted(symbol, origin.of((path, index)), site or self.lowered.sites[self.site])
 
     def _new_unknown(self, kind: str, lo: int, hi: int) -> T:
         return var(f"?{next(self._unknowns)}", kind, lo, hi)

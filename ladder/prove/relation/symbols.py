@@ -67,16 +67,16 @@ def whole_of(t: T) -> T:
 def term_of(value: Any, kind: str | None = None) -> T:
     """Return the term of a number or a symbol, converted to a kind if one is given."""
     if isinstance(value, TermSymbol):
-        t = value.t
+        term = value.t
     elif isinstance(value, float):
-        t = const(value, kind if kind in FLOATS else F64)
+        term = const(value, kind if kind in FLOATS else F64)
     else:
-        t = const(value)
-    if kind is None or t.kind == kind:
-        return t
+        term = const(value)
+    if kind is None or term.kind == kind:
+        return term
     if kind in FLOATS:
-        return to_float(t, kind)
-    return truth_of(t) if kind == BOOL else whole_of(t)
+        return to_float(term, kind)
+    return truth_of(term) if kind == BOOL else whole_of(term)
 
 
 def alike(a: Any, b: Any) -> tuple[T, T]:
@@ -126,10 +126,10 @@ class TermSymbol:
     def _arithmetic(self, a: Any, b: Any, whole: Callable[[T, T], T], real: str) -> Any:
         if not (isinstance(a, (TermSymbol, int, float)) and isinstance(b, (TermSymbol, int, float))):
             return NotImplemented
-        one, other = alike(a, b)
-        if one.kind == INT:
-            return self.of(whole(one, other))
-        return self.of(fop(real, to_float(one, F64), to_float(other, F64)))  # as in Python
+        left, right = alike(a, b)
+        if left.kind == INT:
+            return self.of(whole(left, right))
+        return self.of(fop(real, to_float(left, F64), to_float(right, F64)))  # as in Python
 
     def __add__(self, other: Any) -> Any:
         return self._arithmetic(self, other, _sum, "fadd")
@@ -155,17 +155,17 @@ class TermSymbol:
 
     def _quotient(self, a: Any, b: Any) -> Any:
         """Divide as doubles; rows check for a divisor of 0 first, which Python does not allow."""
-        one, other = alike(a, b)
-        if INT in (one.kind, other.kind) and max(-one.lo, one.hi, -other.lo, other.hi) > _EXACT:
+        left, right = alike(a, b)
+        if INT in (left.kind, right.kind) and max(-left.lo, left.hi, -right.lo, right.hi) > _EXACT:
             self._refuse()
-        return self.of(fop("fdiv", to_float(one, F64), to_float(other, F64)))
+        return self.of(fop("fdiv", to_float(left, F64), to_float(right, F64)))
 
     def __floordiv__(self, other: Any) -> Any:
         """Divide nonnegative numbers; rows check for a divisor of 0 first."""
-        a, b = whole_of(self.t), term_of(other, INT)
-        if a.lo < 0 or b.lo < 0:
+        left, right = whole_of(self.t), term_of(other, INT)
+        if left.lo < 0 or right.lo < 0:
             self._refuse()
-        return self.of(div(a, b))
+        return self.of(div(left, right))
 
     def __rfloordiv__(self, other: Any) -> Any:
         return TermSymbol(const(other), self.decide) // self
@@ -183,11 +183,11 @@ class TermSymbol:
     def __abs__(self) -> Any:
         if self.t.kind in FLOATS:
             return self.of(fop("fabs", self.t))
-        t = whole_of(self.t)
-        if t.lo >= 0:
+        term = whole_of(self.t)
+        if term.lo >= 0:
             return self
-        most = max(-t.lo, t.hi)
-        return self.of(mk("ite", (lt(t, const(0)), sub(const(0), t), t), INT, None, 0, most))
+        most = max(-term.lo, term.hi)
+        return self.of(mk("ite", (lt(term, const(0)), sub(const(0), term), term), INT, None, 0, most))
 
     # --- bits
 

@@ -61,11 +61,11 @@ class TermValues(TermCopies):
         """Return infinity with the sign of a number; the sign is unknown for a float of 0 and for NaN."""
         if not isinstance(value, TermSymbol):
             return super().infinity(value)
-        t, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
-        unsigned = FALSE if t.kind == INT else and_(not_(lt(t, zero)), not_(lt(zero, t)))
-        below = lt(t, zero)
+        term, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
+        unsigned = FALSE if term.kind == INT else and_(not_(lt(term, zero)), not_(lt(zero, term)))
+        below = lt(term, zero)
         if unsigned is not FALSE:
-            below = ite(unsigned, self.computed("sign", (BOOL, 0, 0), t, strict=True), below)
+            below = ite(unsigned, self.computed("sign", (BOOL, 0, 0), term, strict=True), below)
         return self.symbol(ite(below, const(-math.inf, F64), const(math.inf, F64)))
 
     def truncated(self, value: Any) -> Any:
@@ -105,7 +105,7 @@ class TermValues(TermCopies):
             return super()._calculate(name, values, width)
         if width <= 0:
             return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
-        terms = [term_of(each, INT) for each in values]
+        terms = [term_of(value, INT) for value in values]
         if name in ("/", "MOD"):
             zero = eq(terms[1], const(0))
             self.fault_log.zero_divisor_if(zero)  # type: ignore[attr-defined]
@@ -163,15 +163,15 @@ class TermValues(TermCopies):
 
     def _stored(self, t: T, kind: Elementary) -> T:
         if kind.is_real or kind.is_double:
-            found = to_float(t, F32 if kind.is_real else F64)
+            stored = to_float(t, F32 if kind.is_real else F64)
             if kind.is_real and t.kind == F64:
-                self.overflow_if(and_(not_(is_finite(found)), is_finite(t)))
-            return found
+                self.overflow_if(and_(not_(is_finite(stored)), is_finite(t)))
+            return stored
         if t.kind not in FLOATS:
             return self._wrapped(whole_of(t), kind.wraps)
-        found, lost = self._rounded_to(t, kind)
+        stored, lost = self._rounded_to(t, kind)
         self.overflow_if(lost)
-        return found
+        return stored
 
     def _rounded_to(self, t: T, kind: Elementary) -> tuple[T, T]:
         """Return a float as an integer of a type, and whether it does not fit.
@@ -180,14 +180,14 @@ class TermValues(TermCopies):
         bits of a large REAL as a LINT.
         """
         exact = to_int(t, "rne")
-        found = wrap(exact, kind.wraps)
+        rounded = wrap(exact, kind.wraps)
         big = is_large(t)
-        lost = or_(big, not_(eq(found, exact)))
+        lost = or_(big, not_(eq(rounded, exact)))
         if t.kind == F64 or kind.bits > 32:
             far = and_(big, is_finite(t))
-            found = ite(far, self.computed("rounded", kind_of(kind), t), found)
+            rounded = ite(far, self.computed("rounded", kind_of(kind), t), rounded)
             lost = ite(far, self.computed(("lost", kind_of(kind)), (BOOL, 0, 0), t), lost)
-        return found, lost
+        return rounded, lost
 
     def _cut(self, t: T) -> T:
         """Return a float without its fraction, as a whole number; the result is unknown for a large float."""
@@ -201,27 +201,27 @@ class TermValues(TermCopies):
         """Return the characters of a string."""
         if not isinstance(operand, Group):
             return super().text(operand)
-        store, data, counter, at = self._string_leaves(operand)
+        store, data, counter, array_index = self._string_leaves(operand)
         room: int = data.dims[-1]
-        codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
-        length = clip(term_of(store.read(counter, at), INT), 0, room)
+        codes = [term_of(store.read(data, array_index * room + number), INT) for number in range(room)]
+        length = clip(term_of(store.read(counter, array_index), INT), 0, room)
         return TermText(self.symbol, length, [bitop("band", code, const(0xFF)) for code in codes])
 
     def set_text(self, target: Group, value: Any) -> None:
         """Set a string to characters that are truncated to its size and padded with 0."""
-        store, data, counter, at = self._string_leaves(target)
+        store, data, counter, array_index = self._string_leaves(target)
         room: int = data.dims[-1]
         text = TermText.of(self.symbol, value)
         length = least(text.length, room)
-        store.write(counter, at, self.symbol(length))
+        store.write(counter, array_index, self.symbol(length))
         for number in range(room):
             code = ite(lt(const(number), length), wrap(text.at(number), data.type.wraps), const(0))
-            store.write(data, at * room + number, self.symbol(code))
+            store.write(data, array_index * room + number, self.symbol(code))
 
     def _string_leaves(self, string: Group) -> tuple[Any, Leaf, Leaf, Any]:
         """Return the store of a string, the leaves of its DATA and LEN, and its index."""
-        store, layout, path, at = self.string(string)
-        return store, layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN"), at
+        store, layout, path, array_index = self.string(string)
+        return store, layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN"), array_index
 
     def characters(self, name: str) -> Callable[..., Any]:
         """Return the function that a string instruction computes."""
@@ -252,8 +252,11 @@ class TermValues(TermCopies):
         """Return the low bytes of an integer, lowest first, padded with 0."""
         if not isinstance(value, TermSymbol):
             return super().bytes_of(value, size)
-        t = term_of(value, INT)
-        return [*(Byte(t, at) for at in range(min(8, size))), *(Byte(const(0)) for _ in range(size - 8))]
+        term = term_of(value, INT)
+        return [
+            *(Byte(term, place) for place in range(min(8, size))),
+            *(Byte(const(0)) for _ in range(size - 8)),
+        ]
 
     def integer_in(self, data: Any) -> Any:
         """Return the unsigned integer in bytes, lowest first."""

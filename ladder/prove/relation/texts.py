@@ -55,7 +55,7 @@ class TermText:
     def __add__(self, other: Any) -> TermText:
         tail = TermText.of(self.make, other)
         moved = _moved(tail.codes, self.length, len(self.codes) + len(tail.codes))
-        codes = [ite(lt(const(at), self.length), self.at(at), each) for at, each in enumerate(moved)]
+        codes = [ite(lt(const(place), self.length), self.at(place), code) for place, code in enumerate(moved)]
         return TermText(self.make, add(self.length, tail.length), codes)
 
     def __radd__(self, other: Any) -> TermText:
@@ -106,74 +106,74 @@ class TermText:
         return self.make(not_(self._before(TermText.of(self.make, other))))
 
     def _equals(self, other: TermText) -> T:
-        found = eq(self.length, other.length)
-        for at in range(min(len(self.codes), len(other.codes))):
-            counts = lt(const(at), self.length)
-            found = and_(found, or_(not_(counts), eq(self.codes[at], other.codes[at])))
-        return found
+        equal = eq(self.length, other.length)
+        for place in range(min(len(self.codes), len(other.codes))):
+            counts = lt(const(place), self.length)
+            equal = and_(equal, or_(not_(counts), eq(self.codes[place], other.codes[place])))
+        return equal
 
     def _before(self, other: TermText) -> T:
         """Return whether this text sorts before another by character codes; a prefix sorts first."""
-        found = lt(self.length, other.length)
-        for at in reversed(range(min(len(self.codes), len(other.codes)))):
-            both = and_(lt(const(at), self.length), lt(const(at), other.length))
-            a, b = self.codes[at], other.codes[at]
-            found = ite(and_(both, not_(eq(a, b))), lt(a, b), found)
-        return found
+        less = lt(self.length, other.length)
+        for place in reversed(range(min(len(self.codes), len(other.codes)))):
+            both = and_(lt(const(place), self.length), lt(const(place), other.length))
+            left, right = self.codes[place], other.codes[place]
+            less = ite(and_(both, not_(eq(left, right))), lt(left, right), less)
+        return less
 
     def find(self, pattern: Any, start: Any) -> Any:
         """Return the first index of another text at or after a start; -1 if there is none."""
         text = TermText.of(self.make, pattern)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
             raise UnmodeledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
-        begin, found = term_of(start, INT), const(-1)
-        for at in reversed(range(len(self.codes) + 1)):
-            found = ite(and_(le(begin, const(at)), self._has(text, at)), const(at), found)
-        return self.make(found)
+        begin, position = term_of(start, INT), const(-1)
+        for place in reversed(range(len(self.codes) + 1)):
+            position = ite(and_(le(begin, const(place)), self._has(text, place)), const(place), position)
+        return self.make(position)
 
     def _has(self, text: TermText, at: int) -> T:
         """Return whether another text is found at an index."""
-        found = le(add(text.length, const(at)), self.length)
+        matches = le(add(text.length, const(at)), self.length)
         for number, code in enumerate(text.codes):
             counts = lt(const(number), text.length)
-            found = and_(found, or_(not_(counts), eq(self.at(at + number), code)))
-        return found
+            matches = and_(matches, or_(not_(counts), eq(self.at(at + number), code)))
+        return matches
 
 
 def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
     """Return characters shifted to the right."""
-    found = [*codes, *[NONE] * (size - len(codes))]
+    shifted = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(by.lo, by.hi) - 1):
-        here, moved = bit(by, k), [NONE] * (1 << k) + found
-        found = [ite(here, there, each) for each, there in zip(found, moved, strict=False)]
-    return found
+        here, moved = bit(by, k), [NONE] * (1 << k) + shifted
+        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+    return shifted
 
 
 def _dropped(codes: Sequence[T], by: T) -> list[T]:
     """Return characters without the first `by` characters."""
-    found = list(codes)
+    shifted = list(codes)
     for k in range(bits_of(by.lo, by.hi) - 1):
-        here, moved = bit(by, k), found[1 << k :] + [NONE] * (1 << k)
-        found = [ite(here, there, each) for each, there in zip(found, moved, strict=False)]
-    return found
+        here, moved = bit(by, k), shifted[1 << k :] + [NONE] * (1 << k)
+        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+    return shifted
 
 
 def digits(make: Make, value: Any) -> TermText:
     """Return a whole number as decimal text."""
-    t = term_of(value, INT)
-    negative = lt(t, const(0))
-    size = ite(negative, sub(const(0), t), t)
-    places = len(str(max(abs(t.lo), abs(t.hi))))
+    term = term_of(value, INT)
+    negative = lt(term, const(0))
+    size = ite(negative, sub(const(0), term), term)
+    places = len(str(max(abs(term.lo), abs(term.hi))))
     powers = [const(10**k) for k in range(places)]
     codes = [add(rem(div(size, power), const(10)), const(48)) for power in reversed(powers)]
     leading, count = const(0), const(1)
     for power in powers[1:]:
-        more = le(power, size)
-        leading = add(leading, ite(more, const(0), const(1)))
-        count = add(count, ite(more, const(1), const(0)))
+        reached = le(power, size)
+        leading = add(leading, ite(reached, const(0), const(1)))
+        count = add(count, ite(reached, const(1), const(0)))
     number = TermText(make, clip(count, 1, places), _dropped(codes, clip(leading, 0, places - 1)))
     signed = b"-" + number
-    chosen = [ite(negative, signed.at(at), number.at(at)) for at in range(places + 1)]
+    chosen = [ite(negative, signed.at(place), number.at(place)) for place in range(places + 1)]
     return TermText(make, ite(negative, signed.length, number.length), chosen)
 
 
@@ -185,8 +185,8 @@ def number_in(text: TermText) -> tuple[T, T]:
     """Return the first whole number in a text, or 0, and the condition that it is exact: below FAR."""
     value, negative, begun, over = const(0), FALSE, FALSE, FALSE
     before = NONE
-    for at, code in enumerate(text.codes):
-        is_digit = and_(lt(const(at), text.length), and_(le(const(48), code), le(code, const(57))))
+    for place, code in enumerate(text.codes):
+        is_digit = and_(lt(const(place), text.length), and_(le(const(48), code), le(code, const(57))))
         counts = and_(is_digit, not_(over))
         negative = ite(and_(counts, not_(begun)), eq(before, const(45)), negative)
         digit = clip(add(code, const(-48)), 0, 9)

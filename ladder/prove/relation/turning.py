@@ -119,8 +119,8 @@ class TurningMachine(ScanMachine):
             return super().merge_paths(run)
         paths = self.paths.walk(run)
         self._skips += any(path.faulted for path in paths)
-        for each in paths:
-            each.faulted = False
+        for merged in paths:
+            merged.faulted = False
         self.write_paths(paths)
         return paths
 

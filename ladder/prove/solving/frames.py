@@ -60,4 +60,4 @@ class Frame:
 
     def values(self) -> dict[str, Any]:
         """Return the values that the solver chose, by name, after sat."""
-        return {name: self.solver.found(made, v) for name, (v, made) in self.chosen.items()}
+        return {name: self.solver.found(made, variable) for name, (variable, made) in self.chosen.items()}

@@ -85,10 +85,14 @@ def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
         fuse: see `Solver`; a group that blows it gives no invariants.
     """
     seen = traces(system, cone)
-    made = {each.term: each for each in _suggested(system, cone, seen) if each.term.op != "const"}
+    made = {
+        invariant.term: invariant
+        for invariant in _suggested(system, cone, seen)
+        if invariant.term.op != "const"
+    }
     search = _Search(system, fuse // 4)  # each group of candidates takes many questions
-    found = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
-    return Invariants(search.kept(found, first=False), search.work, search.steps, search.blown)
+    candidates = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
+    return Invariants(search.kept(candidates, first=False), search.work, search.steps, search.blown)
 
 
 def traces(system: System, cone: Mapping[str, T]) -> dict[str, Array]:
@@ -122,20 +126,20 @@ def _of_bits(system: System, seen: Mapping[str, Array], bits: Sequence[str]) -> 
     every = _packed(np.ones_like(seen[bits[0]])) if bits else 0
     changing = []
     for name in bits:
-        t, packed = system.next[name], _packed(seen[name])
+        term, packed = system.next[name], _packed(seen[name])
         if packed in (0, every):
-            yield Invariant(t, shown(name)) if packed else Invariant(not_(t), f"NOT {shown(name)}")
+            yield Invariant(term, shown(name)) if packed else Invariant(not_(term), f"NOT {shown(name)}")
         else:
-            changing.append((shown(name), t, packed))
-    for (one, a, p), (other, b, q) in combinations(changing, 2):
+            changing.append((shown(name), term, packed))
+    for (left, a, p), (right, b, q) in combinations(changing, 2):
         if not p & q:
-            yield Invariant(not_(and_(a, b)), f"NOT ({one} AND {other})")
+            yield Invariant(not_(and_(a, b)), f"NOT ({left} AND {right})")
         if not p & ~q:
-            yield Invariant(or_(not_(a), b), f"NOT {one} OR {other}")
+            yield Invariant(or_(not_(a), b), f"NOT {left} OR {right}")
         if not ~p & q:
-            yield Invariant(or_(a, not_(b)), f"{one} OR NOT {other}")
+            yield Invariant(or_(a, not_(b)), f"{left} OR NOT {right}")
         if (p | q) == every:
-            yield Invariant(or_(a, b), f"{one} OR {other}")
+            yield Invariant(or_(a, b), f"{left} OR {right}")
 
 
 def _packed(truths: Array) -> int:
@@ -144,7 +148,7 @@ def _packed(truths: Array) -> int:
 
 
 def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator[Invariant]:
-    t, values = system.next[name], seen[name]
+    term, values = system.next[name], seen[name]
     if name.endswith(CLOCK + "[0]"):
         yield from _of_clock(system, name)
         return
@@ -152,14 +156,14 @@ def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator
         return
     least, most = int(min(values)), int(max(values))
     if least >= 0:
-        yield Invariant(not_(lt(t, const(0))), f"{shown(name)} >= 0")
+        yield Invariant(not_(lt(term, const(0))), f"{shown(name)} >= 0")
     for bound in sorted({most, *BOUNDS}):
         if most <= bound:
-            yield Invariant(not_(lt(const(bound), t)), f"{shown(name)} <= {bound}")
+            yield Invariant(not_(lt(const(bound), term)), f"{shown(name)} <= {bound}")
     stem, _, last = name.rpartition(".")
     preset = system.initial.get(f"{stem}.PRE[0]")
     if last == "ACC[0]" and preset is not None:
-        below = lt(t, const(preset))
+        below = lt(term, const(preset))
         for member, truth, sign in (("DN", not_(below), ">="), ("TT", below, "<")):
             flag = system.next.get(f"{stem}.{member}[0]")
             if flag is not None:
@@ -170,10 +174,10 @@ def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator
 def _of_two_times(system: System, seen: Mapping[str, Array]) -> Iterator[Invariant]:
     """Suggest that one timer or counter never exceeds another."""
     timed = [name for name in seen if name.endswith(".ACC[0]") and any(seen[name])][:MOST_TIMERS]
-    for one, other in permutations(timed, 2):
-        if (seen[one] <= seen[other]).all():
-            text = f"{shown(one)} <= {shown(other)}"
-            yield Invariant(not_(lt(system.next[other], system.next[one])), text)
+    for lower, upper in permutations(timed, 2):
+        if (seen[lower] <= seen[upper]).all():
+            text = f"{shown(lower)} <= {shown(upper)}"
+            yield Invariant(not_(lt(system.next[upper], system.next[lower])), text)
 
 
 def _of_clock(system: System, name: str) -> Iterator[Invariant]:
@@ -214,9 +218,9 @@ class _Search:
             for candidate in candidates:
                 solver.state(frame.term(candidate.term))
             frame = Frame(self.system, solver, frame)
-        made = [frame.term(each.term) for each in candidates]
+        made = [frame.term(invariant.term) for invariant in candidates]
         self.work += solver.made  # counted before the questions, whose number depends on models
-        holds = Evaluator([each.term for each in candidates])
+        holds = Evaluator([invariant.term for invariant in candidates])
         left = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):
             group = left.intersection(range(begin, begin + GROUP))

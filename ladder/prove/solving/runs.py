@@ -48,7 +48,9 @@ class Runs:
         """Restart all runs from power-up."""
         initial = self._system.initial
         self._values = {
-            name: filled(v, initial[name], self._lanes) for name, v in self._cone.items() if name in initial
+            name: filled(variable, initial[name], self._lanes)
+            for name, variable in self._cone.items()
+            if name in initial
         }
         self._first = True
 
@@ -63,30 +65,30 @@ class Runs:
             before = self._values
             changed = values | after
             self._values = {
-                name: np.where(kept, each, before[name]) if name in before else each
-                for name, each in changed.items()
+                name: np.where(kept, lanes, before[name]) if name in before else lanes
+                for name, lanes in changed.items()
             }
         self._first = False
         return got[len(self._states) :], kept
 
     def _chosen(self) -> dict[str, Array]:
         """Return values of the free variables, of which some change in some runs."""
-        found = {}
+        chosen = {}
         for name in self._free:
             if self._first and name in self._system.late:
                 continue
-            v, before = self._cone[name], self._values.get(name)
-            new = self._any(name, v, before)
+            variable, before = self._cone[name], self._values.get(name)
+            new = self._any(name, variable, before)
             if before is None or name == TURNED:
-                found[name] = new
+                chosen[name] = new
             else:
-                found[name] = np.where(self._changing(), new, before)
-        return found
+                chosen[name] = np.where(self._changing(), new, before)
+        return chosen
 
     def _rare_and_often(self) -> tuple[int, int]:
         """Return the runs in which a bit is rarely on, and the runs in which it is often on."""
-        one, other = self._rng.getrandbits(self._lanes), self._rng.getrandbits(self._lanes)
-        return one & other, one & ~other
+        first, second = self._rng.getrandbits(self._lanes), self._rng.getrandbits(self._lanes)
+        return first & second, first & ~second
 
     def _changing(self) -> Array:
         """Return random Booleans that are true in a quarter of the runs."""
@@ -113,10 +115,10 @@ class Runs:
         def draw() -> int:
             return self._rng.getrandbits(self._lanes)
 
-        one, few = draw(), draw() & draw()
+        half, few = draw(), draw() & draw()
         if name == TURNED:
             return few & draw() & draw() & draw() & rare
-        return one & ~rare & ~often | one & few & rare | (one | ~few) & often
+        return half & ~rare & ~often | half & few & rare | (half | ~few) & often
 
     def _real(self) -> float:
         return self._rng.choice((0.0, 1.0, self._rng.uniform(-100, 100)))
@@ -126,16 +128,16 @@ class Runs:
         likely = self._system.likely.get(name)
         if likely is not None:
             words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])
-            found = words[self._draws() % len(words)]
+            numbers = words[self._draws() % len(words)]
         else:
-            found = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
+            numbers = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
         anything = (self._raw() % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
-        found = np.where(self._draws() < 50, anything, found)
+        numbers = np.where(self._draws() < 50, anything, numbers)
         if before is not None:
             turned = before ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
             fits = (self._draws() < 80) & (v.lo <= turned) & (turned <= v.hi)
-            found = np.where(fits, turned, found)
-        return found
+            numbers = np.where(fits, turned, numbers)
+        return numbers
 
     def _raw(self) -> Array:
         """Return random numbers of 64 bits."""

@@ -47,7 +47,7 @@ class Script:
         """Define a name for the result of an operation, and return it."""
         head = "to_fp" if op == "to_fp_signed" else op
         head = f"(_ {head} {' '.join(map(str, indices))})" if indices else head
-        text = f"({head} {' '.join(each if isinstance(each, str) else each.text for each in args)})"
+        text = f"({head} {' '.join(arg if isinstance(arg, str) else arg.text for arg in args)})"
         known = self._names.get(text)
         if known is None:
             sort = result_sort(op, [operand.sort for operand in args if isinstance(operand, Text)], indices)

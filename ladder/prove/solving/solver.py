@@ -147,8 +147,8 @@ class Solver:
         self._terms: list[Any] = []
 
     def __del__(self) -> None:
-        for each in ("_terms", "_modes", "_sorts", "_bool_sort", "_solver", "_manager"):
-            self.__dict__.pop(each, None)  # empty if bitwuzla is not installed
+        for name in ("_terms", "_modes", "_sorts", "_bool_sort", "_solver", "_manager"):
+            self.__dict__.pop(name, None)  # empty if bitwuzla is not installed
 
     @property
     def steps(self) -> int:
@@ -195,7 +195,9 @@ class Solver:
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
         """Return the result of an operation, given its SMT-LIB name; a rounding mode is also a name."""
         self.made += 1
-        operands = [self._modes[each] if isinstance(each, str) else self._terms[each] for each in args]
+        operands = [
+            self._modes[argument] if isinstance(argument, str) else self._terms[argument] for argument in args
+        ]
         return self._number(self._manager.mk_term(self._kinds[op], operands, list(indices)))
 
     def joined(self, op: str, conditions: Sequence[int]) -> int:
@@ -210,7 +212,9 @@ class Solver:
         """Ask whether all assertions and these formulas can hold: sat, unsat, or unknown for a blown fuse."""
         self.work += 1 + self.made
         self._fuse.left = self._most
-        return self._answers.get(self._solver.check_sat(*[self._terms[each] for each in formulas]), UNKNOWN)
+        return self._answers.get(
+            self._solver.check_sat(*[self._terms[formula] for formula in formulas]), UNKNOWN
+        )
 
     def found(self, made: int, t: T) -> Any:
         """Return the value of a term after sat; `t` determines its kind."""

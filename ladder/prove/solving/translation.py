@@ -77,13 +77,17 @@ def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, A
     missing: dict[int, T] = {}
     todo = [root]
     while todo:
-        t = todo.pop()
-        if t.id not in memo and t.id not in missing:
-            missing[t.id] = t
-            todo.extend(t.args)
+        term = todo.pop()
+        if term.id not in memo and term.id not in missing:
+            missing[term.id] = term
+            todo.extend(term.args)
     for number in sorted(missing):
-        t = missing[number]
-        memo[number] = lookup(t) if t.op == "var" else _one(sink, t, [memo[a.id] for a in t.args])
+        term = missing[number]
+        memo[number] = (
+            lookup(term)
+            if term.op == "var"
+            else _one(sink, term, [memo[argument.id] for argument in term.args])
+        )
     return memo[root.id]
 
 
@@ -143,10 +147,10 @@ _WHOLE = {
 
 def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
     """Translate with all operands as wide as the widest operand or the result, so that nothing overflows."""
-    bits = max(width(a) for a in t.args)
+    bits = max(width(argument) for argument in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))
-    wide = [fit(sink, each, width(a), bits) for each, a in zip(made, t.args, strict=True)]
+    wide = [fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)]
     result = sink.apply(_WHOLE[t.op], wide)
     if t.kind != INT:
         return result
@@ -158,7 +162,10 @@ def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
 
 def _ite(sink: Sink, t: T, made: list[Any]) -> Any:
     if t.kind == INT:
-        arms = [fit(sink, each, width(a), width(t)) for each, a in zip(made[1:], t.args[1:], strict=True)]
+        arms = [
+            fit(sink, formula, width(argument), width(t))
+            for formula, argument in zip(made[1:], t.args[1:], strict=True)
+        ]
         made = [made[0], *arms]
     return sink.apply("ite", made)
 
@@ -188,9 +195,9 @@ def _bit(sink: Sink, t: T, made: list[Any]) -> Any:
 def _setbit(sink: Sink, t: T, made: list[Any]) -> Any:
     bits, (number, _) = width(t), t.val
     word = fit(sink, made[0], width(t.args[0]), bits)
-    one, rest = wrap(1 << number, bits), wrap(~(1 << number), bits)
-    on = sink.apply("bvor", [word, sink.value(bits, one)])
-    off = sink.apply("bvand", [word, sink.value(bits, rest)])
+    set_mask, clear_mask = wrap(1 << number, bits), wrap(~(1 << number), bits)
+    on = sink.apply("bvor", [word, sink.value(bits, set_mask)])
+    off = sink.apply("bvand", [word, sink.value(bits, clear_mask)])
     return sink.apply("ite", [made[1], on, off])
 
 

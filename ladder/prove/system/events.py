@@ -37,5 +37,5 @@ def assumed(happens: Collection[str]) -> Iterator[str]:
         yield KEPT
     for name, sentence in LEFT_OUT.items():
         if name not in happens:
-            more = ", ".join(f'"{each}"' for each in LEFT_OUT if each in (*happens, name))
-            yield f"{sentence} (happens = [{more}])"
+            listed = ", ".join(f'"{event}"' for event in LEFT_OUT if event in (*happens, name))
+            yield f"{sentence} (happens = [{listed}])"

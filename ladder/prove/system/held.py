@@ -68,16 +68,16 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     """
     needed: dict[int, int] = {}
     every = [*roots, *kept]
-    for t in roots:
-        needed[t.id] = _every(t)
-    found: dict[str, int] = {}
-    for t in reversed(reach(every)):
-        mask = needed.get(t.id, 0)
-        if t.op == "var" and mask:
-            found[t.val] = mask
-        for operand, part in zip(t.args, _parts(t, mask), strict=True):
+    for term in roots:
+        needed[term.id] = _every(term)
+    masks: dict[str, int] = {}
+    for term in reversed(reach(every)):
+        mask = needed.get(term.id, 0)
+        if term.op == "var" and mask:
+            masks[term.val] = mask
+        for operand, part in zip(term.args, _parts(term, mask), strict=True):
             needed[operand.id] = needed.get(operand.id, 0) | part
-    return found
+    return masks
 
 
 def _every(t: T) -> int:

@@ -175,13 +175,13 @@ class ProgramSystem(System):
             return ite(var(RETAINED), const(value, t.kind), t)
 
         def reads(key: Key, t: T) -> T:
-            path, v = key[0], machine.vars[key]
-            outside, given = path in self._outside, self._is_given(path, machine.kinds[key])
-            unwritten = key not in written and self._changes_outside(path, machine.kinds[key], v)
-            then = var(f"{THEN}{v.val}", v.kind, v.lo, v.hi)
-            if outside or given or (unwritten and not path.endswith(CLOCK)):
+            path, variable = key[0], machine.vars[key]
+            outside, is_given = path in self._outside, self._is_given(path, machine.kinds[key])
+            unwritten = key not in written and self._changes_outside(path, machine.kinds[key], variable)
+            then = var(f"{THEN}{variable.val}", variable.kind, variable.lo, variable.hi)
+            if outside or is_given or (unwritten and not path.endswith(CLOCK)):
                 return then
-            for number in numbers_in(self._open_mask(key, v, named)):
+            for number in numbers_in(self._open_mask(key, variable, named)):
                 t = setbit(t, number, bit(then, number), machine.kinds[key].type.wraps)
             return t
 
@@ -198,16 +198,16 @@ class ProgramSystem(System):
     def _constant_lengths(self) -> dict[Key, Any]:
         """Return LEN of each CONTROL that neither the program nor the outside writes; it bounds loops."""
         layout, written = self.lowered.layout, {*self.machine.written, *named_bits(self.lowered)}
-        found = {}
+        lengths = {}
         for leaf in layout.leaves.values():
             path = leaf.path.upper()
             if leaf.root or not is_length(layout, path) or path in self._outside:
                 continue
             for index in range(leaf.size):
-                v = var(name_of((path, index)), *kind_of(leaf.type))
-                if (path, index) not in written and not self._changes_outside(path, leaf, v):
-                    found[path, index] = self.engine.memory.read(leaf, index)
-        return found
+                variable = var(name_of((path, index)), *kind_of(leaf.type))
+                if (path, index) not in written and not self._changes_outside(path, leaf, variable):
+                    lengths[path, index] = self.engine.memory.read(leaf, index)
+        return lengths
 
     def _run_monitors(self) -> None:
         """Run the monitors; raise a LadderError if one of them changes the program."""
@@ -255,7 +255,7 @@ class ProgramSystem(System):
             for name, key in self.key_of.items()
             if self.role(name) == "free" and self.machine.kinds[key].slot is None
         ]
-        bits = [each for each in free if each[1].type.is_bool]
+        bits = [place for place in free if place[1].type.is_bool]
         if not bits:
             return
         engine = self.program.interpret()
@@ -271,12 +271,12 @@ class ProgramSystem(System):
         self.deep = machine.deep
         for name, site in machine.havocs.items():
             self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modeled")
-        for key, v in list(machine.vars.items()):
-            if v.val not in self.key_of:
-                self.key_of[v.val] = key
-                self._give_role(key, v)
-            elif v.val in self.next:
-                self.next[v.val] = self._next(key)
+        for key, variable in list(machine.vars.items()):
+            if variable.val not in self.key_of:
+                self.key_of[variable.val] = key
+                self._give_role(key, variable)
+            elif variable.val in self.next:
+                self.next[variable.val] = self._next(key)
 
     def _next(self, key: Key) -> T:
         if key == FIRST_SCAN and self.lowered.schedule is None:
@@ -292,8 +292,8 @@ class ProgramSystem(System):
 
     def _with_open_bits(self, key: Key, after: T, mask: int) -> T:
         """Return a number after a scan, with its open bits written from outside."""
-        v = self.machine.vars[key]
-        written = var(f"{WRITTEN}{v.val}", INT, v.lo, v.hi)
+        variable = self.machine.vars[key]
+        written = var(f"{WRITTEN}{variable.val}", INT, variable.lo, variable.hi)
         width = self.machine.kinds[key].type.wraps
         for number in numbers_in(mask):
             after = setbit(after, number, bit(written, number), width)
@@ -302,13 +302,13 @@ class ProgramSystem(System):
     def _open_bits(self) -> None:
         """Make bits of numbers free that the program names and does not write."""
         machine, named = self.machine, named_bits(self.lowered)
-        for key, v in list(machine.vars.items()):
-            known = v.val in self.held or v.val in self.next
-            mask = self._open_mask(key, v, named) if known else 0
+        for key, variable in list(machine.vars.items()):
+            known = variable.val in self.held or variable.val in self.next
+            mask = self._open_mask(key, variable, named) if known else 0
             if mask:
                 self.open[key] = mask
-                self.held.discard(v.val)
-                self.next[v.val] = self._next(key)
+                self.held.discard(variable.val)
+                self.next[variable.val] = self._next(key)
 
     def _open_mask(self, key: Key, v: T, named: Mapping[Key, int]) -> int:
         """Return a mask of the bits of a number that the program names and does not write."""
@@ -413,18 +413,18 @@ class ProgramSystem(System):
 
     def next_of_any(self, roots: Sequence[T]) -> dict[str, T]:
         """Return the next values of states, with bits free that terms read and nothing writes."""
-        found = dict(self.next)
+        next_states = dict(self.next)
         for name, mask in held_bits(self, self.next, roots, self._written_masks()).items():
-            found[name] = self._with_open_bits(self.key_of[name], found[name], mask)
-        return found
+            next_states[name] = self._with_open_bits(self.key_of[name], next_states[name], mask)
+        return next_states
 
     def _written_masks(self) -> dict[str, int]:
         """Return masks of the written bits of numbers of which a scan writes only bits."""
-        found = {}
-        for key, v in self.machine.vars.items():
+        masks = {}
+        for key, variable in self.machine.vars.items():
             is_own = self.machine.kinds[key].slot is None and not key[0].startswith(("~", "S:"))
-            if v.kind == INT and is_own and v.val in self.next:
-                mask = written_bits(self.next[v.val], v)
+            if variable.kind == INT and is_own and variable.val in self.next:
+                mask = written_bits(self.next[variable.val], variable)
                 if mask != -1:
-                    found[v.val] = mask
-        return found
+                    masks[variable.val] = mask
+        return masks

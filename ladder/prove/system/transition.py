@@ -75,7 +75,9 @@ class ScanBounds:
             raise ValueError(
                 f"scan time from {self.low_ms} to {self.high_ms} ms; must be 1 ms to a day, least first"
             )
-        if MS % self.tick_ns or any(round(each * MS) % self.tick_ns for each in (self.low_ms, self.high_ms)):
+        if MS % self.tick_ns or any(
+            round(bound * MS) % self.tick_ns for bound in (self.low_ms, self.high_ms)
+        ):
             raise ValueError(
                 f"scan time from {self.low_ms} to {self.high_ms} ms; must be multiples of {self.tick_ns} ns"
             )
@@ -92,7 +94,7 @@ class ScanBounds:
     @property
     def ticks(self) -> tuple[int, int]:
         """Both times, in the unit."""
-        low, high = (round(each * MS) // self.tick_ns for each in (self.low_ms, self.high_ms))
+        low, high = (round(bound * MS) // self.tick_ns for bound in (self.low_ms, self.high_ms))
         return low, high
 
     @property
@@ -162,16 +164,16 @@ class System:
         seen: dict[str, T] = {}
         todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while todo:
-            fresh = [v for v in self._variables(todo) if v.val not in seen]
-            seen.update((v.val, v) for v in fresh)
-            todo = [self.next[v.val] for v in fresh if v.val in self.next]
+            fresh = [variable for variable in self._variables(todo) if variable.val not in seen]
+            seen.update((variable.val, variable) for variable in fresh)
+            todo = [self.next[variable.val] for variable in fresh if variable.val in self.next]
         return seen
 
     def _variables(self, terms: Sequence[T]) -> list[T]:
         """Return the variables in terms, as `variables` does, but walk no term twice."""
         known = self.variables_known
-        known.update(variables_by_root([t for t in terms if t not in known]))
-        return sorted({v for t in terms for v in known[t]}, key=attrgetter("id"))
+        known.update(variables_by_root([term for term in terms if term not in known]))
+        return sorted({variable for term in terms for variable in known[term]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract, with the module contracts and facts that matter to terms.
@@ -183,18 +185,18 @@ class System:
         left: list[T | Fact] = [*self.kept, *self.facts]
         while True:
             inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
-            counting = [each for each in left if self._counts(each, inputs)]
+            counting = [candidate for candidate in left if self._counts(candidate, inputs)]
             if not counting:
                 return contract
-            left = [each for each in left if each not in counting]
-            for each in counting:
-                contract = and_(contract, each[1] if isinstance(each, tuple) else each)
+            left = [candidate for candidate in left if candidate not in counting]
+            for part in counting:
+                contract = and_(contract, part[1] if isinstance(part, tuple) else part)
 
     def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
         """Whether a module's contract, or a fact, matters to terms that some inputs decide."""
         if isinstance(part, tuple):
             return part[0] <= inputs
-        return any(v.val in inputs for v in self._variables([part]))
+        return any(variable.val in inputs for variable in self._variables([part]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:

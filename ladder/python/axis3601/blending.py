@@ -45,7 +45,7 @@ class BlendProgramming(Command):
         if header.segments != len(segments):
             raise ValueError(f"the header is of {header.segments} segments, and there are {len(segments)}")
         self.take(header.to_image())
-        self._left = [array("h", each.to_image().words) for each in segments]
+        self._left = [array("h", segment.to_image().words) for segment in segments]
 
     def for_drive(self) -> Image:
         """Set word 7 of each block for a networked drive: HEADER, or its deceleration; return the first."""

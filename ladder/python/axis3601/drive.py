@@ -171,7 +171,7 @@ class Drive:
     @property
     def locked(self) -> bool:
         """Whether a `stop` holds the axis."""
-        return self._locked if self.late else any(each.keeps for each in self._stops)
+        return self._locked if self.late else any(stop.keeps for stop in self._stops)
 
     @property
     def moving(self) -> bool:
@@ -203,7 +203,7 @@ class Drive:
 
     def keep(self, stop: Stop) -> None:
         """Add a `stop` that holds the axis."""
-        self._stops = [each for each in self._stops if each.keeps or each.busy]
+        self._stops = [active for active in self._stops if active.keeps or active.busy]
         self._stops.append(stop)
 
     # -- what the scan does
@@ -241,7 +241,7 @@ class Drive:
         if running is not None and running.attended and running.active:
             running.attend(self, now_ns)
         if self.late:
-            self._locked = any(each.keeps for each in self._stops)
+            self._locked = any(stop.keeps for stop in self._stops)
             self.link.look(now_ns)
             self._judge(now_ns)
         self._take(now_ns)
@@ -251,10 +251,10 @@ class Drive:
         self._sent = self._raw.tobytes()
 
     def _refuse_other_writer(self) -> NoReturn:
-        sent, found = Image(buffer=bytearray(self._sent)), self._words.tolist()
+        sent, words = Image(buffer=bytearray(self._sent)), self._words.tolist()
         raise RuntimeError(
             f"{self.owner} is the only writer of its module's output words: "
-            f"something else has made {found} of {list(sent)}"
+            f"something else has made {words} of {list(sent)}"
         )
 
     def _nothing_to_come(self) -> bool:
@@ -352,10 +352,10 @@ class Drive:
 
     def _what_happened(self, error_id: int) -> str:
         """Describe the link with the times of its changes, and the status of an axis at rest."""
-        found = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
+        sentences = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
-            found.append(f"the status is {' '.join(self._status_names())}")
-        return "; ".join(found)
+            sentences.append(f"the status is {' '.join(self._status_names())}")
+        return "; ".join(sentences)
 
     def _status_names(self) -> list[str]:
         if self._translation is None:

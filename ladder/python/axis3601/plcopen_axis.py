@@ -144,9 +144,9 @@ class Axis3601(Device):
     @property
     def starting_speed(self) -> int:
         """Starting speed of its configuration, steps/s; 1 for a networked drive before it is attached."""
-        given = self.configuration
-        if isinstance(given, Configuration):
-            return given.starting_speed
+        configuration = self.configuration
+        if isinstance(configuration, Configuration):
+            return configuration.starting_speed
         return 1 if self._translation is None else self._translation.starting_speed
 
     # -- commands
@@ -404,11 +404,11 @@ class Axis3601(Device):
         For a networked drive, the translation has the configuration. Word 1 only shows, by becoming 0, that
         the handshake progresses.
         """
-        given = self.configuration
+        configuration = self.configuration
         return (
-            given.to_image()
-            if isinstance(given, Configuration)
-            else Image([signed_word(given[0]), _CONFIGURES])
+            configuration.to_image()
+            if isinstance(configuration, Configuration)
+            else Image([signed_word(configuration[0]), _CONFIGURES])
         )
 
     def _refuse(self, why: str) -> NoReturn:

@@ -24,15 +24,15 @@ def waits_in(wait: Wait[Any]) -> Iterator[Wait[Any]]:
     """Yield a wait and the waits inside it, but not the waits of its branches."""
     yield wait
     if isinstance(wait, Several):
-        for each in wait.waits:
-            yield from waits_in(each)
+        for inner in wait.waits:
+            yield from waits_in(inner)
 
 
 def branches_in(wait: Wait[Any]) -> Iterator[Sequence]:
     """Yield the running branches of a wait."""
-    for each in waits_in(wait):
-        if isinstance(each, BranchWait) and not each._sequence.over:
-            yield each._sequence
+    for inner in waits_in(wait):
+        if isinstance(inner, BranchWait) and not inner._sequence.over:
+            yield inner._sequence
 
 
 Texts = dict[CodeType, str]
@@ -50,10 +50,10 @@ def check_wait(
         texts: known syntax; the syntax of the wait's functions is added.
     """
     parts = list(changed)
-    for each in waits_in(wait):
-        if not type(each).__module__.startswith(OURS):
-            raise ConditionError(f"{each!r} is a wait of the program's own class {type(each).__name__}")
-        for value in _held(each):
+    for inner in waits_in(wait):
+        if not type(inner).__module__.startswith(OURS):
+            raise ConditionError(f"{inner!r} is a wait of the program's own class {type(inner).__name__}")
+        for value in _held(inner):
             _check_value(value, editions, parts, texts)
 
 
@@ -66,9 +66,9 @@ def _held(wait: Wait[Any]) -> Iterator[Any]:
 
 def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts) -> None:
     """Check one value that a wait holds, such as a function, and the object that it is bound to."""
-    if any(value is each for each in changed):
+    if any(value is item for item in changed):
         raise ConditionError(f"it waits for {value.name}, whose declaration has changed")
-    if value is not None and any(value is getattr(each, "read", None) for each in changed):
+    if value is not None and any(value is getattr(item, "read", None) for item in changed):
         raise ConditionError("it waits for an input whose declaration has changed")
     if isinstance(value, MethodType):
         _check_value(value.__self__, editions, changed, texts)
@@ -102,12 +102,12 @@ def _text_of(function: FunctionType, edition: Edition) -> str | None:
     if "<locals>" not in own.co_qualname:
         return ast.dump(around)
     places = {place[:1] + place[2:3] for place in own.co_positions() if place[0]}
-    found = [
-        each
-        for each in ast.walk(around)
-        if isinstance(each, ast.Lambda | ast.FunctionDef) and each.lineno == first and _covers(each, places)
+    nodes = [
+        node
+        for node in ast.walk(around)
+        if isinstance(node, ast.Lambda | ast.FunctionDef) and node.lineno == first and _covers(node, places)
     ]
-    return ast.dump(found[0]) if len(found) == 1 else None
+    return ast.dump(nodes[0]) if len(nodes) == 1 else None
 
 
 def _covers(node: ast.Lambda | ast.FunctionDef, places: set[Any]) -> bool:
@@ -122,11 +122,11 @@ def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
         return []
     if "<locals>" not in function.__code__.co_qualname:
         return [ast.dump(around)]
-    return [ast.dump(each) for each in ast.walk(around) if isinstance(each, ast.Lambda | ast.FunctionDef)]
+    return [ast.dump(node) for node in ast.walk(around) if isinstance(node, ast.Lambda | ast.FunctionDef)]
 
 
 def _around(function: FunctionType, edition: Edition) -> ast.AST | None:
     """Return the outer function of a function, or the function itself."""
     top = function.__code__.co_qualname.partition(".<locals>")[0]
-    found = edition.function(function.__module__, top)
-    return None if found is None else edition.tree(found)
+    definition = edition.function(function.__module__, top)
+    return None if definition is None else edition.tree(definition)

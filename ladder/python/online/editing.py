@@ -106,7 +106,7 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
     parts = _parts(logic, fresh)
     moves, continued = _sequences(logic, fresh, _context(logic, parts, old, new), restart)
     fields = plan_fields(logic, fresh, old, new)
-    restarts = tuple(each.name for each in fresh._logic_sequences if each.name in restart)
+    restarts = tuple(sequence.name for sequence in fresh._logic_sequences if sequence.name in restart)
     there = _names(fresh, new)
     begins = {*parts.changed, *fields.values} - {*fields.kept}
     constants = {name for name in new.constants() if f".{name}" in new.changed_from(old)}
@@ -142,9 +142,9 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
 
 def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
     """Return the context of an edit for placing its sequences."""
-    before = {each.name: each for each in logic._logic_parts}
+    before = {part.name: part for part in logic._logic_parts}
     anew = tuple(before[name] for name in parts.changed if name in before)
-    gone = tuple(each for name, each in before.items() if name not in parts.parts)
+    gone = tuple(part for name, part in before.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
     return EditContext(old, new, codes, anew + gone, new.changed_from(old), texts)
@@ -152,8 +152,8 @@ def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditC
 
 def _names(logic: Logic, edition: Edition) -> list[str]:
     """Return the names of fields, constants, parts and sequences, in order of definition."""
-    parts = [each.name for each in logic._logic_parts]
-    sequences = [each.name for each in logic._logic_sequences]
+    parts = [part.name for part in logic._logic_parts]
+    sequences = [sequence.name for sequence in logic._logic_sequences]
     values = body_fields(logic, edition) | own_fields(logic) | edition.constants()
     return list(dict.fromkeys([*values, *parts, *sequences]))
 
@@ -169,23 +169,23 @@ def _sequences(
     Raises:
         EditRefusal: one or more sequences can't continue.
     """
-    there = {each.name for each in fresh._logic_sequences}
-    unknown = [each for each in restart if each not in there]
+    there = {fresh_sequence.name for fresh_sequence in fresh._logic_sequences}
+    unknown = [name for name in restart if name not in there]
     if unknown:
         raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(there))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
     lines = []
-    for each in logic._logic_sequences:
-        if each.over or each.name in restart or each.name not in there:
+    for sequence in logic._logic_sequences:
+        if sequence.over or sequence.name in restart or sequence.name not in there:
             continue
         try:
-            own = plan_moves(each, context)
+            own = plan_moves(sequence, context)
         except NotPlacedError as error:
-            errors[each.name] = error
+            errors[sequence.name] = error
         else:
             moves += own
-            lines.append(_continued(each, own))
+            lines.append(_continued(sequence, own))
     if errors:
         raise _refusal(errors)
     return moves, tuple(lines)
@@ -220,15 +220,15 @@ class PartPlan:
 
 
 def _parts(logic: Logic, fresh: Logic) -> PartPlan:
-    before = {each.name: each for each in logic._logic_parts}
+    before = {earlier_part.name: earlier_part for earlier_part in logic._logic_parts}
     parts: dict[str, Part] = {}
     kept: list[str] = []
     changed: list[str] = []
-    for each in fresh._logic_parts:
-        own = before.get(each.name)
-        continues = own is not None and own.continues_as(each)
-        parts[each.name] = own if own is not None and continues else each
-        (kept if continues else changed).append(each.name)
+    for part in fresh._logic_parts:
+        own = before.get(part.name)
+        continues = own is not None and own.continues_as(part)
+        parts[part.name] = own if own is not None and continues else part
+        (kept if continues else changed).append(part.name)
     return PartPlan(parts, tuple(kept), tuple(changed))
 
 
@@ -242,7 +242,7 @@ def _carry_out(plan: EditPlan) -> None:
     _share_modules(logic, fresh, plan.old, plan.new)
     release(type(logic), list(forced_fields(logic)))
     logic.__class__ = kind
-    for name in [each for each in plan.fields.dropped if each in own]:
+    for name in [field for field in plan.fields.dropped if field in own]:
         del own[name]
     own.update(plan.fields.values)
     logic._logic_forced = {
@@ -253,15 +253,15 @@ def _carry_out(plan: EditPlan) -> None:
     sequences = _take_sequences(plan, own)
     logic._logic_sequences = sequences
     logic._logic_made = fresh._logic_made
-    logic._logic_codes = tuple(code for each in plan.moves for code in each.move())
+    logic._logic_codes = tuple(code for move in plan.moves for code in move.move())
 
 
 def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
     logic, slots = plan.logic, plan.logic._logic_slots
     assert slots is not None, "it has had a scan"
-    for name in [name for name, each in own.items() if isinstance(each, Part)]:
+    for name in [name for name, held in own.items() if isinstance(held, Part)]:
         del own[name]
-    fresh = {each.name: each for each in plan.fresh._logic_parts}
+    fresh = {fresh_part.name: fresh_part for fresh_part in plan.fresh._logic_parts}
     for name, part in plan.parts.parts.items():
         if name in plan.parts.kept:
             part.continue_as(fresh[name])
@@ -276,25 +276,25 @@ def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
 
 def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
     """Give the instance the sequences of the edited class; close removed sequences."""
-    before = {each.name: each for each in plan.logic._logic_sequences}
-    found = []
-    for each in plan.fresh._logic_sequences:
-        sequence = before.pop(each.name, None)
-        method = getattr_static(type(plan.fresh), each.name)
+    before = {known.name: known for known in plan.logic._logic_sequences}
+    sequences = []
+    for fresh in plan.fresh._logic_sequences:
+        sequence = before.pop(fresh.name, None)
+        method = getattr_static(type(plan.fresh), fresh.name)
         make = method.function.__get__(plan.logic)
         if sequence is None:
-            sequence = each
-            if each.starts:
+            sequence = fresh
+            if fresh.starts:
                 sequence.restart()
         sequence._make, sequence.starts = make, method.starts
-        if each.name in plan.restarts:
+        if fresh.name in plan.restarts:
             sequence.restart()
-        own[each.name] = sequence
-        found.append(sequence)
+        own[fresh.name] = sequence
+        sequences.append(sequence)
     for name, gone in before.items():
         own.pop(name, None)
         gone.close()
-    return tuple(found)
+    return tuple(sequences)
 
 
 def _share_modules(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> None:
@@ -305,7 +305,9 @@ def _share_modules(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> No
             if value is fresh:
                 names[name] = logic
     earlier: list[dict[str, Any]] = vars(logic).setdefault("_logic_modules", [])
-    earlier += [each for each in old.modules.values() if not any(each is other for other in earlier)]
+    earlier += [
+        namespace for namespace in old.modules.values() if not any(namespace is other for other in earlier)
+    ]
     for module in earlier:
         present: Mapping[str, Any] | None = edited.get(module.get("__name__", ""))
         if present is not None and present is not module:

@@ -28,20 +28,20 @@ class Edition:
     @cached_property
     def modules(self) -> dict[str, dict[str, Any]]:
         """The globals of its functions' modules, by module name."""
-        found = {each.__module__: each.__globals__ for each in self._methods()}
-        for names in list(found.values()):
-            for each in names.values():
-                if isinstance(each, FunctionType) and each.__code__.co_filename in self._sources:
-                    found.setdefault(each.__module__, each.__globals__)
-        return found
+        modules = {method.__module__: method.__globals__ for method in self._methods()}
+        for names in list(modules.values()):
+            for value in names.values():
+                if isinstance(value, FunctionType) and value.__code__.co_filename in self._sources:
+                    modules.setdefault(value.__module__, value.__globals__)
+        return modules
 
     def function(self, module: str, name: str) -> FunctionType | None:
         """Return a function by its module and qualified name."""
-        for each in self._methods():
-            if (each.__module__, each.__qualname__) == (module, name):
-                return each
-        found = self.modules.get(module, {}).get(name)
-        return found if isinstance(found, FunctionType) and found.__qualname__ == name else None
+        for method in self._methods():
+            if (method.__module__, method.__qualname__) == (module, name):
+                return method
+        value = self.modules.get(module, {}).get(name)
+        return value if isinstance(value, FunctionType) and value.__qualname__ == name else None
 
     def tree(self, function: FunctionType) -> Function | None:
         """Return the syntax tree of a function, None if its source is missing."""
@@ -73,44 +73,46 @@ class Edition:
 
         They are functions, and constants of the class and its modules, not fields, which keep their value.
         """
-        ours, theirs = self._constants(), before._constants()
-        found = {name for name in {*ours, *theirs} if not _same(ours.get(name), theirs.get(name))}
+        own, previous = self._constants(), before._constants()
+        changed = {name for name in {*own, *previous} if not _same(own.get(name), previous.get(name))}
         bodies, others = self._bodies(), before._bodies()
         functions = {name for name in {*bodies, *others} if bodies.get(name) != others.get(name)}
-        return frozenset(found | functions | {f".{each}" for each in functions})
+        return frozenset(changed | functions | {f".{function}" for function in functions})
 
     def constants(self) -> dict[str, Any]:
         """Return the values in its class body that no function assigns."""
-        found: dict[str, Any] = {}
+        constants: dict[str, Any] = {}
         for kind in reversed(self.kind.__mro__[: self.kind.__mro__.index(Logic)]):
-            found.update((name, value) for name, value in vars(kind).items() if is_plain(name, value))
-        return {name: value for name, value in found.items() if name not in self.stored}
+            constants.update((name, value) for name, value in vars(kind).items() if is_plain(name, value))
+        return {name: value for name, value in constants.items() if name not in self.stored}
 
     def constant(self, text: str) -> Any:
         """Return the constant that `self.NAME` or `NAME` means; None if it is not a constant."""
-        found = self._constants()
-        return found.get(text.removeprefix("self")) if text.startswith("self.") else found.get(text)
+        constants = self._constants()
+        return constants.get(text.removeprefix("self")) if text.startswith("self.") else constants.get(text)
 
     def _constants(self) -> dict[str, Any]:
-        found = {f".{name}": value for name, value in self.constants().items()}
+        constants = {f".{name}": value for name, value in self.constants().items()}
         for names in self.modules.values():
-            found.update((name, value) for name, value in names.items() if is_plain(name, value))
-        return found
+            constants.update((name, value) for name, value in names.items() if is_plain(name, value))
+        return constants
 
     def _bodies(self) -> dict[str, str]:
-        functions = {each.__name__: each for each in self._methods()}
+        functions = {method.__name__: method for method in self._methods()}
         for module, names in self.modules.items():
-            own = (each for each in names.values() if isinstance(each, FunctionType))
-            functions.update((each.__name__, each) for each in own if each.__module__ == module)
-        trees = {name: self.tree(each) for name, each in functions.items()}
+            own = (value for value in names.values() if isinstance(value, FunctionType))
+            functions.update(
+                (function.__name__, function) for function in own if function.__module__ == module
+            )
+        trees = {name: self.tree(function) for name, function in functions.items()}
         return {name: "" if tree is None else ast.dump(tree) for name, tree in trees.items()}
 
     @cached_property
     def _sources(self) -> dict[str, str]:
-        found: dict[str, str] = {}
+        sources: dict[str, str] = {}
         for kind in reversed(self.kind.__mro__):
-            found.update(vars(kind).get("_logic_sources", {}))
-        return found
+            sources.update(vars(kind).get("_logic_sources", {}))
+        return sources
 
     def _nodes(self) -> Iterator[ast.AST]:
         for file in self._sources:

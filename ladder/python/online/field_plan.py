@@ -40,14 +40,14 @@ class FieldPlan:
 
 def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> FieldPlan:
     """Plan the fields of an edit; raise an EditRefusal if a field's class no longer exists."""
-    own, theirs = own_fields(logic), own_fields(fresh)
-    before, after = body_fields(logic, old) | own, body_fields(fresh, new) | theirs
-    alive = new.stored | {*dir(type(fresh)), *theirs}
+    own, updated = own_fields(logic), own_fields(fresh)
+    before, after = body_fields(logic, old) | own, body_fields(fresh, new) | updated
+    alive = new.stored | {*dir(type(fresh)), *updated}
     dropped = tuple(name for name in before if name not in alive)
     stays = [name for name in after if name in before and not _is_retyped(name, before, after, old)]
     stays += [name for name in own if name not in after and name not in dropped]
     both = before.keys() & after.keys()
-    takes = [name for name in (*after, *own) if name in stays or name in theirs or name in both]
+    takes = [name for name in (*after, *own) if name in stays or name in updated or name in both]
     values = {
         name: _taken_over(name, before[name], old, new) if name in stays else after[name] for name in takes
     }
@@ -73,17 +73,17 @@ def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
 def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:
     """Whether an edit gives a field a different type from that of its initial value."""
     first = getattr(old.kind, name, None)
-    one, other = before[name] if first is None else first, after[name]
-    return isinstance(one, Field) and isinstance(other, Field) and type(one) is not type(other)
+    earlier, later = before[name] if first is None else first, after[name]
+    return isinstance(earlier, Field) and isinstance(later, Field) and type(earlier) is not type(later)
 
 
 def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edition) -> Iterator[str]:
     """Yield the fields that keep their value although the class body now gives another."""
     for name in kept:
-        one, other = getattr(old.kind, name, None), getattr(new.kind, name, None)
-        fields = isinstance(one, Field) and isinstance(other, Field)
-        if fields and one != other and values[name] != other:
-            yield f"{name} {values[name]}, not {other}"
+        earlier, later = getattr(old.kind, name, None), getattr(new.kind, name, None)
+        fields = isinstance(earlier, Field) and isinstance(later, Field)
+        if fields and earlier != later and values[name] != later:
+            yield f"{name} {values[name]}, not {later}"
 
 
 def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:

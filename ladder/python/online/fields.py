@@ -40,8 +40,8 @@ class ForcedField:
 
 def forced_fields(logic: Logic) -> dict[str, Field]:
     """Return the forced fields of an instance with their values."""
-    found: dict[str, Field] = vars(logic).get("_logic_forced", {})
-    return found
+    forced: dict[str, Field] = vars(logic).get("_logic_forced", {})
+    return forced
 
 
 class Fields:
@@ -99,7 +99,7 @@ class Fields:
         """Return the address of an input or output of the program; None for any other name."""
         logic = self._logic()
         own = name.removeprefix(f"{type(logic).__name__.lower()}.")
-        signals = [each for each in parts_of(logic) if isinstance(each, Signal) and each.name == own]
+        signals = [part for part in parts_of(logic) if isinstance(part, Signal) and part.name == own]
         return str(signals[0].at) if signals and signals[0].at is not None else None
 
     def unforce(self, name: str | None = None) -> None:
@@ -109,7 +109,7 @@ class Fields:
         names = [self._field(name)] if name is not None else list(forced)
         if not forced.keys() >= set(names):
             raise ValueError(f"{name} is not forced: {', '.join(forced) or 'no field'} is")
-        logic._logic_forced = {each: value for each, value in forced.items() if each not in names}
+        logic._logic_forced = {field: value for field, value in forced.items() if field not in names}
         release(type(logic), names)
         self.on_outside()
 
@@ -119,7 +119,7 @@ class Fields:
         known = fields_of(logic)
         own = type(logic).__name__.lower()
         if owner != own or field not in known:
-            raise ValueError(f"no field {name}: {', '.join(f'{own}.{each}' for each in known)}")
+            raise ValueError(f"no field {name}: {', '.join(f'{own}.{known_name}' for known_name in known)}")
         return field
 
     def _fitting(self, field: str, value: object) -> Field:

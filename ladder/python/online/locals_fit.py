@@ -23,8 +23,8 @@ def names_needed(body: list[ast.stmt], point: Point) -> Names:
     """Return the names that may be read after a point before they are assigned, and names in its await."""
     needed = set(_Reads().of(body))
     own = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
-    needed.update(each.id for each in ast.walk(own) if isinstance(each, ast.Name))
-    return frozenset(each for each in needed if not each.startswith("."))
+    needed.update(node.id for node in ast.walk(own) if isinstance(node, ast.Name))
+    return frozenset(name for name in needed if not name.startswith("."))
 
 
 class _Reads:
@@ -38,8 +38,8 @@ class _Reads:
         return self._found
 
     def _block(self, statements: list[ast.stmt], bound: Names) -> Names:
-        for each in statements:
-            bound = self._statement(each, bound)
+        for statement in statements:
+            bound = self._statement(statement, bound)
         return bound
 
     def _statement(self, node: ast.stmt, bound: Names) -> Names:
@@ -50,7 +50,7 @@ class _Reads:
             if field not in _BLOCKS:
                 self._read(value, bound)
         if isinstance(node, ast.If):
-            ways = [self._block(each, bound) for each in (node.body, node.orelse) if not _leaves(each)]
+            ways = [self._block(block, bound) for block in (node.body, node.orelse) if not _leaves(block)]
             return frozenset.intersection(*ways) if ways else bound
         if isinstance(node, ast.With | ast.AsyncWith):
             return self._block(node.body, bound | _names(node.items))
@@ -66,18 +66,20 @@ class _Reads:
         for field in _BLOCKS:
             value = getattr(node, field, [])
             if field in ("handlers", "cases"):
-                for each in value:
-                    head = [child for child in ast.iter_child_nodes(each) if not isinstance(child, ast.stmt)]
+                for clause in value:
+                    head = [
+                        child for child in ast.iter_child_nodes(clause) if not isinstance(child, ast.stmt)
+                    ]
                     self._read(head, bound)
-                    self._block(each.body, bound | _bound(each))
+                    self._block(clause.body, bound | _bound(clause))
             else:
                 self._block(value, bound)
         return bound
 
     def _read(self, value: object, bound: Names) -> None:
         for node in _nodes(value):
-            names = (each for each in ast.walk(node) if isinstance(each, ast.Name))
-            self._found |= {each.id for each in names if not isinstance(each.ctx, ast.Store)} - bound
+            names = (inner for inner in ast.walk(node) if isinstance(inner, ast.Name))
+            self._found |= {name.id for name in names if not isinstance(name.ctx, ast.Store)} - bound
             if isinstance(node, ast.AugAssign):
                 self._found |= _names(node.target) - bound
 
@@ -91,15 +93,15 @@ _BLOCKS = ("body", "handlers", "cases", "orelse", "finalbody")
 
 def _names(value: Any, context: type[ast.expr_context] = ast.Store) -> Names:
     """Return the names in a node or in nodes that are stored, or used in another context."""
-    found = (each for node in _nodes(value) for each in ast.walk(node) if isinstance(each, ast.Name))
-    return frozenset(each.id for each in found if isinstance(each.ctx, context))
+    names = (inner for node in _nodes(value) for inner in ast.walk(node) if isinstance(inner, ast.Name))
+    return frozenset(name.id for name in names if isinstance(name.ctx, context))
 
 
 def _captured(case: ast.AST) -> Names:
     return frozenset(
-        str(each.name)
-        for each in ast.walk(case)
-        if isinstance(each, ast.MatchAs | ast.MatchStar) and each.name
+        str(node.name)
+        for node in ast.walk(case)
+        if isinstance(node, ast.MatchAs | ast.MatchStar) and node.name
     )
 
 
@@ -127,33 +129,39 @@ def check_origins(
         if name in checked:
             continue
         checked.add(name)
-        ours, theirs = old.get(name, {}), new.get(name, {})
-        if ours.keys() != theirs.keys():
-            text = next(each for each in (*theirs, *ours) if not (each in ours and each in theirs))
+        earlier_texts, later_texts = old.get(name, {}), new.get(name, {})
+        if earlier_texts.keys() != later_texts.keys():
+            text = next(
+                candidate
+                for candidate in (*later_texts, *earlier_texts)
+                if not (candidate in earlier_texts and candidate in later_texts)
+            )
             raise LocalsError(f"its local {name} comes from a line that has changed: `{text}`")
-        for text, read in theirs.items():
+        for text, read in later_texts.items():
             if text.endswith(tuple(loops)):
                 continue
             check_unchanged(f"its local {name} comes from `{text}`", read, changed)
-        waiting += sorted(each for names in theirs.values() for each in names)
+        waiting += sorted(local for names in later_texts.values() for local in names)
 
 
 def check_unchanged(what: str, read: Collection[str], changed: Collection[str]) -> None:
     """Raise a LocalsError if an expression reads a name whose meaning the edit changes."""
-    for each in sorted(set(read) & set(changed)):
-        raise LocalsError(f"{what}, and {each.lstrip('.')} has changed")
+    for name in sorted(set(read) & set(changed)):
+        raise LocalsError(f"{what}, and {name.lstrip('.')} has changed")
 
 
 def _origins(function: Function, point: Point) -> dict[str, dict[str, Names]]:
     """Return, for each local at a point, the statements that may have set it, and the names they read."""
-    found: dict[str, dict[str, Names]] = {}
-    for each in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
-        found.setdefault(each.arg, {})[f"def {function.name}({ast.unparse(function.args)})"] = frozenset()
+    origins: dict[str, dict[str, Names]] = {}
+    for argument in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
+        origins.setdefault(argument.arg, {})[f"def {function.name}({ast.unparse(function.args)})"] = (
+            frozenset()
+        )
     end = end_of(point)
     for text, names, read in _setting(function.body, end, ""):
         for name in names:
-            found.setdefault(name, {})[text] = read
-    return found
+            origins.setdefault(name, {})[text] = read
+    return origins
 
 
 def _setting(
@@ -176,21 +184,21 @@ def _setting(
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:
     """Return the names that a statement sets and reads outside its blocks."""
     heads: list[Any] = [value for field, value in ast.iter_fields(node) if field not in _BLOCKS]
-    nodes = [each for value in heads for each in _nodes(value)]
+    nodes = [inner for value in heads for inner in _nodes(value)]
     return _names(nodes), _loaded(nodes)
 
 
 def _setting_inside(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
     """Yield what the blocks of a statement set, see `_setting`."""
-    for each in (each for field in _BLOCKS for each in getattr(node, field, [])):
-        if isinstance(each, ast.stmt):
-            yield from _setting([each], end, above)
-        elif isinstance(each, ast.ExceptHandler | ast.match_case):
-            head = f"{above}{ast.unparse(each).strip().splitlines()[0]}"
-            bound = _bound(each)
+    for statement in (inner for field in _BLOCKS for inner in getattr(node, field, [])):
+        if isinstance(statement, ast.stmt):
+            yield from _setting([statement], end, above)
+        elif isinstance(statement, ast.ExceptHandler | ast.match_case):
+            head = f"{above}{ast.unparse(statement).strip().splitlines()[0]}"
+            bound = _bound(statement)
             if bound:
-                yield head, bound, _loaded([each])
-            yield from _setting(each.body, end, f"{head} ")
+                yield head, bound, _loaded([statement])
+            yield from _setting(statement.body, end, f"{head} ")
 
 
 def _bound(head: ast.ExceptHandler | ast.match_case) -> Names:
@@ -201,13 +209,13 @@ def _bound(head: ast.ExceptHandler | ast.match_case) -> Names:
 
 
 def _nodes(value: object) -> list[ast.AST]:
-    return [each for each in (value if isinstance(value, list) else [value]) if isinstance(each, ast.AST)]
+    return [item for item in (value if isinstance(value, list) else [value]) if isinstance(item, ast.AST)]
 
 
 def _loaded(nodes: list[Any]) -> Names:
     """Return the names that nodes read, and attributes with a dot."""
-    attributes = (each for node in nodes for each in ast.walk(node) if isinstance(each, ast.Attribute))
-    return _names(nodes, ast.Load) | {f".{each.attr}" for each in attributes}
+    attributes = (inner for node in nodes for inner in ast.walk(node) if isinstance(inner, ast.Attribute))
+    return _names(nodes, ast.Load) | {f".{attribute.attr}" for attribute in attributes}
 
 
 def names_read(node: ast.AST) -> Names:

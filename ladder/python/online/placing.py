@@ -83,13 +83,13 @@ class SequenceMove:
         wait, before = self.sequence._wait, self.sequence._work
         awaited: Any = Again(self.frames[-1].frame.awaited, wait)
         codes = []
-        for each in reversed(self.frames):
-            function = compiled(each.after.function, each.resumed, tuple(each.values), each.function)
-            point = each.after.point
+        for frame in reversed(self.frames):
+            function = compiled(frame.after.function, frame.resumed, tuple(frame.values), frame.function)
+            point = frame.after.point
             further = arguments_of(
-                each.resumed, point.holds, each.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
+                frame.resumed, point.holds, frame.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
             )
-            awaited = function(**each.values, **further)
+            awaited = function(**frame.values, **further)
             codes.append(function.__code__)
         keep_for_ever(before)
         self.sequence._work = awaited
@@ -123,12 +123,12 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
         raise NotPlacedError(f"{sequence.name} waits in no function of the program")
     name, last = sequence.name, waiting[-1]
     _named(name, last, lambda: context.check_wait(wait))
-    if all(_is_as_before(each, context) for each in waiting):
-        for each in waiting:
-            _named(name, each, partial(_check_locals, each.values, context))
-        moves = [SequenceMove(sequence, (), tuple(each.code for each in waiting))]
+    if all(_is_as_before(item, context) for item in waiting):
+        for unmoved in waiting:
+            _named(name, unmoved, partial(_check_locals, unmoved.values, context))
+        moves = [SequenceMove(sequence, (), tuple(item.code for item in waiting))]
     else:
-        planned = [_named(name, each, partial(_move_of, each, context)) for each in waiting]
+        planned = [_named(name, item, partial(_move_of, item, context)) for item in waiting]
         moves = [SequenceMove(sequence, tuple(planned))]
     for branch in branches_in(wait):
         moves += plan_moves(branch, context)
@@ -186,14 +186,14 @@ def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
     if "__class__" in frame.code.co_freevars:
         return False
     read = set(frame.code.co_names)
-    if read & (context.old.rebound | context.new.rebound | {each.lstrip(".") for each in context.names}):
+    if read & (context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}):
         return False
-    texts = [ast.dump(each, include_attributes=True) for each in (before, after)]
+    texts = [ast.dump(tree, include_attributes=True) for tree in (before, after)]
     return texts[0] == texts[1]
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
-    here = [each for each in points if each.is_at(frame.at)]
+    here = [point for point in points if point.is_at(frame.at)]
     if len(here) != 1:
         raise ValueError("its await is not found in the source")
     if _leaves_block(frame, here[0]):
@@ -215,17 +215,17 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
     Raises:
         LocalsError: the passes differ, or what it iterates over can't be compared.
     """
-    loops = [each for each in point.steps if isinstance(each.node, ast.For) and each.field == "body"]
+    loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
     places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
     taken, heads = list(held), []
     for place, step in zip(places, loops, strict=True):
         node: Any = step.node
         if not names_read(node.iter) & context.names:
             continue
-        rest = _rest_of(held[place], ast.unparse(node.iter), context)
-        if rest is None:
+        iterator = _rest_of(held[place], ast.unparse(node.iter), context)
+        if iterator is None:
             check_unchanged(f"it is in `{step.head}`", names_read(node.iter), context.names)
-        taken[place] = rest
+        taken[place] = iterator
         heads.append(f"{step.head}:")
     return taken, heads
 
@@ -235,16 +235,16 @@ _TUPLE_ITERATOR: type[Any] = type(iter(()))
 
 def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
     """Return an iterator over the edited tuple, at the same position; None if that is not certain."""
-    before, after = (each.constant(text) for each in (context.old, context.new))
+    before, after = (edition.constant(text) for edition in (context.old, context.new))
     if type(iterator) is not _TUPLE_ITERATOR or not isinstance(before, tuple) or not isinstance(after, tuple):
         return None
     turns = len(before) - iterator.__length_hint__()
     if iterator.__reduce__()[1] != (before,) or before[:turns] != after[:turns]:
         return None
-    rest = iter(after)
+    remaining = iter(after)
     for _ in range(turns):
-        next(rest)
-    return rest
+        next(remaining)
+    return remaining
 
 
 def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
@@ -280,7 +280,7 @@ def _fitting(
 ) -> dict[str, Any]:
     """Return the locals that the edited function takes over."""
     code = edited.__code__
-    own = [each for each in (*code.co_varnames, *code.co_cellvars) if not each.startswith(".")]
+    own = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
     values = {name: frame.values[name] for name in own if name in frame.values}
     needed = names_needed(resumed.body, after.point)
     if ast.dump(before.function) != ast.dump(after.function):
@@ -291,7 +291,7 @@ def _fitting(
 
 
 def _check_local(name: str, value: Any, context: EditContext) -> None:
-    if any(value is each for each in context.changed):
+    if any(value is item for item in context.changed):
         raise ValueError(f"its local {name} is {value.name}, whose declaration has changed")
     if isinstance(value, Wait):
         context.check_wait(value)
@@ -304,8 +304,8 @@ def _check_local(name: str, value: Any, context: EditContext) -> None:
 
 
 def _check_held(held: list[Any], context: EditContext) -> None:
-    for each in held:
-        owner = getattr(each, "__self__", each)
+    for value in held:
+        owner = getattr(value, "__self__", value)
         if not isinstance(owner, BaseException) and not _is_library(owner):
             raise ValueError(f"a loop or a `with` holds {type(owner).__name__}, an object of its own")
         if any(owner is part for part in context.changed):
@@ -325,8 +325,12 @@ def _is_library(owner: Any, depth: int = 3) -> bool:
         return type(owner).__name__ in ("suppress", "nullcontext")
     if module not in ("builtins", "itertools") or isinstance(owner, _CODE):
         return False
-    inner = [each for each in gc.get_referents(owner) if hasattr(each, "__next__") or isinstance(each, _CODE)]
-    return all(depth > 0 and _is_library(each, depth - 1) for each in inner)
+    inner = [
+        referent
+        for referent in gc.get_referents(owner)
+        if hasattr(referent, "__next__") or isinstance(referent, _CODE)
+    ]
+    return all(depth > 0 and _is_library(item, depth - 1) for item in inner)
 
 
 def foreign(value: Any, old: Edition, depth: int = 4) -> str:
@@ -338,5 +342,5 @@ def foreign(value: Any, old: Edition, depth: int = 4) -> str:
     if isinstance(value, dict):
         value = [*value, *value.values()]
     if depth and isinstance(value, list | tuple | set | frozenset):
-        return next((text for each in value if (text := foreign(each, old, depth - 1))), "")
+        return next((text for item in value if (text := foreign(item, old, depth - 1))), "")
     return ""

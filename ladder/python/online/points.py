@@ -45,27 +45,27 @@ class Point:
     @property
     def key(self) -> tuple[str, ...]:
         """Its path and its text."""
-        return (*(f"{each.field}: {each.head}" for each in self.steps), self.text)
+        return (*(f"{step.field}: {step.head}" for step in self.steps), self.text)
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """Its path without the text of its statements, and its own text."""
-        return (*(f"{each.field} {type(each.node).__name__}" for each in self.steps), self.text)
+        return (*(f"{step.field} {type(step.node).__name__}" for step in self.steps), self.text)
 
     @property
     def holds(self) -> list[Hold]:
         """The kinds of object that open blocks around it keep on the stack, outermost first."""
-        found: list[Hold] = []
-        for each in self.steps:
-            if isinstance(each.node, ast.For) and each.field == "body":
-                found.append(Hold.ITERATOR)
-            elif isinstance(each.node, ast.With | ast.AsyncWith) and each.field == "body":
-                found += [Hold.EXIT] * len(each.node.items)
-            elif each.field == "handlers":
-                found.append(Hold.HANDLER)
+        holds: list[Hold] = []
+        for step in self.steps:
+            if isinstance(step.node, ast.For) and step.field == "body":
+                holds.append(Hold.ITERATOR)
+            elif isinstance(step.node, ast.With | ast.AsyncWith) and step.field == "body":
+                holds += [Hold.EXIT] * len(step.node.items)
+            elif step.field == "handlers":
+                holds.append(Hold.HANDLER)
         if isinstance(self.node, ast.AsyncWith):
-            found.append(Hold.EXIT)
-        return found
+            holds.append(Hold.EXIT)
+        return holds
 
     def is_at(self, place: Range) -> bool:
         """Return whether a position from Python is the position of this point."""
@@ -83,7 +83,7 @@ class PlacedAwait(NamedTuple):
 
 def points_of(function: Function) -> list[Point]:
     """Return all points of a function, in order."""
-    return [each for statement in function.body for each in _points(statement, ())]
+    return [point for statement in function.body for point in _points(statement, ())]
 
 
 def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
@@ -95,18 +95,18 @@ def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
     for field, value in ast.iter_fields(node):
         head = _head(node)
         if isinstance(value, list) and value and isinstance(value[0], ast.stmt):
-            for each in value:
-                yield from _points(each, (*steps, BlockStep(node, field, head)))
+            for child in value:
+                yield from _points(child, (*steps, BlockStep(node, field, head)))
         elif field in ("handlers", "cases"):
-            for each in value:
-                inside = BlockStep(node, field, f"{head} {_inner_head(each)}", each)
-                for statement in each.body:
+            for child in value:
+                inside = BlockStep(node, field, f"{head} {_inner_head(child)}", child)
+                for statement in child.body:
                     yield from _points(statement, (*steps, inside))
         else:
             compound = isinstance(node, ast.If | ast.While | ast.For | ast.Match | ast.With | ast.AsyncWith)
             inside_of = (*steps, BlockStep(node, field, "")) if compound else steps
-            for found in _awaits(value):
-                yield Point(found, inside_of, node, ast.unparse(found))
+            for awaited in _awaits(value):
+                yield Point(awaited, inside_of, node, ast.unparse(awaited))
 
 
 def _awaits(value: object) -> Iterator[ast.Await]:
@@ -156,7 +156,7 @@ class NoCounterpartError(ValueError):
 
 def end_of(point: Point) -> tuple[int, int]:
     """Return the end of the code that may have run before a point: of its outermost loop, or itself."""
-    loops = [each.node for each in point.steps if isinstance(each.node, ast.For | ast.While)]
+    loops = [step.node for step in point.steps if isinstance(step.node, ast.For | ast.While)]
     node: Any = loops[0] if loops else point.node
     return (node.end_lineno, node.end_col_offset) if loops else (node.lineno, node.col_offset + 1)
 
@@ -167,23 +167,25 @@ def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
     Raises:
         NoCounterpartError: there is no match, or several points could match.
     """
-    same_before = [each for each in before if each.key == point.key]
-    same_after = [each for each in after if each.key == point.key]
+    same_before = [candidate for candidate in before if candidate.key == point.key]
+    same_after = [candidate for candidate in after if candidate.key == point.key]
     if len(same_before) == len(same_after):
-        found = same_after[same_before.index(point)]
-        ours, theirs = (_like(*each) for each in ((point, before), (found, after)))
-        if ours == theirs:
-            return found
-        same_before, same_after = [point] * ours, [found] * theirs
+        twin = same_after[same_before.index(point)]
+        count_before, count_after = (_like(*pair) for pair in ((point, before), (twin, after)))
+        if count_before == count_after:
+            return twin
+        same_before, same_after = [point] * count_before, [twin] * count_after
     if same_after:
         raise NoCounterpartError(
             f"`{point.text}` is there {_times(len(same_after))}, before {_times(len(same_before))}: "
             "which one is meant is not certain"
         )
-    moved = next((each for each in after if each.kinds == point.kinds), None)
+    moved = next((candidate for candidate in after if candidate.kinds == point.kinds), None)
     if moved is not None:
         pairs = zip(point.steps, moved.steps, strict=True)
-        old, new = next((one.head, two.head) for one, two in pairs if one.head != two.head)
+        old, new = next(
+            (original.head, edited.head) for original, edited in pairs if original.head != edited.head
+        )
         raise NoCounterpartError(f"`{old}`, which it is in, is now `{new}`")
     raise NoCounterpartError(f"`{point.text}` is no longer at its place")
 
@@ -191,7 +193,7 @@ def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
 def _like(point: Point, points: list[Point]) -> int:
     """Return the number of points with the same text that may have been reached before a point."""
     end = end_of(point)
-    reached = (each.node for each in points if each.text == point.text)
+    reached = (other.node for other in points if other.text == point.text)
     return sum((node.lineno, node.col_offset) < end for node in reached)
 
 

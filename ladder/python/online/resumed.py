@@ -73,7 +73,7 @@ class _Writer:
         """Return the rest of a block from the statement with the point on."""
         steps = self._point.steps
         target = steps[depth].node if depth < len(steps) else self._point.statement
-        place = next(number for number, each in enumerate(statements) if each is target)
+        place = next(number for number, statement in enumerate(statements) if statement is target)
         return [*self._statement(statements[place], depth), *statements[place + 1 :]]
 
     def _statement(self, node: ast.stmt, depth: int) -> list[ast.stmt]:
@@ -136,12 +136,12 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         if step.field != "body":
             return [_with(node, iter=self._first(node.iter))]
-        rest, first = self._block(Hold.ITERATOR, node), self._once(node)
+        iterator, first = self._block(Hold.ITERATOR, node), self._once(node)
         turn = f".turn{len(self._made.blocks)}"
         item = _at(ast.Assign([node.target], _at(ast.Name(turn, ast.Load()), node.target)), node.target)
         resumed = self.block(node.body, depth + 1)
         body = _at(ast.If(first(), resumed, [item, *node.body]), node.body[0])
-        return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=rest, body=[body])]
+        return [_with(node, target=_at(ast.Name(turn, ast.Store()), node), iter=iterator, body=[body])]
 
     def _try(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "finalbody":
@@ -264,8 +264,8 @@ def compiled(
     outer.body = [_Private(owner).visit(copy.deepcopy(made))]
     if LINES in original.__globals__:
         mark(outer.body[0])
-    for each in (outer, outer.body[0]):
-        ast.copy_location(each, function)
+    for copied in (outer, outer.body[0]):
+        ast.copy_location(copied, function)
     ast.fix_missing_locations(tree)
     inner = _code_in(_code_in(compile(tree, code.co_filename, "exec")))
     inner = _renamed(inner, inner.co_qualname, code.co_qualname)
@@ -275,12 +275,12 @@ def compiled(
 
 def _own_nodes(function: ast.AST) -> list[ast.AST]:
     """Return the nodes of a function, without nodes of inner functions."""
-    found: list[ast.AST] = []
+    nodes: list[ast.AST] = []
     for child in ast.iter_child_nodes(function):
-        found.append(child)
+        nodes.append(child)
         if not isinstance(child, NESTED):
-            found += _own_nodes(child)
-    return found
+            nodes += _own_nodes(child)
+    return nodes
 
 
 def _cell(original: FunctionType, name: str) -> CellType:
@@ -289,13 +289,14 @@ def _cell(original: FunctionType, name: str) -> CellType:
 
 
 def _code_in(code: CodeType) -> CodeType:
-    return next(each for each in code.co_consts if isinstance(each, CodeType))
+    return next(constant for constant in code.co_consts if isinstance(constant, CodeType))
 
 
 def _renamed(code: CodeType, old: str, new: str) -> CodeType:
     """Give a code object, and the codes inside it, the qualified names of the original."""
     constants = tuple(
-        _renamed(each, old, new) if isinstance(each, CodeType) else each for each in code.co_consts
+        _renamed(constant, old, new) if isinstance(constant, CodeType) else constant
+        for constant in code.co_consts
     )
     return code.replace(co_qualname=new + code.co_qualname.removeprefix(old), co_consts=constants)
 
@@ -334,11 +335,11 @@ def arguments_of(
         Hold.EXIT: OpenBlock,
         Hold.HANDLER: lambda error: error,
     }
-    found = [wrap[hold](each) for hold, each in zip(holds, held, strict=True)]
+    arguments = [wrap[hold](value) for hold, value in zip(holds, held, strict=True)]
     if entry:
-        found[-1] = Entering(awaited, held[-1])
+        arguments[-1] = Entering(awaited, held[-1])
     once = {name: [True] for name in resumed.once}
-    blocks = dict(zip(resumed.blocks, found, strict=True))
+    blocks = dict(zip(resumed.blocks, arguments, strict=True))
     return {WAIT: awaited, ".everything": BaseException, **blocks, **once}
 
 

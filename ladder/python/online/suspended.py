@@ -63,19 +63,19 @@ class WaitingFrame:
             raise UnknownStackError
         if (present is None) is (Hold.HANDLER in holds):
             raise UnknownStackError
-        found: list[Any] = []
+        values: list[Any] = []
         for hold in reversed(holds):
             item = stack.pop() if stack else None
             if hold is Hold.HANDLER:
-                found.append(present)
+                values.append(present)
                 item, present = present, item
             if hold is Hold.EXIT and not _is(hold, item):
                 item = _bound(stack.pop() if stack else None, item)
             if not _is(hold, item):
                 raise UnknownStackError
             if hold is not Hold.HANDLER:
-                found.append(unwrapped(item))
-        return found[::-1]
+                values.append(unwrapped(item))
+        return values[::-1]
 
 
 def _bound(function: Any, owner: Any) -> Any:
@@ -96,7 +96,7 @@ def suspended(work: Any) -> WaitingFrame:
     """Return the frame of a waiting coroutine."""
     frame = work.cr_frame
     place = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
-    line, end_line, column, end_column = (each or 0 for each in place)
+    line, end_line, column, end_column = (number or 0 for number in place)
     values = {name: value for name, value in frame.f_locals.items() if not name.startswith(".")}
     return WaitingFrame(
         work,

@@ -103,7 +103,7 @@ class Several(Wait[T], Generic[T]):
     def __init__(self, work: tuple[Wait[Any] | Coroutine[Any, Any, Any], ...]) -> None:
         if not work:
             raise TypeError(f"{self.word}() is not allowed: give it one wait at least")
-        self.waits = tuple(_as_wait(each, self.word) for each in work)
+        self.waits = tuple(_as_wait(item, self.word) for item in work)
         self._left: list[Wait[Any]] = []
         self._decided = False
         self._error: Exception | None = None
@@ -111,13 +111,13 @@ class Several(Wait[T], Generic[T]):
     @property
     @override
     def moved(self) -> int:
-        return sum(each.moved for each in self.waits)
+        return sum(wait.moved for wait in self.waits)
 
     @override
     def begin(self, now_ns: int) -> None:
         self._left, self._decided, self._error = list(self.waits), False, None
-        for each in self.waits:
-            each.begin(now_ns)
+        for wait in self.waits:
+            wait.begin(now_ns)
 
     @override
     def poll(self, now_ns: int) -> bool:
@@ -156,18 +156,18 @@ class Several(Wait[T], Generic[T]):
 
     @override
     def give_up(self, now_ns: int) -> bool:
-        self._left = [each for each in self._left if not each.give_up(now_ns)]
+        self._left = [wait for wait in self._left if not wait.give_up(now_ns)]
         return not self._left
 
     @override
     def gone(self, now_ns: int) -> bool:
-        self._left = [each for each in self._left if not each.gone(now_ns)]
+        self._left = [wait for wait in self._left if not wait.gone(now_ns)]
         return not self._left
 
     @override
     def drop(self) -> None:
-        for each in self._left:
-            each.drop()
+        for wait in self._left:
+            wait.drop()
 
     def __repr__(self) -> str:
         return f"{self.word} {', '.join(map(repr, self._left or self.waits))}"
@@ -182,14 +182,14 @@ class All(Several[tuple[Any, ...]]):
 
     @override
     def decide(self, now_ns: int) -> bool:
-        for each in tuple(self._left):
-            if self.over(each, now_ns):
-                each.result()  # the error of one ends the wait for all at once
+        for wait in tuple(self._left):
+            if self.over(wait, now_ns):
+                wait.result()  # the error of one ends the wait for all at once
         return not self._left
 
     @override
     def value(self) -> tuple[Any, ...]:
-        return tuple(each.result() for each in self.waits)
+        return tuple(wait.result() for wait in self.waits)
 
 
 class First(Several[Any]):
@@ -206,10 +206,10 @@ class First(Several[Any]):
 
     @override
     def decide(self, now_ns: int) -> bool:
-        for place, each in enumerate(self.waits):
-            if self.over(each, now_ns):
+        for place, wait in enumerate(self.waits):
+            if self.over(wait, now_ns):
                 self._winner = place
-                each.result()
+                wait.result()
                 return True
         return False
 

@@ -80,16 +80,16 @@ class Sequence:
         While its code runs, it is the running frame: before 3.13, its `cr_await` may crash Python.
         """
         work: Any = self._work
-        found = None
+        innermost = None
         while (frame := getattr(work, "cr_frame", None)) is not None:
             if not frame.f_code.co_filename.startswith(_OURS):
-                found = frame
+                innermost = frame
             work = None if work.cr_running else work.cr_await
-        return found
+        return innermost
 
     @property
     def line(self) -> int | None:
-        """The line of its wait, None if it is not running."""
+        """The line where the sequence waits; None if it is not running."""
         frame = self.frame
         return None if frame is None else frame.f_lineno
 

@@ -67,11 +67,11 @@ def where_is(function: Any) -> str:
 
 def check_class(cls: type) -> None:
     """Raise a TypeError for shared values, or an invalid `every_scan`, in a logic class."""
-    for name, each in vars(cls).items():
-        if isinstance(each, SHARED) and not name.startswith("__"):
-            what = type(each).__name__
+    for name, value in vars(cls).items():
+        if isinstance(value, SHARED) and not name.startswith("__"):
+            kind = type(value).__name__
             raise TypeError(
-                f"{cls.__name__}.{name} is a {what}, which all instances would share: "
+                f"{cls.__name__}.{name} is a {kind}, which all instances would share: "
                 "write a tuple, or make it in __init__"
             )
     _check_every_scan(vars(cls).get(EVERY_SCAN))
@@ -89,13 +89,13 @@ def _check_every_scan(function: Any) -> None:
 
 def functions_in(cls: type) -> Iterator[FunctionType]:
     """Yield the functions in the body of a class, including those of its sequences."""
-    for each in vars(cls).values():
-        function = each.function if isinstance(each, SequenceMethod) else each
+    for value in vars(cls).values():
+        function = value.function if isinstance(value, SequenceMethod) else value
         if isinstance(function, FunctionType):
             yield function
 
 
 def declarations(cls: type) -> dict[str, SequenceMethod | Part]:
     """Return the sequences and parts of a class by name, in order of definition, base classes first."""
-    names = {name: each for kind in reversed(cls.__mro__) for name, each in vars(kind).items()}
-    return {name: each for name, each in names.items() if isinstance(each, SequenceMethod | Part)}
+    names = {name: value for kind in reversed(cls.__mro__) for name, value in vars(kind).items()}
+    return {name: value for name, value in names.items() if isinstance(value, SequenceMethod | Part)}

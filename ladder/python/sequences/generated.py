@@ -44,7 +44,7 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
         EVERY_SCAN: logic.every_scan,
     }
     before, after = [], []
-    devices = [each for each in logic._logic_parts if isinstance(each, Device)]
+    devices = [part for part in logic._logic_parts if isinstance(part, Device)]
     for number, device in enumerate(devices):
         texts = _turns(device, f"device{number}", names)
         before.append(next(texts))

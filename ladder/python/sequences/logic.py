@@ -101,8 +101,8 @@ class Logic:
         for turn in self._logic_before:
             turn(now_ns)
         self.every_scan()
-        for each in self._logic_sequences:
-            each.step(now_ns)
+        for sequence in self._logic_sequences:
+            sequence.step(now_ns)
         for turn in self._logic_after:
             turn(now_ns)
 
@@ -116,11 +116,11 @@ class Logic:
         for turn in self._logic_before:
             turn(scan.now_ns)
         self.every_scan()
-        for each in self._logic_sequences:
-            if each.starts:
-                each.begin(scan.now_ns)
+        for sequence in self._logic_sequences:
+            if sequence.starts:
+                sequence.begin(scan.now_ns)
             else:
-                each.step(scan.now_ns)
+                sequence.step(scan.now_ns)
         for turn in self._logic_after:
             turn(scan.now_ns)
 
@@ -143,9 +143,9 @@ class Logic:
     def _logic_take_parts(self, slots: Slots) -> None:
         """Collect the places of the signals and the actions of the devices, in order of definition."""
         self._places = {
-            each.name: place_of(each, slots) for each in self._logic_parts if isinstance(each, Signal)
+            part.name: place_of(part, slots) for part in self._logic_parts if isinstance(part, Signal)
         }
-        turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
+        turns = [part.turns() for part in self._logic_parts if isinstance(part, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)
         self._logic_scan = self._logic_by_turns  # an edit changes parts and sequences after this
@@ -153,22 +153,22 @@ class Logic:
     def __close_logic__(self) -> None:
         """Close all sequences when the CPU ends. An exception in a `finally` is raised afterwards."""
         with ExitStack() as stack:
-            for each in reversed(self._logic_sequences):
-                stack.callback(each.close)
+            for sequence in reversed(self._logic_sequences):
+                stack.callback(sequence.close)
 
 
 def _declare(logic: Logic) -> None:
     """Give an instance its own sequences and parts."""
     parts, sequences = [], []
-    for name, each in declarations(type(logic)).items():
-        if isinstance(each, SequenceMethod):
-            own = Sequence(name, each.function.__get__(logic), each.starts)
+    for name, declaration in declarations(type(logic)).items():
+        if isinstance(declaration, SequenceMethod):
+            own = Sequence(name, declaration.function.__get__(logic), declaration.starts)
             vars(logic)[name] = own
             sequences.append(own)
             continue
-        part = copy.copy(each)
+        part = copy.copy(declaration)
         parts.append(part)
-        if not hasattr(type(each), "__get__"):  # outputs and words are descriptors of the class
+        if not hasattr(type(declaration), "__get__"):  # outputs and words are descriptors of the class
             vars(logic)[name] = part
     logic._logic_parts, logic._logic_sequences = tuple(parts), tuple(sequences)
 
@@ -177,10 +177,10 @@ def _undeclared(logic: Logic) -> list[ValueError]:
     """Return an error for each part that an instance creates itself."""
     return [
         DeclarationError.at(
-            each.declared, f"{name} is made by an instance: declare it in the body of {type(logic).__name__}"
+            value.declared, f"{name} is made by an instance: declare it in the body of {type(logic).__name__}"
         )
-        for name, each in vars(logic).items()
-        if isinstance(each, Part) and not each.loose and each not in logic._logic_parts
+        for name, value in vars(logic).items()
+        if isinstance(value, Part) and not value.loose and value not in logic._logic_parts
     ]
 
 

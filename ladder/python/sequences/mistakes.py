@@ -122,8 +122,8 @@ def _fields(cls: type) -> frozenset[str] | None:
     names = set(dir(cls))
     for kind in cls.__mro__:
         names.update(declared(vars(kind)))
-        for each in SETTING_UP:
-            function = vars(kind).get(each)
+        for name in SETTING_UP:
+            function = vars(kind).get(name)
             if not isinstance(function, FunctionType):
                 continue
             body = _body_of(function)
@@ -173,9 +173,9 @@ def sources_of(cls: type) -> dict[str, str]:
     An edit of a running program compares it with the edited text, since by then the file has changed.
     """
     functions = list(_functions(cls))
-    for names in [each.__globals__ for each in functions]:
-        functions += [each for each in names.values() if inspect.iscoroutinefunction(each)]
-    files = dict.fromkeys(each.__code__.co_filename for each in functions)
+    for names in [function.__globals__ for function in functions]:
+        functions += [function for function in names.values() if inspect.iscoroutinefunction(function)]
+    files = dict.fromkeys(function.__code__.co_filename for function in functions)
     return {file: "".join(linecache.getlines(file)) for file in files}
 
 
@@ -183,9 +183,9 @@ def _functions(cls: type) -> Iterator[FunctionType]:
     """Yield the methods of a class, then the `async def` functions before it in its module."""
     yield from functions_in(cls)
     module = sys.modules.get(cls.__module__)
-    for each in getattr(module, "__dict__", {}).values():
-        if inspect.iscoroutinefunction(each) and each.__module__ == cls.__module__:
-            yield each
+    for value in getattr(module, "__dict__", {}).values():
+        if inspect.iscoroutinefunction(value) and value.__module__ == cls.__module__:
+            yield value
 
 
 def _body_of(function: FunctionType) -> ast.AST | None:
@@ -206,11 +206,11 @@ def _parsed(source: str) -> _File:
     except SyntaxError:
         return _File({}, frozenset())
     nodes = list(ast.walk(tree))
-    functions = [each for each in nodes if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)]
-    alone = {id(each.value) for each in nodes if isinstance(each, ast.Expr)}
-    attributes = (each for each in nodes if isinstance(each, ast.Attribute) and id(each) not in alone)
-    read = frozenset(each.attr for each in attributes if isinstance(each.ctx, ast.Load))
-    return _File({(each.name, first_line(each)): each for each in functions}, read)
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    alone = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    attributes = (node for node in nodes if isinstance(node, ast.Attribute) and id(node) not in alone)
+    read = frozenset(attribute.attr for attribute in attributes if isinstance(attribute.ctx, ast.Load))
+    return _File({(function.name, first_line(function)): function for function in functions}, read)
 
 
 def first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -254,7 +254,7 @@ class _Scope(NamedTuple):
         if body is None:
             return False
         returns = [node.value for node in ast.walk(body) if isinstance(node, ast.Return)]
-        names = {name: each for name, each in called.__globals__.items() if _is_ours(each)}
+        names = {name: value for name, value in called.__globals__.items() if _is_ours(value)}
         scope = _Scope(self.owner, names)
         return bool(returns) and all(value is not None and scope.is_wait(value) for value in returns)
 

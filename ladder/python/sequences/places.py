@@ -31,38 +31,40 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
     Raises:
         ValueError: it is unknown, in the other image, a word, or not a terminal of a card.
     """
-    at = _find(text, image, rack, _bits(image, rack))
-    if at.bit is None:
+    address = _find(text, image, rack, _bits(image, rack))
+    if address.bit is None:
         kind = KINDS[image].capitalize()
         raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
-    there = rack[at.slot].terminals_instead(image, at.word, at.bit)
+    there = rack[address.slot].terminals_instead(image, address.word, address.bit)
     if there:
-        raise ValueError(f"{text!r}: the card in slot {at.slot} has {there}")
-    return at
+        raise ValueError(f"{text!r}: the card in slot {address.slot} has {there}")
+    return address
 
 
 def find_word(text: str, image: str, rack: Rack) -> Address:
     """Find a word, see `find_bit`; raise a ValueError if it is unknown, in the other image, or a bit."""
-    at = _find(text, image, rack, _words(image, rack))
-    if at.bit is not None:
+    address = _find(text, image, rack, _words(image, rack))
+    if address.bit is not None:
         raise ValueError(f"{text!r} is a bit: declare it as {KINDS[image].capitalize()}")
-    return at
+    return address
 
 
 def _find(text: str, image: str, rack: Rack, named: Iterator[tuple[str, Address]]) -> Address:
     if _BARE_NAME.fullmatch(text):
         return _by_name(text, image, list(named))
-    at = parse_address(text, rack)
-    if at.image != image:
-        other = KINDS[at.image].capitalize()
-        raise ValueError(f"{text!r} is an {KINDS[at.image]}: declare it as {other}")
-    return at
+    address = parse_address(text, rack)
+    if address.image != image:
+        other = KINDS[address.image].capitalize()
+        raise ValueError(f"{text!r} is an {KINDS[address.image]}: declare it as {other}")
+    return address
 
 
 def _bits(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
     for slot, words in rack.items():
         for names in words.groups.values():
-            yield from ((name, Address(slot, *at)) for name, at in names.items() if at.image == image)
+            yield from (
+                (name, Address(slot, *place)) for name, place in names.items() if place.image == image
+            )
 
 
 def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
@@ -72,7 +74,7 @@ def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
 
 
 def _by_name(text: str, image: str, named: list[tuple[str, Address]]) -> Address:
-    matches = [at for name, at in named if name.upper() == text.upper()]
+    matches = [address for name, address in named if name.upper() == text.upper()]
     if len(matches) == 1:
         return matches[0]
     if matches:

@@ -75,11 +75,13 @@ class Input(Signal, Level):
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
-        self.at = at = self.find(slots)
-        assert at.bit is not None, "_check refuses words"
-        module = words_of(slots)[at.slot]
+        self.at = address = self.find(slots)
+        assert address.bit is not None, "_check refuses words"
+        module = words_of(slots)[address.slot]
         guarded = is_stepper(module) and _BY_MEANING.fullmatch(self.address) is not None
-        self.read, self._place = _reader(slots[at.slot].inputs, at.word, at.bit, guarded=guarded)
+        self.read, self._place = _reader(
+            slots[address.slot].inputs, address.word, address.bit, guarded=guarded
+        )
 
     def __bool__(self) -> bool:
         return self.read()
@@ -219,8 +221,8 @@ def _place(part: Signal, logic: Any) -> Place:
 
 def place_of(part: Signal, slots: Slots) -> Place:
     """Return the place of an attached signal."""
-    at = part.at
-    assert at is not None, "it is attached"
-    slot = slots[at.slot]
-    words = slot.inputs.words if at.image == "I" else slot.outputs.words
-    return words, at.word, 0 if at.bit is None else mask_of(at.bit)
+    address = part.at
+    assert address is not None, "it is attached"
+    slot = slots[address.slot]
+    words = slot.inputs.words if address.image == "I" else slot.outputs.words
+    return words, address.word, 0 if address.bit is None else mask_of(address.bit)

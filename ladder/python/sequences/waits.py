@@ -166,13 +166,15 @@ def _expression(code: CodeType) -> str:
 
 def _written_at(code: CodeType) -> str:
     """Return the text in a file at the positions of some code, in one line; "" if it is unknown."""
-    spans = [each for each in code.co_positions() if None not in each and each[2] != each[3]]
+    spans = [
+        position for position in code.co_positions() if None not in position and position[2] != position[3]
+    ]
     if not spans:
         return ""
-    begin = min((each[0] or 0, each[2] or 0) for each in spans)
-    end = max((each[1] or 0, each[3] or 0) for each in spans)
+    begin = min((span[0] or 0, span[2] or 0) for span in spans)
+    end = max((span[1] or 0, span[3] or 0) for span in spans)
     linecache.checkcache(code.co_filename)
-    lines = [each.encode() for each in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
+    lines = [line.encode() for line in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
     if lines:
         lines[-1] = lines[-1][: end[1]]
         lines[0] = lines[0][begin[1] :]
@@ -180,7 +182,11 @@ def _written_at(code: CodeType) -> str:
 
 
 def _plain(code: CodeType) -> set[str]:
-    return {repr(each) for each in code.co_consts if each is not None and not isinstance(each, CodeType)}
+    return {
+        repr(constant)
+        for constant in code.co_consts
+        if constant is not None and not isinstance(constant, CodeType)
+    }
 
 
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language

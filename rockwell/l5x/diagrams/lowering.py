@@ -85,28 +85,28 @@ class _Lowering:
         self._order = self._diagram.in_order()
         self._lines: list[DiagramLine] = []
         self._refuse_unknown()
-        self._written = {known.same(name_in(each)) for each in self._named_outputs()}
-        self._calls = any(each.tag == "JSR" for each in self._order)
-        for each in self._order:
-            if each.tag == "Function":
-                self._values.hold(each)
+        self._written = {known.same(name_in(output)) for output in self._named_outputs()}
+        self._calls = any(node.tag == "JSR" for node in self._order)
+        for node in self._order:
+            if node.tag == "Function":
+                self._values.hold(node)
 
     def _refuse_unknown(self) -> None:
         """Raise one error that names all unknown blocks."""
-        blocks = (each for each in self._order if each.tag in ("Block", "Function"))
-        wrong = [each for each in blocks if form_of(each) is None]
+        blocks = (node for node in self._order if node.tag in ("Block", "Function"))
+        wrong = [block for block in blocks if form_of(block) is None]
         if wrong:
-            names = "; ".join(each.place for each in wrong)
-            kinds = ", ".join(dict.fromkeys(each.type for each in wrong))
+            names = "; ".join(block.place for block in wrong)
+            kinds = ", ".join(dict.fromkeys(block.type for block in wrong))
             text = f"{names}: function block diagrams have no {kinds} here"
             raise DiagramError(text, Site(line=wrong[0].record.line))
 
     def _named_outputs(self) -> Iterator[str]:
         """Yield the tags that the diagram writes, including the tags of its blocks."""
-        for each in self._diagram.nodes.values():
-            if each.tag != "IRef" and each.operand:
-                yield each.operand
-            yield from self._values.arguments(each).values()
+        for node in self._diagram.nodes.values():
+            if node.tag != "IRef" and node.operand:
+                yield node.operand
+            yield from self._values.arguments(node).values()
 
     def run(self) -> DiagramText:
         self._latch()
@@ -125,7 +125,7 @@ class _Lowering:
     # --- input references
 
     def _references(self) -> list[Node]:
-        references = (each for each in self._diagram.nodes.values() if each.tag == "IRef")
+        references = (node for node in self._diagram.nodes.values() if node.tag == "IRef")
         return sorted(references, key=lambda each: each.position)
 
     def _latch(self) -> None:
@@ -142,11 +142,11 @@ class _Lowering:
 
     def _used(self) -> set[Node]:
         """Return the elements whose value is used, other than as the tag of an InOut."""
-        found: set[Node] = set()
+        used: set[Node] = set()
         for key, inputs in self._diagram.inputs.items():
             inouts = self._values.inouts(self._diagram.nodes[key])
-            found |= {each.source.node for each in inputs if each.name.upper() not in inouts}
-        return found
+            used |= {wire.source.node for wire in inputs if wire.name.upper() not in inouts}
+        return used
 
     # --- lines
 
@@ -154,31 +154,31 @@ class _Lowering:
         """Add lines below the name of their element."""
         if not self._lines or self._lines[-1].place != node.place:
             texts = (f"// {node.place}", *texts)
-        self._lines += (DiagramLine(each, node) for each in texts)
+        self._lines += (DiagramLine(text, node) for text in texts)
 
     def _inputs(self, node: Node) -> None:
         """Copy values to the block's inputs, which are members of its tag; prescan clears EnableIn."""
         inouts = self._values.inouts(node)
-        for each in self._diagram.inputs_of(node):
-            if each.name.upper() not in inouts:
-                assigns = "[:=]" if each.name.upper() == ENABLE_IN.upper() else ":="
-                target = each.name if node.tag in ("JSR", "RET") else f"{node.operand}.{each.name}"
-                self._add(node, f"{target} {assigns} {self._values.text(each.source)};")
+        for wire in self._diagram.inputs_of(node):
+            if wire.name.upper() not in inouts:
+                assigns = "[:=]" if wire.name.upper() == ENABLE_IN.upper() else ":="
+                target = wire.name if node.tag in ("JSR", "RET") else f"{node.operand}.{wire.name}"
+                self._add(node, f"{target} {assigns} {self._values.text(wire.source)};")
 
     def _outputs(self, node: Node) -> None:
-        for reference, each in self._diagram.readers(node):
+        for reference, wire in self._diagram.readers(node):
             self._values.operand(reference)
-            text = f"{reference.operand} := {self._values.text(each.source)};"
+            text = f"{reference.operand} := {self._values.text(wire.source)};"
             self._lines.append(DiagramLine(text, reference))
 
     def _is_enabled_by_wire(self, node: Node) -> bool:
-        return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
+        return any(wire.name.upper() == ENABLE_IN.upper() for wire in self._diagram.inputs_of(node))
 
     def _enabled(self, node: Node, body: list[str], off: str = "") -> None:
         """Add the lines of a block, conditional on EnableIn if that is wired; else `off` runs."""
         if self._is_enabled_by_wire(node):
             otherwise = ("ELSE", f"    {off or f'{node.operand}.{ENABLE_OUT} := 0;'}", "END_IF;")
-            body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {each}" for each in body), *otherwise]
+            body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {line}" for line in body), *otherwise]
         self._add(node, *body)
 
     # --- elements that run
@@ -204,15 +204,15 @@ class _Lowering:
     def _function(self, node: Node) -> None:
         form = form_of(node)
         assert form is not None
-        wired = {each.name.upper(): each.source for each in self._diagram.inputs_of(node)}
+        wired = {wire.name.upper(): wire.source for wire in self._diagram.inputs_of(node)}
         formula = form.formula
         operator = _ANY.get(canonical(node.type))
         if operator:
-            pins = (each for each in _PIN.findall(formula) if each.upper() in wired)
+            pins = (pin for pin in _PIN.findall(formula) if pin.upper() in wired)
             formula = operator.join(map("{{{}}}".format, pins)) or formula
-        for each in _PIN.findall(formula):
-            if each.upper() not in wired:
-                raise node.refused(f"nothing is wired to its input {each}")
+        for pin in _PIN.findall(formula):
+            if pin.upper() not in wired:
+                raise node.refused(f"nothing is wired to its input {pin}")
         text = _PIN.sub(lambda found: self._values.text(wired[found[1].upper()]), formula)
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 
@@ -222,11 +222,14 @@ class _Lowering:
             raise node.refused(f"no add-on {node.type} in the file")
         self._inputs(node)
         arguments = self._values.arguments(node)
-        missing = next((each for each in sorted(self._values.inouts(node)) if each not in arguments), None)
+        missing = next((inout for inout in sorted(self._values.inouts(node)) if inout not in arguments), None)
         if missing is not None:
             raise node.refused(f"its {missing} has no argument")
-        given = (arguments.get(each.name.upper(), f"{node.operand}.{each.name}") for each in parameters)
-        call = f"({','.join((node.operand, *given))});"
+        operands = (
+            arguments.get(parameter.name.upper(), f"{node.operand}.{parameter.name}")
+            for parameter in parameters
+        )
+        call = f"({','.join((node.operand, *operands))});"
         off = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
         self._enabled(node, [f"{node.type}{call}"], off)
 
@@ -257,12 +260,15 @@ _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
 
 def _arrays(node: Node, form: BlockForm) -> list[str]:
     """Return the arrays of a block in call order."""
-    listed = (each.attributes for each in node.record.children if each.tag == "Array")
-    given = {each.get("Name", "").upper().removesuffix("ARRAY"): each.get("Operand", "") for each in listed}
-    found = [given.pop(name.upper(), "") for name in form.arrays]
-    if given:
-        raise node.refused(f"it has no array {', '.join(given)}")
-    return [each for each in found if each]
+    listed = (child.attributes for child in node.record.children if child.tag == "Array")
+    by_name = {
+        attributes.get("Name", "").upper().removesuffix("ARRAY"): attributes.get("Operand", "")
+        for attributes in listed
+    }
+    arrays = [by_name.pop(name.upper(), "") for name in form.arrays]
+    if by_name:
+        raise node.refused(f"it has no array {', '.join(by_name)}")
+    return [array for array in arrays if array]
 
 
 def _listed(node: Node) -> list[str]:

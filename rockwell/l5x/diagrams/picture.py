@@ -23,9 +23,9 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
     for (sheet, _), node in diagram.nodes.items():
         nodes[sheet].append(node)
     connected: dict[Node, Pin] = {}
-    for each in chain.from_iterable(diagram.inputs.values()):
-        if each.through is not None:
-            connected.setdefault(each.through, each.source)
+    for wire in chain.from_iterable(diagram.inputs.values()):
+        if wire.through is not None:
+            connected.setdefault(wire.through, wire.source)
     shown = _DiagramParts(diagram, values, places, connected)
     return tuple(
         _Sheet(record, number, nodes[number], shown).sheet() for number, record in diagram.sheets.items()
@@ -48,16 +48,18 @@ class _Sheet:
     ) -> None:
         self._record, self._number, self._nodes, self._shown = record, number, nodes, shown
         self._diagram, self._values = shown.diagram, shown.values
-        self._index = {each.key: place for place, each in enumerate(nodes)}
+        self._index = {node.key: place for place, node in enumerate(nodes)}
 
     def sheet(self) -> DrawnSheet:
-        comment = next((each.text.strip() for each in self._record.children if each.tag == "Description"), "")
+        comment = next(
+            (child.text.strip() for child in self._record.children if child.tag == "Description"), ""
+        )
         wires = list(map(self._wire, wires_of(self._record)))
         outputs: defaultdict[int, set[str]] = defaultdict(set)
-        for each in wires:
-            outputs[each.source].add(each.output)
-        elements = [self._element(each, outputs[place]) for place, each in enumerate(self._nodes)]
-        texts = [_text(each) for each in self._record.children if each.tag == "TextBox"]
+        for wire in wires:
+            outputs[wire.source].add(wire.output)
+        elements = [self._element(node, outputs[place]) for place, node in enumerate(self._nodes)]
+        texts = [_text(child) for child in self._record.children if child.tag == "TextBox"]
         return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
 
     def _wire(self, record: ElementRecord) -> DrawnWire:
@@ -91,11 +93,11 @@ class _Sheet:
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
         """Return the visible or wired pins on the left and on the right, in the order of the type."""
-        sources = {each.name: each.source for each in self._diagram.inputs_of(node)}
-        visible, inputs, returns = (_words(node, each) for each in ("VisiblePins", "In", "Ret"))
+        sources = {wire.name: wire.source for wire in self._diagram.inputs_of(node)}
+        visible, inputs, returns = (_words(node, key) for key in ("VisiblePins", "In", "Ret"))
         names = list(dict.fromkeys((*visible, *inputs, *returns, *sources, *wired)))
         form = form_of(node)
-        order = [each.name for each in form.structure.members] if form else []
+        order = [member.name for member in form.structure.members] if form else []
         names.sort(key=lambda each: order.index(each) if each in order else len(order))
         right = self._outputs(node, names, order) | (wired - sources.keys())
         if node.tag == "JSR":
@@ -103,7 +105,7 @@ class _Sheet:
         elif node.tag == "SBR":
             right |= {*inputs, *returns} - sources.keys()
         of_wire = sources if node.tag == "Function" else {}  # a function has no memory of its inputs
-        pins = {each: DrawnPin(each, self._values.text(of_wire.get(each, Pin(node, each)))) for each in names}
+        pins = {name: DrawnPin(name, self._values.text(of_wire.get(name, Pin(node, name)))) for name in names}
         left = tuple(pin for name, pin in pins.items() if name not in right)
         return left, tuple(pin for name, pin in pins.items() if name in right)
 
@@ -111,7 +113,7 @@ class _Sheet:
         """Return the pins that are outputs according to a node's type."""
         of_type = order[order.index("EnableOut") :] if "EnableOut" in order else []
         of_add_on = self._values.outputs(node)
-        return {each for each in names if each in of_type or each.upper() in of_add_on}
+        return {name for name in names if name in of_type or name.upper() in of_add_on}
 
 
 def _words(node: Node, name: str) -> list[str]:
@@ -120,5 +122,5 @@ def _words(node: Node, name: str) -> list[str]:
 
 def _text(record: ElementRecord) -> DrawnElement:
     x, y = (int(number_of(record.attributes.get(name, "")) or 0) for name in "XY")
-    text = record.text.strip() or next((each.text.strip() for each in record.children), "")
+    text = record.text.strip() or next((child.text.strip() for child in record.children), "")
     return DrawnElement("text", x, y, tuple(text.splitlines()))

@@ -127,21 +127,21 @@ class Diagram:
         }
         self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
         for reference in sorted(self._of("ORef"), key=lambda each: each.position):
-            for one in self.inputs_of(reference):
-                self._readers.setdefault(one.source.node.key, []).append((reference, one))
+            for drawn in self.inputs_of(reference):
+                self._readers.setdefault(drawn.source.node.key, []).append((reference, drawn))
 
     def _read_sheets(self, content: ElementRecord) -> None:
-        sheets = [each for each in content.children if each.tag == "Sheet"]
-        if sum(1 + len(each.children) for each in sheets) > MOST_ELEMENTS:
+        sheets = [child for child in content.children if child.tag == "Sheet"]
+        if sum(1 + len(page.children) for page in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
         for place, sheet in enumerate(sheets, start=1):
             number = number_of(sheet.attributes.get("Number", "")) or place
             if self.sheets.setdefault(number, sheet) is not sheet:
                 raise DiagramError(f"there are two sheets {number}", Site(line=sheet.line))
-            for each in sheet.children:
-                self._node(number, each)
-            for each in wires_of(sheet):
-                self._wire(number, each)
+            for child in sheet.children:
+                self._node(number, child)
+            for child in wires_of(sheet):
+                self._wire(number, child)
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
         if record.tag in (*_WIRES, *_REMARKS):
@@ -173,17 +173,19 @@ class Diagram:
         taken[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
 
     def _end(self, sheet: int, number: str) -> Node | None:
-        found = number_of(number)
-        return None if found is None else self.nodes.get((sheet, found))
+        node_number = number_of(number)
+        return None if node_number is None else self.nodes.get((sheet, node_number))
 
     def _input(self, key: Key, wire: _Wire) -> Input:
         """Return an input, with its source traced through connectors."""
         first = self.nodes[wire.source]
-        at, pin, delayed = self._past_connectors(wire.source, wire.output)
-        if self.nodes[at].tag in ("ORef", "OCon"):
-            raise self.nodes[at].refused("a wire leaves it, and it has no output")
-        feedback = wire.feedback or delayed or at == key  # a block that is wired to itself needs no indicator
-        return Input(wire.pin, Pin(self.nodes[at], pin), feedback, first if first.tag == "ICon" else None)
+        origin, pin, delayed = self._past_connectors(wire.source, wire.output)
+        if self.nodes[origin].tag in ("ORef", "OCon"):
+            raise self.nodes[origin].refused("a wire leaves it, and it has no output")
+        feedback = (
+            wire.feedback or delayed or origin == key
+        )  # a block that is wired to itself needs no indicator
+        return Input(wire.pin, Pin(self.nodes[origin], pin), feedback, first if first.tag == "ICon" else None)
 
     def _past_connectors(self, at: Key, pin: str) -> tuple[Key, str, bool]:
         """Follow input connectors to an element and its output; the last value: past a feedback wire."""
@@ -195,10 +197,10 @@ class Diagram:
             wire = self._wires[connector.key][""]
             way[at] = wire.feedback
             at, pin = wire.source, wire.output
-        found = self._sources.get(at, (at, pin, False))
-        for each, feedback in reversed(way.items()):
-            found = self._sources[each] = (*found[:2], found[2] or feedback)
-        return found
+        source = self._sources.get(at, (at, pin, False))
+        for passed, feedback in reversed(way.items()):
+            source = self._sources[passed] = (*source[:2], source[2] or feedback)
+        return source
 
     def inputs_of(self, node: Node) -> tuple[Input, ...]:
         """Return its wired inputs."""
@@ -209,30 +211,30 @@ class Diagram:
         return self._readers.get(node.key, ())
 
     def _of(self, *tags: str) -> Iterator[Node]:
-        return (each for each in self.nodes.values() if each.tag in tags)
+        return (node for node in self.nodes.values() if node.tag in tags)
 
     def in_order(self) -> list[Node]:
         """Return the elements that run, in order of execution: SBR is first, RET last."""
-        blocks = {each.key: each for each in self._of(*RUN)}
+        blocks = {node.key: node for node in self._of(*RUN)}
         waits = {
-            key: {each.source.node.key for each in self.inputs_of(node) if not each.feedback} & blocks.keys()
+            key: {wire.source.node.key for wire in self.inputs_of(node) if not wire.feedback} & blocks.keys()
             for key, node in blocks.items()
         }
         after = _readers(waits)
         ranks = {key: (_RANKS.get(node.tag, 1), node.position, key) for key, node in blocks.items()}
         ready = [ranks[key] for key in blocks if not waits[key]]
         heapify(ready)
-        found: list[Node] = []
+        ordered: list[Node] = []
         while ready:
             key = heappop(ready)[-1]
-            found.append(blocks[key])
-            for each in after.get(key, ()):
-                waits[each].discard(key)
-                if not waits[each]:
-                    heappush(ready, ranks[each])
-        if len(found) < len(blocks):
+            ordered.append(blocks[key])
+            for follower in after.get(key, ()):
+                waits[follower].discard(key)
+                if not waits[follower]:
+                    heappush(ready, ranks[follower])
+        if len(ordered) < len(blocks):
             raise self._loop({key: sources for key, sources in waits.items() if sources}, blocks)
-        return found
+        return ordered
 
     def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
         """Return the error for a loop without an order; go backward until a block repeats."""
@@ -241,15 +243,15 @@ class Diagram:
         while key not in way:
             way[key] = len(way)
             key = min(waits[key], key=lambda each: blocks[each].position)
-        loop = sorted((blocks[each] for each in [*way][way[key] :]), key=lambda each: each.position)
-        names = ", ".join(each.place for each in loop)
+        loop = sorted((blocks[block_key] for block_key in [*way][way[key] :]), key=lambda each: each.position)
+        names = ", ".join(node.place for node in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
 
 
 def wires_of(sheet: ElementRecord) -> Iterator[ElementRecord]:
     """Yield the wires of a sheet."""
-    return (each for each in sheet.children if each.tag in _WIRES)
+    return (child for child in sheet.children if child.tag in _WIRES)
 
 
 def pin_of(wire: ElementRecord, name: str, node: Node) -> str:
@@ -261,6 +263,6 @@ def _readers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:
     """Return the elements that read each one."""
     readers: dict[Key, list[Key]] = {}
     for key, sources in waits.items():
-        for each in sources:
-            readers.setdefault(each, []).append(key)
+        for source in sources:
+            readers.setdefault(source, []).append(key)
     return readers

@@ -34,18 +34,18 @@ class DocumentNames:
 def name_in(operand: str) -> str:
     """Return the tag in an address given as text; return any other operand unchanged."""
     try:
-        found = parse_expression(operand)
+        expression = parse_expression(operand)
     except LadderError:
         return operand
-    return found.name if isinstance(found, Address) else operand
+    return expression.name if isinstance(expression, Address) else operand
 
 
 def form_of(node: Node) -> BlockForm | None:
     """Return the form of a block or function; None if it is unknown."""
-    found = BLOCKS.get(canonical(node.type))
+    form = BLOCKS.get(canonical(node.type))
     if node.tag == "Function":
-        return found if found is not None and found.formula and node.type.endswith(FUNCTION) else None
-    return found
+        return form if form is not None and form.formula and node.type.endswith(FUNCTION) else None
+    return form
 
 
 class Values:
@@ -115,14 +115,14 @@ class Values:
             return LREAL
         if own.type is REAL and (REAL in kinds or None in kinds):
             return REAL
-        wide = (isinstance(each, Elementary) and each.is_integer and each.bits > DINT.bits for each in kinds)
+        wide = (isinstance(kind, Elementary) and kind.is_integer and kind.bits > DINT.bits for kind in kinds)
         return LINT if any(wide) else DINT
 
     def _types_of_inputs(self, node: Node) -> Iterator[DataType | None]:
         """Yield the types of a node's inputs, except those from functions that have no tag yet."""
-        for each in self._diagram.inputs_of(node):
-            if each.source.node.tag != "Function" or each.source.node in self._held:
-                yield self._type(each.source)
+        for wire in self._diagram.inputs_of(node):
+            if wire.source.node.tag != "Function" or wire.source.node in self._held:
+                yield self._type(wire.source)
 
     # --- parameters of add-ons
 
@@ -133,7 +133,9 @@ class Values:
     def inouts(self, node: Node) -> frozenset[str]:
         """Return the InOuts of an add-on's element, by name in capitals."""
         arguments = self._known.arguments(node.type) if node.tag == "AddOnInstruction" else None
-        return frozenset(each.name.upper() for each in arguments or () if each.usage.upper() == "INOUT")
+        return frozenset(
+            argument.name.upper() for argument in arguments or () if argument.usage.upper() == "INOUT"
+        )
 
     def arguments(self, node: Node) -> Mapping[str, str]:
         """Return the arguments of InOuts by name in capitals, from the element or from a wired reference."""
@@ -144,10 +146,12 @@ class Values:
         return self._arguments[node]
 
     def _read_arguments(self, node: Node) -> Mapping[str, str]:
-        listed = (each.attributes for each in node.record.children if each.tag == "InOutParameter")
-        found = {each.get("Name", "").upper(): each.get("Argument", "") for each in listed}
+        listed = (child.attributes for child in node.record.children if child.tag == "InOutParameter")
+        arguments = {
+            attributes.get("Name", "").upper(): attributes.get("Argument", "") for attributes in listed
+        }
         inouts = self.inouts(node)
-        for each in self._diagram.inputs_of(node):
-            if each.name.upper() in inouts and each.source.node.tag == "IRef":
-                found[each.name.upper()] = each.source.node.operand
-        return {name: argument for name, argument in found.items() if argument}
+        for wire in self._diagram.inputs_of(node):
+            if wire.name.upper() in inouts and wire.source.node.tag == "IRef":
+                arguments[wire.name.upper()] = wire.source.node.operand
+        return {name: argument for name, argument in arguments.items() if argument}

@@ -33,8 +33,8 @@ def first_difference(kind: DataType, dims: tuple[int, ...], whole: Any, other: A
         return _in_array(kind, dims[1:], whole, other)
     if isinstance(kind, Structure) and isinstance(other, Mapping):
         return _in_structure(kind, whole or {}, other)
-    mine = _zero(kind) if whole is None else whole
-    return None if _is_same(kind, mine, other) else ()
+    own_value = _zero(kind) if whole is None else whole
+    return None if _is_same(kind, own_value, other) else ()
 
 
 def _is_same(kind: DataType, mine: Any, other: Any) -> bool:
@@ -44,11 +44,11 @@ def _is_same(kind: DataType, mine: Any, other: Any) -> bool:
 
 
 def _in_array(kind: DataType, dims: tuple[int, ...], whole: Any, other: Any) -> Path | None:
-    for place, each in enumerate(other):
+    for place, element in enumerate(other):
         inner = None if whole is None else whole[place]
-        found = first_difference(kind, dims, inner, each)
-        if found is not None:
-            return (f"[{place}]", *found)
+        path = first_difference(kind, dims, inner, element)
+        if path is not None:
+            return (f"[{place}]", *path)
     return None
 
 
@@ -56,35 +56,35 @@ def _in_structure(kind: Structure, whole: Mapping[str, Any], other: Mapping[str,
     if whole == other:
         return None
     bits = _bits(kind)
-    for name, each in other.items():
+    for name, part in other.items():
         member = kind.member(name)
         if member is None:
             continue
         if member.at:  # a part of another member
-            differs = name in bits and _bit_of(whole, other, bits[name]) != each
-            found: Path | None = () if differs else None
+            differs = name in bits and _bit_of(whole, other, bits[name]) != part
+            path: Path | None = () if differs else None
         else:
-            found = first_difference(member.type, member.dims, whole.get(member.name), each)
-        if found is not None:
-            return (f".{name}", *found)
+            path = first_difference(member.type, member.dims, whole.get(member.name), part)
+        if path is not None:
+            return (f".{name}", *path)
     return None
 
 
 def value_at(kind: DataType, value: Any, path: Path) -> Any:
     """Return the value at a path."""
-    here = kind
+    current_kind = kind
     for step in path:
         if step[0] == "[":
             value = None if value is None else value[int(step[1:-1])]
             continue
-        assert isinstance(here, Structure)
-        member = here.member(step[1:])
+        assert isinstance(current_kind, Structure)
+        member = current_kind.member(step[1:])
         assert member is not None
-        given = value or {}
-        value, here = given.get(member.name), member.type
+        members = value or {}
+        value, current_kind = members.get(member.name), member.type
         if member.at and value is None:
-            return _bit_of(given, {}, _bits(kind)[member.name])
-    return _zero(here) if value is None else value
+            return _bit_of(members, {}, _bits(kind)[member.name])
+    return _zero(current_kind) if value is None else value
 
 
 def _bit_of(whole: Mapping[str, Any], other: Mapping[str, Any], at: tuple[str, int]) -> bool:
@@ -95,13 +95,13 @@ def _bit_of(whole: Mapping[str, Any], other: Mapping[str, Any], at: tuple[str, i
 @lru_cache(maxsize=1024)
 def _bits(kind: Structure) -> Mapping[str, tuple[str, int]]:
     """Return the bits of a structure's integers by name, each with its host and its number."""
-    found = {}
-    for each in kind.members:
-        place = _BIT.fullmatch(each.at)
+    bits = {}
+    for member in kind.members:
+        place = _BIT.fullmatch(member.at)
         host = kind.member(place[1]) if place else None
         if place and host is not None and isinstance(host.type, Elementary) and not host.dims:
-            found[each.name] = host.name, int(place[2])
-    return found
+            bits[member.name] = host.name, int(place[2])
+    return bits
 
 
 def _zero(kind: DataType) -> Any:

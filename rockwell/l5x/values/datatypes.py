@@ -67,8 +67,8 @@ class Types:
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
     ) -> None:
         self._records: dict[str, DataTypeRecord] = {}
-        for each in records:
-            self._records.setdefault(each.name.upper(), each)
+        for record in records:
+            self._records.setdefault(record.name.upper(), record)
         major = number_of(revision.partition(".")[0])
         self._own = set(self._records)  # names of types with all members known
         self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
@@ -102,7 +102,7 @@ class Types:
             raise LadderError(f"data type {name} is in {DEEPEST} others")
         self._open.append(key)
         try:
-            found = self._define(key, name)
+            kind = self._define(key, name)
         except UnknownTypeError:
             raise
         except LadderError as error:
@@ -110,8 +110,8 @@ class Types:
             raise
         finally:
             self._open.pop()
-        self._known[key] = found
-        return found
+        self._known[key] = kind
+        return kind
 
     def _define(self, key: str, name: str) -> DataType:
         record = self._records.get(key)
@@ -125,11 +125,11 @@ class Types:
         return made
 
     def _structure(self, record: DataTypeRecord) -> Structure:
-        found = Structure(record.name, tuple(self._member(record, each) for each in record.members))
-        for each in found.members:
-            _refuse_host(found, each)
-        self.refuse_size(found)
-        return found
+        structure = Structure(record.name, tuple(self._member(record, member) for member in record.members))
+        for member in structure.members:
+            _refuse_host(structure, member)
+        self.refuse_size(structure)
+        return structure
 
     def refuse_size(self, kind: Structure) -> None:
         """Raise a LadderError for a structure that is too large."""
@@ -142,24 +142,24 @@ class Types:
 
     def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
         """Return the approximate memory of a tag, bytes."""
-        found = self._counted(kind)
-        return found.paths * PATH_BYTES + found.values * count_of(dims) * VALUE_BYTES
+        count = self._counted(kind)
+        return count.paths * PATH_BYTES + count.values * count_of(dims) * VALUE_BYTES
 
     @per_type
     def _counted(self, kind: DataType) -> _Counts:
         """Count the paths and the values of an element of a type."""
         if isinstance(kind, Elementary):
             return _Counts(1, 1)
-        inner = [(self._counted(each.type), count_of(each.dims)) for each in kind.own]
-        paths = sum(each.paths for each, _ in inner)
-        return _Counts(paths, sum(each.values * count for each, count in inner))
+        inner = [(self._counted(member.type), count_of(member.dims)) for member in kind.own]
+        paths = sum(counted.paths for counted, _ in inner)
+        return _Counts(paths, sum(counted.values * count for counted, count in inner))
 
     @per_type
     def has_initials(self, kind: DataType) -> bool:
         """Return whether a type has initial values other than zero."""
         if isinstance(kind, Elementary):
             return False
-        return any(each.initial is not None or self.has_initials(each.type) for each in kind.members)
+        return any(member.initial is not None or self.has_initials(member.type) for member in kind.members)
 
     @per_type
     def has_locals(self, kind: DataType) -> bool:
@@ -167,7 +167,7 @@ class Types:
         if isinstance(kind, Elementary):
             return False
         is_add_on = kind.name.upper() in self.layouts.add_ons
-        return is_add_on or any(self.has_locals(each.type) for each in kind.own)
+        return is_add_on or any(self.has_locals(member.type) for member in kind.own)
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
         """Add the memory of a tag to the total; raise a LadderError beyond the limit."""
@@ -219,7 +219,7 @@ class Types:
         members: Iterable[Member] = list(filter(None, map(self._shown_member, data.iterchildren())))
         self._depth -= 1
         if ":" in kind:
-            values = {each.get("Name", ""): each.get("Value", "") for each in data.iterchildren("*")}
+            values = {child.get("Name", ""): child.get("Value", "") for child in data.iterchildren("*")}
             members, self.apart[kind] = in_words(members, values)
         made = _unique(kind or "unnamed", members)
         if self._bytes(made, ()) > self._mib << 20:
@@ -260,6 +260,6 @@ def _refuse_host(kind: Structure, member: Member) -> None:
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:
     named: dict[str, Member] = {}
-    for each in members:
-        named.setdefault(each.name.upper(), each)
+    for member in members:
+        named.setdefault(member.name.upper(), member)
     return Structure(name, tuple(named.values()))

@@ -42,9 +42,9 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
     Raises:
         ValueTextError: force data that can't be read.
     """
-    images = [each.element for each in forced if each.element.tag == "ForceData"]
-    data = (each.element for each in forced if each.element.tag != "ForceData")
-    shown = [force for each in data for inner in each.iterchildren("*") for force in _shown(inner, "")]
+    images = [part.element for part in forced if part.element.tag == "ForceData"]
+    data = (part.element for part in forced if part.element.tag != "ForceData")
+    shown = [force for element in data for inner in element.iterchildren("*") for force in _shown(inner, "")]
     if shown or not images:
         yield from shown
     else:
@@ -52,20 +52,20 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
 
 
 def _of_image(image: bytes, kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
-    count, rest = divmod(len(image), 3)
+    count, remainder = divmod(len(image), 3)
     mask, values = image[count : 2 * count], image[2 * count :]
-    if not any(image if rest else mask):
+    if not any(image if remainder else mask):
         return
-    if rest or not fits(mask, kind, dims, types.layouts):
+    if remainder or not fits(mask, kind, dims, types.layouts):
         raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")
     if not (isinstance(kind, Elementary) or types.layouts.is_known(kind)):
         raise ValueTextError(f"the order of the bytes of a {kind.name} is not known")
-    for text, type_, at, bit in _ForceMask(mask, types.layouts).places(kind, dims, 0):
+    for text, type_, offset, bit in _ForceMask(mask, types.layouts).places(kind, dims, 0):
         if bit is None:
-            place = slice(at, at + max(1, type_.bits // 8))
+            place = slice(offset, offset + max(1, type_.bits // 8))
             yield from _of_bytes(text, type_, mask[place], values[place])
-        elif mask[at] >> bit & 1:
-            yield text, bool(values[at] >> bit & 1)
+        elif mask[offset] >> bit & 1:
+            yield text, bool(values[offset] >> bit & 1)
 
 
 def _of_bytes(text: str, kind: Elementary, mask: bytes, values: bytes) -> Iterator[Force]:
@@ -76,9 +76,9 @@ def _of_bytes(text: str, kind: Elementary, mask: bytes, values: bytes) -> Iterat
 
 def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:
     """Return the value of a tag that has only force data, from their first third; None for zeros."""
-    for each in forced:
-        if each.element.tag == "ForceData":
-            data = _bytes(each.element)
+    for record in forced:
+        if record.element.tag == "ForceData":
+            data = _bytes(record.element)
             image = data[: len(data) // 3]
             if layouts.is_known(kind) and fits(image, kind, (), layouts):
                 return RawReader(image, layouts, keep=False).read(kind, ())
@@ -87,9 +87,9 @@ def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:
 
 def _bytes(element: Element) -> bytes:
     text = "".join(element.itertext())
-    found = _LIST.fullmatch(text)
-    if found:
-        return bytes(int(each) & 0xFF for each in found[1].split(","))
+    match = _LIST.fullmatch(text)
+    if match:
+        return bytes(int(byte) & 0xFF for byte in match[1].split(","))
     data = bytes_in(element)
     if data is None:
         raise ValueTextError(f"its force data {text.strip()[:20]!r} are no bytes")
@@ -121,19 +121,19 @@ def _shown(element: Element, path: str) -> Iterator[Force]:
     """Yield the forces of a decorated value and of nested ones."""
     todo = [(element, path)]
     while todo:
-        node, here = todo.pop()
+        node, node_path = todo.pop()
         forced = node.get("ForceValue")
         if forced is not None:
-            yield from _beside(here, forced, node.get("DataType", ""))
+            yield from _beside(node_path, forced, node.get("DataType", ""))
         inside = []
-        for each in node.iterchildren("*"):
-            index = each.get("Index", "")
-            if each.tag == "Structure":
-                inside.append((each, here))
-            elif each.tag == "Element" and _INDEX.fullmatch(index):
-                inside.append((each, here + index))
-            elif each.get("Name"):
-                inside.append((each, f"{here}.{each.get('Name')}"))
+        for child in node.iterchildren("*"):
+            index = child.get("Index", "")
+            if child.tag == "Structure":
+                inside.append((child, node_path))
+            elif child.tag == "Element" and _INDEX.fullmatch(index):
+                inside.append((child, node_path + index))
+            elif child.get("Name"):
+                inside.append((child, f"{node_path}.{child.get('Name')}"))
         todo += reversed(inside)
 
 
@@ -141,10 +141,10 @@ def _beside(path: str, text: str, name: str) -> Iterator[Force]:
     if text in ("0", "1"):
         yield path, text == "1"
         return
-    found = _PATTERN.fullmatch(text.replace("_", ""))
-    if found is None:
+    match = _PATTERN.fullmatch(text.replace("_", ""))
+    if match is None:
         raise ValueTextError(f"its force {text[:40]!r} is no pattern of bits")
-    bits = found[1]
+    bits = match[1]
     mask = int(re.sub("[01]", "1", bits).replace(".", "0"), 2)
     value = int(bits.replace(".", "0"), 2)
     yield from _of_bits(path, REAL if name.upper() == "REAL" else None, mask, value, len(bits))
@@ -183,7 +183,7 @@ class _ForceMask:
                     yield index + text, *place  # type: ignore[misc]
 
     def _members(self, kind: Structure, at: int) -> Iterator[tuple[str, Elementary, int, int | None]]:
-        bits = {each.at.upper(): each.name for each in kind.members if each.at}
+        bits = {bit_member.at.upper(): bit_member.name for bit_member in kind.members if bit_member.at}
         for member, offset, bit in self._layouts.places(kind):
             if bit is not None:
                 yield f".{member.name}", BOOL, at + offset, bit

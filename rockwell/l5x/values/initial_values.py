@@ -71,21 +71,21 @@ class _Forms:
         remark: Callable[[str], None],
     ) -> None:
         self._kind, self._dims, self._remark, self._types = kind, dims, remark, types
-        self._data = {each.form: each for each in data}
+        self._data = {part.form: part for part in data}
         self._how = ValueReading(types.has_initials(kind), remark, types.layouts)
 
     def value(self) -> Any:
         """Return the value of the first form; report forms that differ from it."""
-        found = dict(self._whole())
-        if found:
-            form = next(iter(found))
+        values = dict(self._whole())
+        if values:
+            form = next(iter(values))
             if "Decorated" in self._data:
-                found["Decorated"] = self._decorated(keep=True)
-            elif "String" in self._data and not self._dims and "L5K" in found:
-                found["String"] = self._string()
-            if len(found) > 1:
-                self._compare(found)
-            return found[form]
+                values["Decorated"] = self._decorated(keep=True)
+            elif "String" in self._data and not self._dims and "L5K" in values:
+                values["String"] = self._string()
+            if len(values) > 1:
+                self._compare(values)
+            return values[form]
         if "Decorated" in self._data:
             return self._decorated(keep=self._how.keep)
         return self._other()
@@ -155,10 +155,12 @@ class _Forms:
     def _compare(self, found: Mapping[str, Any]) -> None:
         """Report the first value that differs between two forms, with both values."""
         (first, value), *others = found.items()
-        for _form, other in others:
-            path = first_difference(self._kind, self._dims, value, other)
+        for _form, other_value in others:
+            path = first_difference(self._kind, self._dims, value, other_value)
             if path is not None:
-                forms = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())
+                forms = (
+                    f"{name} {value_at(self._kind, form_value, path)}" for name, form_value in found.items()
+                )
                 place = f" at {''.join(path)}" if path else ""
                 self._remark(f"its forms differ{place}: {', '.join(forms)}; the {first} count")
                 return
@@ -206,26 +208,26 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
     parts, is_string = _parts(kind)
     if is_string and not _has_elements(values):
         return _characters(values, kind, how)
-    found = {}
-    for each in values.inner:
-        _, name, text, _, _ = each
+    members = {}
+    for inner in values.inner:
+        _, name, text, _, _ = inner
         part = parts.get(name) or parts.get(name.upper())
         if part is None:
             continue
         member, plain, wrong = part
         if plain is None:
-            value = _decorated(each, member.type, member.dims, how)
+            value = _decorated(inner, member.type, member.dims, how)
         else:
             value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
         if value is not None and wrong:
             how.remark(wrong)
         elif value is not None:
-            found[member.name] = value
-    return found or None
+            members[member.name] = value
+    return members or None
 
 
 def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> str | None:
-    text = next((each.text for each in values.inner if each.name == "DATA"), None)
+    text = next((part.text for part in values.inner if part.name == "DATA"), None)
     characters = None if text is None else _cut(unquoted_or_raise(text.strip()), kind)
     return characters if characters or how.keep else None
 
@@ -233,33 +235,33 @@ def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> s
 def _has_elements(values: DecoratedValue) -> bool:
     """Return whether the characters of a string are given as elements, not as text."""
     return any(
-        inner.tag == "Element" for each in values.inner if each.tag == "ArrayMember" for inner in each.inner
+        inner.tag == "Element" for part in values.inner if part.tag == "ArrayMember" for inner in part.inner
     )
 
 
 @lru_cache(maxsize=1024)
 def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
     """Return the members by name, both as written and in capitals, and whether the structure is a string."""
-    found: dict[str, _Part] = {}
-    for each in kind.members:
-        plain = None if each.dims or isinstance(each.type, Structure) else each.type
-        part = _Part(each, plain, _wrong_alias(kind, each) if each.at else "")
-        found.setdefault(each.name.upper(), part)
-    return found | {each.member.name: each for each in found.values()}, kind.is_string
+    parts: dict[str, _Part] = {}
+    for member in kind.members:
+        plain = None if member.dims or isinstance(member.type, Structure) else member.type
+        part = _Part(member, plain, _wrong_alias(kind, member) if member.at else "")
+        parts.setdefault(member.name.upper(), part)
+    return parts | {entry.member.name: entry for entry in parts.values()}, kind.is_string
 
 
 def _wrong_alias(kind: Structure, member: Member) -> str:
     """Return why a member with `at` can't have a value; "" if it can."""
     try:
-        there = meant_by("", kind, member, 0)
+        place = meant_by("", kind, member, 0)
     except ValueError as error:
         return str(error)
-    if there.bit is None and (there.type, there.dims) == (member.type, member.dims):
+    if place.bit is None and (place.type, place.dims) == (member.type, member.dims):
         return ""
-    is_bit = there.bit is not None and member.type is BOOL and isinstance(there.type, Elementary)
-    if is_bit and there.type.is_integer:  # type: ignore[union-attr]
+    is_bit = place.bit is not None and member.type is BOOL and isinstance(place.type, Elementary)
+    if is_bit and place.type.is_integer:  # type: ignore[union-attr]
         return ""
-    return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
+    return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {place.type.name}"
 
 
 def _cut(text: str, kind: Structure) -> str:
@@ -276,29 +278,32 @@ def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: V
         if tag != "Element":
             continue
         position += 1
-        at = position if position < row and index == f"[{position}]" else _flat(index, dims)
-        if at is None:
+        offset = position if position < row and index == f"[{position}]" else _flat(index, dims)
+        if offset is None:
             how.remark(f"no element {index}")
             continue
         if isinstance(kind, Elementary):
             value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
         else:
-            value = next((_structure(each, kind, how) for each in inner if each.tag == "Structure"), None)
-        flat[at] = value
+            value = next(
+                (_structure(structure, kind, how) for structure in inner if structure.tag == "Structure"),
+                None,
+            )
+        flat[offset] = value
         something = something or value is not None
     return nested(flat, kind, dims) if something else None
 
 
 def _flat(index: str, dims: tuple[int, ...]) -> int | None:
-    at = 0
+    offset = 0
     places = _INDEX.findall(index)
     if len(places) != len(dims):
         return None
     for place, length in zip(places, dims, strict=True):
         if int(place) >= length:
             return None
-        at = at * length + int(place)
-    return at
+        offset = offset * length + int(place)
+    return offset
 
 
 def _parameters(element: Element | None, kind: DataType) -> Any:
@@ -306,15 +311,15 @@ def _parameters(element: Element | None, kind: DataType) -> Any:
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):
         return None
-    found = {}
+    values = {}
     for name, text in inner.items():
         member = kind.member(_ATTRIBUTES.get(name, name))
         if member is not None and isinstance(member.type, Elementary) and not member.dims:
             try:
-                found[member.name] = value_of(TRUTH.get(text.lower(), text), member.type)
+                values[member.name] = value_of(TRUTH.get(text.lower(), text), member.type)
             except ValueTextError:
                 continue
-    return found or None
+    return values or None
 
 
 _ATTRIBUTES = {"ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}

@@ -44,7 +44,7 @@ def nested(values: list[Any], kind: DataType, dims: tuple[int, ...]) -> Any:
             return zero
     elif kind.is_string:
         blank = str
-    flat = [blank() if each is None else each for each in values]
+    flat = [blank() if value is None else value for value in values]
     for length in reversed(dims[1:]):
         flat = [flat[start : start + length] for start in range(0, len(flat), length)]
     return flat

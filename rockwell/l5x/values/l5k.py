@@ -51,15 +51,15 @@ def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading
 def _l5k_tree(text: str) -> Any:
     outer: list[Any] = []
     open_lists = [outer]
-    at = 0
-    while at < len(text):
-        found = _TOKEN.match(text, at)
-        if found is None:
-            if not text[at:].strip():
+    position = 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            if not text[position:].strip():
                 break
-            raise ValueTextError(f"{text[at : at + 20]!r} is not L5K data")
-        at = found.end()
-        mark = found["mark"]
+            raise ValueTextError(f"{text[position : position + 20]!r} is not L5K data")
+        position = match.end()
+        mark = match["mark"]
         if mark == "[":
             if len(open_lists) > _DEEPEST:
                 raise ValueTextError(f"L5K data are more than {_DEEPEST} levels deep")
@@ -70,7 +70,7 @@ def _l5k_tree(text: str) -> Any:
                 raise ValueTextError("L5K data have an unmatched closing bracket")
             open_lists.pop()
         elif mark is None:
-            open_lists[-1].append(found["string"] or found["value"])
+            open_lists[-1].append(match["string"] or match["value"])
     if len(open_lists) != 1 or len(outer) != 1:
         raise ValueTextError("L5K data are not one value")
     return outer[0]
@@ -89,25 +89,25 @@ def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReadi
 def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     flat: list[Any] = [tree]
     for _ in dims:
-        flat = [each for part in flat if isinstance(part, list) for each in part]
+        flat = [item for part in flat if isinstance(part, list) for item in part]
     if len(flat) > count_of(dims):
         raise ValueTextError(f"{len(flat)} values for an array of {count_of(dims)}")
-    values = [_l5k_value(each, kind, (), how) for each in flat]
-    if all(each is None for each in values):
+    values = [_l5k_value(item, kind, (), how) for item in flat]
+    if all(value is None for value in values):
         return None
     return nested(values + [None] * (count_of(dims) - len(values)), kind, dims)
 
 
 def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
-    if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(each, str) for each in tree)):
+    if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(part, str) for part in tree)):
         raise _other_version(kind)
     length, text = tree[0], tree[1][1:-1] if tree[1][0] == "'" else tree[1]
-    given = number_of(length)
-    if given is None:
+    size = number_of(length)
+    if size is None:
         raise _other_version(kind)
-    most = min(given, kind.members[1].dims[0])
-    found = unquoted_or_raise(_without_padding(text, most))[:most]
-    return found if found or how.keep else None
+    most = min(size, kind.members[1].dims[0])
+    characters = unquoted_or_raise(_without_padding(text, most))[:most]
+    return characters if characters or how.keep else None
 
 
 def _without_padding(text: str, most: int) -> str:
@@ -123,11 +123,13 @@ def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
     parts = how.layouts.parts(kind)
     if not isinstance(tree, list) or len(tree) != len(parts) or not how.layouts.is_complete(kind):
         raise _other_version(kind)
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     for part, inner in zip(parts, tree, strict=True):
         if isinstance(part, tuple):
             word = _l5k_value(inner, DINT, (), _KEPT)
-            found.update((each.name, on) for each, bit in part if (on := bool(word >> bit & 1)) or how.keep)
+            values.update(
+                (member.name, on) for member, bit in part if (on := bool(word >> bit & 1)) or how.keep
+            )
             continue
         try:
             value = _l5k_value(inner, part.type, part.dims, how)
@@ -137,8 +139,8 @@ def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
             value = UNREAD
             how.unread.append(part.type.name)
         if value is not None:
-            found[part.name] = value
-    return found or None
+            values[part.name] = value
+    return values or None
 
 
 def filled(value: Any, other: Any) -> Any:
@@ -147,11 +149,11 @@ def filled(value: Any, other: Any) -> Any:
         return other
     if isinstance(value, dict):
         members = other if isinstance(other, dict) else {}
-        found = {name: filled(each, members.get(name)) for name, each in value.items()}
-        return {name: each for name, each in found.items() if each is not None}
+        filled_values = {name: filled(inner_value, members.get(name)) for name, inner_value in value.items()}
+        return {name: inner_value for name, inner_value in filled_values.items() if inner_value is not None}
     if isinstance(value, list):
-        given = chain(other if isinstance(other, list) else (), repeat(None))
-        return [filled(each, inner) for each, inner in zip(value, given, strict=False)]
+        others = chain(other if isinstance(other, list) else (), repeat(None))
+        return [filled(element, inner) for element, inner in zip(value, others, strict=False)]
     return value
 
 

@@ -72,13 +72,13 @@ class Layouts:
     @per_type
     def parts(self, kind: Structure) -> tuple[Part, ...]:
         """Return the parts of a structure in the order of its memory."""
-        status = tuple((each, each.bit) for each in kind.own if each.bit is not None)
+        status = tuple((member, member.bit) for member in kind.own if member.bit is not None)
         if status:
-            return (status, *(each for each in kind.own if each.bit is None))
+            return (status, *(member for member in kind.own if member.bit is None))
         left_out = self.add_ons.get(kind.name.upper())
         if left_out is None:
             return tuple(kind.own)
-        return tuple(_packed(each for each in kind.own if each.name not in left_out))
+        return tuple(_packed(member for member in kind.own if member.name not in left_out))
 
     def has_members(self, kind: DataType) -> bool:
         """Return whether the members of a type are known one by one, because the document defines it."""
@@ -89,7 +89,7 @@ class Layouts:
         name = kind.name.upper()
         if name in self.add_ons or kind in _WITH_STATUS:
             return True
-        return not any(each.type is BOOL and not each.dims for each in kind.own)
+        return not any(member.type is BOOL and not member.dims for member in kind.own)
 
     @per_type
     def is_known(self, kind: DataType) -> bool:
@@ -101,7 +101,7 @@ class Layouts:
         return (
             self.has_members(kind)
             and self.is_complete(kind)
-            and all(self.is_known(each.type) for each in kind.own)
+            and all(self.is_known(member.type) for member in kind.own)
         )
 
     def size(self, kind: DataType, dims: tuple[int, ...] = ()) -> int:
@@ -126,7 +126,7 @@ class Layouts:
             whole = max(whole, alignment)
             size = -(-size // alignment) * alignment
             if isinstance(part, tuple):
-                places += ((each, size + bit // 8, bit % 8) for each, bit in part)
+                places += ((member, size + bit // 8, bit % 8) for member, bit in part)
                 size += WORD_BYTES
             else:
                 places.append((part, size, None))
@@ -153,12 +153,12 @@ def _packed(members: Iterable[Member]) -> Iterable[Part]:
     """Return members, with single BOOLs combined to words."""
     parts: list[Member | list[tuple[Member, int]]] = []
     word: list[tuple[Member, int]] = []
-    for each in members:
-        if each.type is not BOOL or each.dims:
-            parts.append(each)
+    for member in members:
+        if member.type is not BOOL or member.dims:
+            parts.append(member)
             continue
         if len(word) in (0, WORD_BITS):
             word = []
             parts.append(word)
-        word.append((each, len(word)))
-    return [tuple(each) if isinstance(each, list) else each for each in parts]
+        word.append((member, len(word)))
+    return [tuple(part) if isinstance(part, list) else part for part in parts]

@@ -31,32 +31,32 @@ def in_words(members: Iterable[Member], values: Mapping[str, str]) -> tuple[list
     Args:
         values: the texts of single values by name.
     """
-    found: list[Member] = []
+    hosted: list[Member] = []
     unknown: list[str] = []
     for host, run in _runs(members):
         if host is not None:
-            found.append(host)
+            hosted.append(host)
         if not run or host is None or not _is_host(host):
-            found += run
+            hosted += run
             continue
         bits = _bits_of(host, run, values)
-        found += (replace(each, at=bits.get(each.name, "")) for each in run)
+        hosted += (replace(member, at=bits.get(member.name, "")) for member in run)
         if len(bits) < len(run):
             unknown.append(host.name)
-    return found, unknown
+    return hosted, unknown
 
 
 def _runs(members: Iterable[Member]) -> Iterator[tuple[Member | None, list[Member]]]:
     """Yield each member that is not a single BOOL, with the single BOOLs that follow it."""
     host: Member | None = None
     run: list[Member] = []
-    for each in members:
-        if each.type is BOOL and not each.dims:
-            run.append(each)
+    for member in members:
+        if member.type is BOOL and not member.dims:
+            run.append(member)
             continue
         if host is not None or run:
             yield host, run
-        host, run = each, []
+        host, run = member, []
     yield host, run
 
 
@@ -67,15 +67,15 @@ def _is_host(member: Member) -> bool:
 
 def _bits_of(host: Member, run: Sequence[Member], values: Mapping[str, str]) -> dict[str, str]:
     assert isinstance(host.type, Elementary)
-    numbers = _numbers([each.name for each in run], host.type.bits)
+    numbers = _numbers([member.name for member in run], host.type.bits)
     try:
         word = int(value_of(values.get(host.name, "0"), host.type))
-        same = all(
+        agrees = all(
             bool(word >> bit & 1) == value_of(values.get(name, "0"), BOOL) for name, bit in numbers.items()
         )
     except ValueTextError:
         return {}
-    return {name: f"{host.name}.{bit}" for name, bit in numbers.items()} if same else {}
+    return {name: f"{host.name}.{bit}" for name, bit in numbers.items()} if agrees else {}
 
 
 def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
@@ -91,5 +91,5 @@ def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
 def _are_series(names: Sequence[str]) -> bool:
     """Return whether names differ only in their first number, which counts from 0."""
     numbers = [_NUMBER.search(name) for name in names]
-    series = [int(each[0]) for each in numbers if each]
+    series = [int(match[0]) for match in numbers if match]
     return series == list(range(len(names))) and len({_NUMBER.sub("#", name, count=1) for name in names}) == 1

@@ -69,15 +69,15 @@ class RawReader:
         return value if value or self._keep else None
 
     def _members(self, at: int, kind: Structure) -> Any:
-        found = {}
+        parsed = {}
         for member, offset, bit in self._layouts.places(kind):
             if bit is None:
                 value = self._value(at + offset, member.type, member.dims)
             else:
                 value = bool(self._data[at + offset] >> bit & 1) or (False if self._keep else None)
             if value is not None:
-                found[member.name] = value
-        return found or None
+                parsed[member.name] = value
+        return parsed or None
 
     def _text(self, at: int, kind: Structure) -> str | None:
         """Return the characters of a string; a LEN beyond its size means all of them."""

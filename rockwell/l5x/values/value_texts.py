@@ -117,7 +117,7 @@ def unquoted_or_raise(text: str) -> str:
 def _date_of(date: re.Match[str]) -> int:
     """Return a date since 1970: DT# in µs, LDT# in ns."""
     try:
-        moment = datetime.datetime(*(int(each) for each in date.groups()[:6]))  # type: ignore[arg-type]
+        moment = datetime.datetime(*(int(group) for group in date.groups()[:6]))  # type: ignore[arg-type]
     except ValueError:
         raise ValueTextError(f"{date.group()!r} is not a date") from None
     seconds = round((moment - datetime.datetime(1970, 1, 1)).total_seconds())

@@ -60,35 +60,35 @@ _DEEPEST = 200
 
 def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
     """Return the values in the text of decorated data; None if it is not in Studio 5000's own form."""
-    here: list[DecoratedValue] = []
+    siblings: list[DecoratedValue] = []
     around: list[tuple[str, list[DecoratedValue]]] = []
-    for tag, name, value, ends, characters, closed, other in marks.findall(
+    for tag, name, value, ends, characters, closed, stray in marks.findall(
         text, len(_HEAD), len(text) - len(_TAIL)
     ):
         if tag:
             inner: list[DecoratedValue] = []
-            here.append(DecoratedValue(tag, name, value or None, characters, inner))
+            siblings.append(DecoratedValue(tag, name, value or None, characters, inner))
             if not ends:
-                around.append((tag, here))
-                here = inner
-        elif other or not around or around[-1][0] != closed or len(around) > _DEEPEST:
+                around.append((tag, siblings))
+                siblings = inner
+        elif stray or not around or around[-1][0] != closed or len(around) > _DEEPEST:
             return None
         else:
-            here = around.pop()[1]
-    return None if around else here
+            siblings = around.pop()[1]
+    return None if around else siblings
 
 
 def _of_element(element: Any) -> list[DecoratedValue]:
     """Return the values in an element."""
     return [
         DecoratedValue(
-            each.tag,
-            each.get("Index" if each.tag == "Element" else "Name", ""),
-            each.get("Value"),
-            (each.text or "").strip(),
-            _of_element(each),
+            child.tag,
+            child.get("Index" if child.tag == "Element" else "Name", ""),
+            child.get("Value"),
+            (child.text or "").strip(),
+            _of_element(child),
         )
-        for each in element.iterchildren("*")
+        for child in element.iterchildren("*")
     ]
 
 
@@ -109,8 +109,8 @@ class Data:
         self._element, self._parse = element, parse
         number = element.get("Cut") if cut else None
         self._text = None if number is None else cut[int(number)]
-        one = None if self._text is None else _ONE_VALUE.fullmatch(self._text)
-        self.value = None if one is None else one[1].decode()
+        match = None if self._text is None else _ONE_VALUE.fullmatch(self._text)
+        self.value = None if match is None else match[1].decode()
 
     @property
     def shows_forces(self) -> bool:
@@ -118,7 +118,7 @@ class Data:
         if self._text is not None:
             return b"ForceValue" in self._text
         return self.form == "Decorated" and any(
-            "ForceValue" in each.attrib for each in self._element.iter("*")
+            "ForceValue" in node.attrib for node in self._element.iter("*")
         )
 
     @property
@@ -140,32 +140,32 @@ def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
     """Cut values out of a document; return the document, with its line breaks kept, and the values."""
     if _CUT.search(data):
         return data, []
-    kept: list[bytes] = []
+    pieces: list[bytes] = []
     cut: list[bytes] = []
-    done = at = 0
-    while found := _NEXT.search(data, at):
-        closing = _CLOSING.get(found.group())
+    done = position = 0
+    while match := _NEXT.search(data, position):
+        closing = _CLOSING.get(match.group())
         if closing is None:
-            at = _end_of_data(data, found.end())
-            whole = data[found.start() : at]
+            position = _end_of_data(data, match.end())
+            whole = data[match.start() : position]
             mark = b'<Data Format="Decorated" Cut="%d"/>' % len(cut)
-            kept += [data[done : found.start()], mark, b"\n" * whole.count(b"\n")]
+            pieces += [data[done : match.start()], mark, b"\n" * whole.count(b"\n")]
             cut.append(whole)
-            done = at
+            done = position
         else:
-            at = data.find(closing, found.end())
-        if at < 0:
+            position = data.find(closing, match.end())
+        if position < 0:
             return data, []
-    return b"".join((*kept, data[done:])), cut
+    return b"".join((*pieces, data[done:])), cut
 
 
 def _end_of_data(data: bytes, at: int) -> int:
     """Return the end of values that begin before `at`; -1 if there is none."""
-    while found := _END.search(data, at):
-        closing = _CLOSING.get(found.group())
+    while match := _END.search(data, at):
+        closing = _CLOSING.get(match.group())
         if closing is None:
-            return found.end()
-        at = data.find(closing, found.end())
+            return match.end()
+        at = data.find(closing, match.end())
         if at < 0:
             return -1
     return -1

@@ -105,10 +105,12 @@ class _L5xReader:
         if target == "Controller" and get("Use", "Target") != "Target":
             target = ""  # an incomplete controller is context only
         add_ons = [
-            self._add_on(each)
+            self._add_on(definition)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
-            for each in group.iterchildren("AddOnInstructionDefinition", "AddOnInstruction", "EncodedData")
-            if each.get("Use") != "Reference" and is_add_on(each)
+            for definition in group.iterchildren(
+                "AddOnInstructionDefinition", "AddOnInstruction", "EncodedData"
+            )
+            if definition.get("Use") != "Reference" and is_add_on(definition)
         ]
         return L5xDocument(
             self._file,
@@ -154,15 +156,15 @@ class _L5xReader:
         comment = ""
         dims = get("Dimensions", get("Dimension", "")).strip()
         remote = rpi = ""
-        for each in element:
-            if each.tag == "Data" or each.tag == "DefaultData":
-                data.append(self._data(each))
-            elif each.tag == "ForceData":
-                forced.append(self._data(each))
-            elif each.tag == "Description":
-                comment = text_of(each)
-            elif each.tag == "ConsumeInfo":
-                remote, rpi = each.get("RemoteTag", ""), each.get("RPI", "")
+        for child in element:
+            if child.tag == "Data" or child.tag == "DefaultData":
+                data.append(self._data(child))
+            elif child.tag == "ForceData":
+                forced.append(self._data(child))
+            elif child.tag == "Description":
+                comment = text_of(child)
+            elif child.tag == "ConsumeInfo":
+                remote, rpi = child.get("RemoteTag", ""), child.get("RPI", "")
         return TagRecord(
             get("Name", ""),
             get("TagType", "Base"),
@@ -177,7 +179,7 @@ class _L5xReader:
             wrong_dims(dims),
             remote,
             rpi,
-            forced + [each for each in data if each.shows_forces],
+            forced + [block for block in data if block.shows_forces],
             get("ExternalAccess", ""),
         )
 
@@ -192,7 +194,9 @@ class _L5xReader:
             tuple(map(self._routine, children(element, "Routines", "Routine"))),
             text_of(element.find("Description")),
             encoded or element.find("Routines//EncodedData") is not None,
-            frozenset(each for each in ROUTINES if element.get(f"Execute{each}", "").lower() == "false"),
+            frozenset(
+                routine for routine in ROUTINES if element.get(f"Execute{routine}", "").lower() == "false"
+            ),
             element.sourceline,
         )
 
@@ -206,7 +210,7 @@ class _L5xReader:
             is_true(get("Disabled", "")),
             get("Type") == "EquipmentPhase",
             tuple(map(self._tag, defined(element, "Tags", "Tag"))),
-            tuple(self._routine(each, tested=tested) for each in defined_routines(element)),
+            tuple(self._routine(routine, tested=tested) for routine in defined_routines(element)),
             tuple(map(_encoded, element.iterfind("Routines//EncodedData"))),
             element.sourceline,
         )
@@ -221,13 +225,14 @@ class _L5xReader:
         lines = _text_lines(chart.iter("Line")) if chart is not None else _statement_lines(content)
         return RoutineRecord(
             element.get("Name", ""),
-            element.get("Type") or next((_KINDS[each.tag] for each in element if each.tag in _KINDS), "RLL"),
+            element.get("Type")
+            or next((_KINDS[child.tag] for child in element if child.tag in _KINDS), "RLL"),
             text_of(element.find("Description")),
             rungs,
             tuple(lines),
             element.sourceline,
             tested,
-            tuple((kind, int(each.sourceline)) for kind, each in zip(types, contents, strict=True) if kind),
+            tuple((kind, int(body.sourceline)) for kind, body in zip(types, contents, strict=True) if kind),
             chosen,
             None if chart is None else _element_record(chart),
         )
@@ -253,7 +258,7 @@ class _L5xReader:
             get("Rate", ""),
             get("Priority", ""),
             tuple(
-                each.get("Name", "") for each in children(element, "ScheduledPrograms", "ScheduledProgram")
+                child.get("Name", "") for child in children(element, "ScheduledPrograms", "ScheduledProgram")
             ),
             is_true(get("InhibitTask", "")),
             text_of(element.find("Description")),
@@ -265,8 +270,8 @@ class _L5xReader:
     def _module(self, element: Any) -> ModuleRecord:
         get = element.get
         ports = list(children(element, "Ports", "Port"))
-        upstream = next((each for each in ports if is_true(each.get("Upstream", ""))), None)
-        rates = [whole_in(each.get("RPI", "")) for each in element.iter("Connection")]
+        upstream = next((port for port in ports if is_true(port.get("Upstream", ""))), None)
+        rates = [whole_in(connection.get("RPI", "")) for connection in element.iter("Connection")]
         return ModuleRecord(
             get("Name", ""),
             get("CatalogNumber", ""),
@@ -286,8 +291,8 @@ class _L5xReader:
                 for tag in connection.iterchildren("InputTag", "OutputTag", "InAliasTag", "OutAliasTag"):
                     way = "I" if tag.tag in ("InputTag", "InAliasTag") else "O"
                     name = "InputTagSuffix" if way == "I" else "OutputTagSuffix"
-                    which = "InputSize" if way == "I" else "OutputSize"
-                    size = connection.get(which) or communications.get(f"PrimCxn{which}", "")
+                    size_key = "InputSize" if way == "I" else "OutputSize"
+                    size = connection.get(size_key) or communications.get(f"PrimCxn{size_key}", "")
                     yield self._module_tag(tag, connection.get(name) or way, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:
@@ -299,7 +304,7 @@ class _L5xReader:
             data,
             whole_in(size),
             element.sourceline,
-            forced + [each for each in data if each.shows_forces],
+            forced + [block for block in data if block.shows_forces],
         )
 
 
@@ -309,12 +314,12 @@ DEEPEST = 8
 
 def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:
     """Return the kinds of edits of a routine's contents, and which one runs."""
-    types = [each.get("OnlineEditType", "") for each in contents]
+    types = [content.get("OnlineEditType", "") for content in contents]
     return types, chosen_text(types, tested=tested)
 
 
 def _text_lines(elements: Iterable[Any]) -> list[tuple[str, int]]:
-    return [("".join(each.itertext()), int(each.sourceline)) for each in elements]
+    return [("".join(element.itertext()), int(element.sourceline)) for element in elements]
 
 
 def _statement_lines(content: Any) -> list[tuple[str, int]]:
@@ -326,9 +331,11 @@ def _statement_lines(content: Any) -> list[tuple[str, int]]:
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
-    inner = [each for each in element.iterchildren() if isinstance(each.tag, str)] if depth < DEEPEST else []
+    inner = (
+        [child for child in element.iterchildren() if isinstance(child.tag, str)] if depth < DEEPEST else []
+    )
     text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
-    children = tuple(_element_record(each, depth + 1) for each in inner)
+    children = tuple(_element_record(child, depth + 1) for child in inner)
     return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 

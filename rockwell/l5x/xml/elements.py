@@ -54,16 +54,16 @@ def children(element: Any, *path: str) -> Iterator[Any]:
     if element is None:
         return
     *outer, name = path
-    for each in element.iterchildren(outer[0] if outer else name):
+    for child in element.iterchildren(outer[0] if outer else name):
         if outer:
-            yield from children(each, *path[1:])
+            yield from children(child, *path[1:])
         else:
-            yield each
+            yield child
 
 
 def defined(element: Any, *path: str) -> Iterator[Any]:
     """Yield the children of an element that a partial export defines."""
-    yield from (each for each in children(element, *path) if each.get("Use") != "Reference")
+    yield from (child for child in children(element, *path) if child.get("Use") != "Reference")
 
 
 def defined_routines(program: Any) -> Iterator[Any]:
@@ -71,10 +71,10 @@ def defined_routines(program: Any) -> Iterator[Any]:
 
     A routine with encoded content is left out.
     """
-    for each in defined(program, "Routines", "Routine"):
-        has_content = any(str(part.tag).endswith("Content") for part in each)
-        if has_content or (each.get("Use") != "Context" and each.find("EncodedData") is None):
-            yield each
+    for routine in defined(program, "Routines", "Routine"):
+        has_content = any(str(part.tag).endswith("Content") for part in routine)
+        if has_content or (routine.get("Use") != "Context" and routine.find("EncodedData") is None):
+            yield routine
 
 
 def line_of_text(element: Any) -> int:

@@ -56,6 +56,6 @@ LIMITS = (
     Limit(
         250_000,
         "instructions in rungs",
-        _sum(lambda routine: sum(instructions_in(each.text) for each in routine.rungs)),
+        _sum(lambda routine: sum(instructions_in(rung.text) for rung in routine.rungs)),
     ),
 )

@@ -134,14 +134,14 @@ def decoded(data: bytes, file: str) -> FileText:
     if encoding == "utf-8":
         body = data.removeprefix(codecs.BOM_UTF8).lstrip()
         return FileText(data[: len(data) - len(body)], body, encoding)
-    found = text.removeprefix("\ufeff").lstrip()
-    return FileText(text[: len(text) - len(found)].encode(encoding), found.encode("utf-8"), encoding)
+    start = text.removeprefix("\ufeff").lstrip()
+    return FileText(text[: len(text) - len(start)].encode(encoding), start.encode("utf-8"), encoding)
 
 
 def _refuse_doctype(data: bytes, file: str) -> None:
-    at = 0
-    while found := _PROLOG.match(data, at):
-        at = found.end()
-    if data.startswith(b"<!", at):
-        line = data.count(b"\n", 0, at) + 1
+    position = 0
+    while match := _PROLOG.match(data, position):
+        position = match.end()
+    if data.startswith(b"<!", position):
+        line = data.count(b"\n", 0, position) + 1
         raise L5xError(file, line, "it has a DOCTYPE; no export of an L5X has one")

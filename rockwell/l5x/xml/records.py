@@ -86,7 +86,7 @@ class ElementRecord:
 
     def child(self, tag: str) -> ElementRecord | None:
         """Return the first child with a tag."""
-        return next((each for each in self.children if each.tag == tag), None)
+        return next((child for child in self.children if child.tag == tag), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,13 +203,13 @@ class L5xDocument:
         """Yield the routines of programs and add-on instructions, each with the name of its owner."""
         owners: tuple[ProgramRecord | AddOnRecord, ...] = (*self.programs, *self.add_ons)
         for owner in owners:
-            yield from ((owner.name, each) for each in owner.routines)
+            yield from ((owner.name, routine) for routine in owner.routines)
 
     def release(self) -> None:
         """Release the XML of values, which takes ten times the memory of the rest."""
-        for each in self._with_data():
-            each.data.clear()
-            each.forced.clear()
+        for owner in self._with_data():
+            owner.data.clear()
+            owner.forced.clear()
 
     def _with_data(self) -> Iterator[TagRecord | ModuleTagRecord]:
         yield from self.tags

@@ -69,11 +69,11 @@ class Span:
 
     def child(self, tag: str) -> Span | None:
         """Return the first child with a tag."""
-        return next((each for each in self.children if each.tag == tag), None)
+        return next((child for child in self.children if child.tag == tag), None)
 
     def all(self, tag: str) -> list[Span]:
         """Return the children with a tag."""
-        return [each for each in self.children if each.tag == tag]
+        return [child for child in self.children if child.tag == tag]
 
 
 class L5xText:
@@ -102,7 +102,7 @@ class L5xText:
     def programs(self) -> list[Span]:
         """The elements of its programs."""
         groups = [] if self.controller is None else self.controller.all("Programs")
-        return [each for group in groups for each in group.children]
+        return [program for group in groups for program in group.children]
 
     def line(self, at: int) -> int:
         """Return the line of a place."""
@@ -110,11 +110,11 @@ class L5xText:
 
     def spliced(self, splices: Iterable[Splice]) -> bytes:
         """Return the file's bytes with splices applied; no two may overlap."""
-        kept, at = [], 0
+        pieces, position = [], 0
         for begin, end, text in sorted(splices, key=lambda each: each[:2]):
-            kept += [self.text[at:begin], text]
-            at = end
-        return self._decoded.bytes_of(b"".join((*kept, self.text[at:])))
+            pieces += [self.text[position:begin], text]
+            position = end
+        return self._decoded.bytes_of(b"".join((*pieces, self.text[position:])))
 
     def characters(self, text: str) -> bytes:
         """Return a text as an element's content, as a CDATA section if possible."""
@@ -128,18 +128,18 @@ class L5xText:
     def attribute(self, span: Span, name: str, value: str | None) -> Splice:
         """Return the splice that sets or adds an attribute of an element; None removes it."""
         head = self.text[span.begin : span.inner]
-        found = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), head)
+        match = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), head)
         shown = b"" if value is None else b'"%s"' % escape(value).encode()
-        if found is None:
-            at = span.begin + 1 + len(span.tag.encode())
-            return Splice(at, at, shown and b" %s=%s" % (name.encode(), shown))
-        begin, end = found.span() if value is None else found.span(1)
+        if match is None:
+            position = span.begin + 1 + len(span.tag.encode())
+            return Splice(position, position, shown and b" %s=%s" % (name.encode(), shown))
+        begin, end = match.span() if value is None else match.span(1)
         return Splice(span.begin + begin, span.begin + end, shown)
 
     def without(self, span: Span) -> Splice:
         """Return the splice that removes an element and the blanks after it."""
-        rest = self.text[span.end : span.end + 200]
-        return Splice(span.begin, span.end + len(rest) - len(rest.lstrip(_BLANKS)), b"")
+        tail = self.text[span.end : span.end + 200]
+        return Splice(span.begin, span.end + len(tail) - len(tail.lstrip(_BLANKS)), b"")
 
     def blanks_before(self, span: Span) -> bytes:
         """Return the blanks between an element and what precedes it."""
@@ -190,10 +190,10 @@ class _Finder:
             raise L5xError(
                 self._file, error.lineno, f"it is not XML: {expat.ErrorString(error.code)}"
             ) from None
-        found = self._around[0].children
-        if not found:
+        roots = self._around[0].children
+        if not roots:
             raise L5xError(self._file, 1, f"its root is not {ROOT}")
-        return found[0]
+        return roots[0]
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
         around = self._around[-1]
@@ -204,10 +204,10 @@ class _Finder:
                 raise L5xError(self._file, self._parser.CurrentLineNumber, "its elements are too deep")
             return
         begin = self._parser.CurrentByteIndex
-        found = _START_TAG.match(self._text, begin)
-        assert found is not None
+        match = _START_TAG.match(self._text, begin)
+        assert match is not None
         span = Span(tag, attributes, begin)
-        span.inner = span.close = span.end = found.end()
+        span.inner = span.close = span.end = match.end()
         around.children.append(span)
         self._around.append(span)
 
@@ -223,9 +223,9 @@ class _Finder:
 
 def defined(among: Iterable[Span], name: str) -> Iterator[Span]:
     """Yield the elements with a name that the file defines, without mere references."""
-    for each in among:
-        use = each.attributes.get("Use")
-        content = any(part.tag.endswith("Content") for part in each.children)
-        undefined = use == "Reference" or (each.tag == "Routine" and use == "Context" and not content)
-        if each.name.upper() == name.upper() and not undefined:
-            yield each
+    for span in among:
+        use = span.attributes.get("Use")
+        content = any(part.tag.endswith("Content") for part in span.children)
+        undefined = use == "Reference" or (span.tag == "Routine" and use == "Context" and not content)
+        if span.name.upper() == name.upper() and not undefined:
+            yield span

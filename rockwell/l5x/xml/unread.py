@@ -28,8 +28,8 @@ class _KnownElement(NamedTuple):
 
 def _tags(path: str) -> _KnownElement:
     parts = (*_VALUES, *_LIMITS, "ConsumeInfo", "ProduceInfo", "Libraries", "Instructions")
-    more = ("AliasFor", "Usage", "Required", "Visible", "IO", "OpcUaAccess", "Min", "Max", "Producer")
-    return _KnownElement(path, parts, (*_DEFINED, "TagType", "Constant", *more, *_COMMON))
+    extras = ("AliasFor", "Usage", "Required", "Visible", "IO", "OpcUaAccess", "Min", "Max", "Producer")
+    return _KnownElement(path, parts, (*_DEFINED, "TagType", "Constant", *extras, *_COMMON))
 
 
 _ADD_ON = "Controller/AddOnInstructionDefinitions"
@@ -103,11 +103,11 @@ _PARTS = (
 @cache
 def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
     """Return XPaths that find parts not in the table, and the table's attributes by element."""
-    parts = (f"{each.path}/*[not({' or '.join(f'self::{name}' for name in each.parts)})]" for each in _PARTS)
+    parts = (f"{part.path}/*[not({' or '.join(f'self::{name}' for name in part.parts)})]" for part in _PARTS)
     names = {
-        each.path.rpartition("/")[2]: frozenset(each.attributes)
-        for each in _PARTS
-        if each.attributes is not None
+        part.path.rpartition("/")[2]: frozenset(part.attributes)
+        for part in _PARTS
+        if part.attributes is not None
     }
     return tuple(map(XPath, parts)), names
 
@@ -115,17 +115,17 @@ def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
 def unread(root: Any) -> list[tuple[str, str, int]]:
     """Return the name, a description and the line of each part or attribute that is not read."""
     parts, names = _others()
-    found = []
-    for each in (element for find in parts for element in find(root)):
-        around = each.getparent().tag
+    rows = []
+    for child in (element for find in parts for element in find(root)):
+        around = child.getparent().tag
         place = "the controller" if around == "Controller" else around
-        found.append((_name(each), f"this part of {place} is kept, and not read", int(each.sourceline)))
-    for each in root.iter(*names):
-        known = names[each.tag]
-        if not known.issuperset(there := each.keys()):
-            says = f"this attribute of {each.tag} is kept, and not read"
-            found += [(name, says, int(each.sourceline)) for name in there if name not in known]
-    return sorted(found, key=lambda each: each[2])
+        rows.append((_name(child), f"this part of {place} is kept, and not read", int(child.sourceline)))
+    for child in root.iter(*names):
+        known = names[child.tag]
+        if not known.issuperset(present := child.keys()):
+            says = f"this attribute of {child.tag} is kept, and not read"
+            rows += [(name, says, int(child.sourceline)) for name in present if name not in known]
+    return sorted(rows, key=lambda each: each[2])
 
 
 def is_add_on(element: Any) -> bool:

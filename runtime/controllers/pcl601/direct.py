@@ -87,8 +87,8 @@ class Direct:
         if parts is None:
             return b""
         address, name, parameters = parts.group("address", "name", "parameters")
-        own = self._controller.values[Register.ADDRESS]
-        if name not in NO_ADDRESS if address is None else int(address) != own:
+        own_address = self._controller.values[Register.ADDRESS]
+        if name not in NO_ADDRESS if address is None else int(address) != own_address:
             return b""
         reply = self._carry_out(name, parameters)
         return b"" if reply is None else (reply + END_OF_REPLY).encode("ascii")
@@ -199,7 +199,7 @@ class Direct:
 
     def _verify(self, _: Command, parameters: str) -> str | None:
         controller = self._controller
-        others: dict[str, Callable[[], int]] = {
+        readers: dict[str, Callable[[], int]] = {
             "L": lambda: controller.inputs.hard_limit | controller.inputs.soft_limit << 1,
             "O": lambda: controller.output_pins,
             ":": lambda: controller.values.analog_position,
@@ -207,6 +207,6 @@ class Direct:
         }
         if parameters in VERIFY:
             return str(controller.register(VERIFY[parameters]))
-        if parameters in others:
-            return str(int(others[parameters]()))
+        if parameters in readers:
+            return str(int(readers[parameters]()))
         return self._refuse(Error.COMMAND if parameters else Error.ZERO_PARAMETERS)

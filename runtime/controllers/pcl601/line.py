@@ -155,12 +155,12 @@ class Pcl601:
 
     def _answer(self, now_ns: int, request: bytes) -> None:
         address, pdu = request[0], request[1:-2]
-        own = self.controller.values[Register.ADDRESS]
+        own_address = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:
             if pdu[0] in WRITING:
                 self._modbus.answer(pdu)
-        elif address == own:
-            self._out += frame(own, self._modbus.answer(pdu))
+        elif address == own_address:
+            self._out += frame(own_address, self._modbus.answer(pdu))
         else:
             return
         if pdu[0] in WRITING:

@@ -135,12 +135,12 @@ class Modbus:
 
     def _position_fits(self, first: int, values: Sequence[int]) -> bool:
         """Whether a position is in range if both of its words are written: the write puts it into effect."""
-        at = PLACES.index((Register.POSITION, 0)) - first
-        if not 0 <= at < len(values) - 1:
+        index = PLACES.index((Register.POSITION, 0)) - first
+        if not 0 <= index < len(values) - 1:
             return True
         row, position = ROWS[Register.POSITION], 0
         for word in (0, 1):
-            position = with_word(row, position, word, values[at + word])
+            position = with_word(row, position, word, values[index + word])
         return row.allows(position)
 
     def _not_while_program_runs(self) -> None:

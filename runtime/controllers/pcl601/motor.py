@@ -60,12 +60,12 @@ class Motor:
 
     def turn(self, direction: int, steps: int) -> int:
         """Follow a number of clock pulses; return the encoder's counts."""
-        made = steps
+        steps_made = steps
         if self._losing:
-            before = min(steps, self._before)
-            lost = min(steps - before, self._losing)
-            self._before -= before
+            steps_before = min(steps, self._before)
+            lost = min(steps - steps_before, self._losing)
+            self._before -= steps_before
             self._losing -= lost
-            made -= lost
-        self.position += direction * made
-        return direction * made * self._ratio
+            steps_made -= lost
+        self.position += direction * steps_made
+        return direction * steps_made * self._ratio

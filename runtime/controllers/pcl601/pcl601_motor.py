@@ -257,8 +257,8 @@ class SimulatedPcl601Axis:
 
     def _finish(self, now_ns: int) -> None:
         if self.kind is AxisActivity.HOME_1_STOP:
-            back = run(now_ns, 0, -self.direction, self.speeds.at_base())
-            self._begin(AxisActivity.HOME_1_BACK, -self.direction, back)
+            back_off = run(now_ns, 0, -self.direction, self.speeds.at_base())
+            self._begin(AxisActivity.HOME_1_BACK, -self.direction, back_off)
         elif self._correct is not None:
             self._settle_from(now_ns)
         else:

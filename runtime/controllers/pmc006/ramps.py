@@ -70,9 +70,9 @@ def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -
     course, speed_nsps = takeover(motion, now_ns)
     ramp = _ramp_steps_fine(speed_nsps, NANO * stop_sps, coefficient)
     if ramp > 0:
-        made = Fraction(course.travel, course.scale * NANO**2)  # in 1e-18 step / scale
-        end = -((-made - ramp) // 1)
-        course.cruise_over(end - made - ramp, speed_nsps)
+        travel_made = Fraction(course.travel, course.scale * NANO**2)  # in 1e-18 step / scale
+        end = -((-travel_made - ramp) // 1)
+        course.cruise_over(end - travel_made - ramp, speed_nsps)
         course.ramp_over(ramp, speed_nsps, NANO * stop_sps, RAISED_COSINE)
     return course.ended(motion.direction, motion.origin)
 

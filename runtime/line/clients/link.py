@@ -102,9 +102,9 @@ class Link(Protocol):
 
 def checked_answer_s(seconds: float) -> float:
     """Return an answer time after a check of its range; ValueError if it is out of `ANSWER_RANGE_S`."""
-    least, most = ANSWER_RANGE_S
-    if not least <= seconds <= most:
-        raise ValueError(f"timeout {seconds:g} s: must be {least:g} to {most:g}")
+    shortest, longest = ANSWER_RANGE_S
+    if not shortest <= seconds <= longest:
+        raise ValueError(f"timeout {seconds:g} s: must be {shortest:g} to {longest:g}")
     return seconds
 
 

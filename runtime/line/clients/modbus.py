@@ -83,8 +83,8 @@ def check(request: ModbusPDU, answer: ModbusPDU) -> ModbusPDU:
         raise BadResponseError("a response to a different request", encoded(answer))
     if (code := refusal(request, answer)) is not None:
         raise ModbusExceptionError(request.function_code, code)
-    if wrong := mismatch(request, answer):
-        raise BadResponseError(wrong, encoded(answer))
+    if difference := mismatch(request, answer):
+        raise BadResponseError(difference, encoded(answer))
     return answer
 
 
@@ -143,11 +143,11 @@ class RtuLine(ModbusLine):
 
     def _received(self, unit: int, size: int) -> bytes:
         """Return the PDU of an answer, of `size` bytes if it is no exception."""
-        least = 1 + EXCEPTION_BYTES + 2
-        received = self._link.receive(least, self._answer_s)
-        if len(received) == least and not received[1] & EXCEPTION:
-            received += self._link.receive(1 + size + 2 - least, self._answer_s)
-        if len(received) < least:
+        bytes_least = 1 + EXCEPTION_BYTES + 2
+        received = self._link.receive(bytes_least, self._answer_s)
+        if len(received) == bytes_least and not received[1] & EXCEPTION:
+            received += self._link.receive(1 + size + 2 - bytes_least, self._answer_s)
+        if len(received) < bytes_least:
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
         if crc(received[:-2]) != received[-2:]:
             raise BadResponseError(f"a damaged answer from unit {unit}", received)

@@ -86,8 +86,8 @@ class Pcl601Client(MotionClient[Registers]):
             self._change_address(value, lambda: self._once(_write(row, value)), "address")
             return
         self._answer_to(_write(row, value))
-        if (kept := self.read(name)) != value:
-            raise RefusedError(f"{name} was set to {value} and reads {kept}")
+        if (value_read := self.read(name)) != value:
+            raise RefusedError(f"{name} was set to {value} and reads {value_read}")
 
     @override
     def look(self) -> Registers:
@@ -136,8 +136,8 @@ class Pcl601Client(MotionClient[Registers]):
             raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
         self._answer_to(pdus.write_output(number, on))
         if bool(self.outputs >> number - 1 & 1) != on:
-            was, is_now = ("on", "off") if on else ("off", "on")
-            raise RefusedError(f"output {number} was switched {was} and reads {is_now}")
+            requested, is_now = ("on", "off") if on else ("off", "on")
+            raise RefusedError(f"output {number} was switched {requested} and reads {is_now}")
 
     # -- commands ----------------------------------------------------------------------------
 
@@ -174,11 +174,13 @@ class Pcl601Client(MotionClient[Registers]):
     @override
     def _check_of_move(self, steps: int) -> Callable[[Registers], None]:
         """Check the encoder if the controller does."""
-        before = self.look().values
-        if not before[Register.ENCODER_AUTOCORRECT]:
+        values_before = self.look().values
+        if not values_before[Register.ENCODER_AUTOCORRECT]:
             return super()._check_of_move(steps)
-        expected = before[Register.ENCODER_POSITION] + steps * before[Register.ENCODER_RATIO]
-        return lambda seen: self._check_encoder(seen, expected)
+        expected_position = (
+            values_before[Register.ENCODER_POSITION] + steps * values_before[Register.ENCODER_RATIO]
+        )
+        return lambda seen: self._check_encoder(seen, expected_position)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
         """Search for the home switch by the manual's home type 0 or 1; return the position at the end.
@@ -193,13 +195,13 @@ class Pcl601Client(MotionClient[Registers]):
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: must be 0 or 1")
         self._start(Code.HOME_TYPE_1 if kind else Code.HOME_TYPE_0)
-        seen = self.watch(progress)
+        state = self.watch(progress)
         with stopped_when_lost(self.stop):
             if self.hard_limit:
-                ended = f"the search for home ended at {seen.position}, not at home"
-                raise StoppedError(f"{ended}{self.reasons(seen.errors)}")
-            self.check_errors("search for home", seen)
-        return seen.position
+                ended = f"the search for home ended at {state.position}, not at home"
+                raise StoppedError(f"{ended}{self.reasons(state.errors)}")
+            self.check_errors("search for home", state)
+        return state.position
 
     # -- inside ------------------------------------------------------------------------------
 
@@ -243,13 +245,13 @@ class Pcl601Client(MotionClient[Registers]):
 
 def value_of(row: Row, words: Sequence[int]) -> int:
     """Return the value of a row's words, the low one first; signed where its range is."""
-    value = sum(word << 16 * at for at, word in enumerate(words))
+    value = sum(word << 16 * index for index, word in enumerate(words))
     return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
 
 def _write(row: Row, value: int) -> ModbusPDU:
     """Return the request that writes all words of a value at once."""
-    words = [word_of(value, at) for at in range(row.words)]
+    words = [word_of(value, index) for index in range(row.words)]
     if row.words == 1:
         return pdus.write_register(row.register, words[0])
     return pdus.write_registers(row.register, words)

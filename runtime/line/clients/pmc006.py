@@ -160,9 +160,9 @@ class Pmc006Client(MotionClient[ControllerView]):
             return
         answer = self._answer_to(row.code, value)
         self._check(row, answer, value)
-        shown = "position" if name == "set_position" else name
-        if shown in self._readable and (kept := self.read(shown)) != value:
-            raise RefusedError(f"{name} was set to {value} and reads {kept}")
+        shown_name = "position" if name == "set_position" else name
+        if shown_name in self._readable and (value_read := self.read(shown_name)) != value:
+            raise RefusedError(f"{name} was set to {value} and reads {value_read}")
 
     def do(self, name: str, data: int = 0) -> None:
         """Carry out an action that may be repeated, such as clearing a flag.
@@ -244,15 +244,15 @@ class Pmc006Client(MotionClient[ControllerView]):
             search.look(position)
             progress(position)
 
-        seen = self.watch(looked, 0 if search.began_on_switch else POLL_S)
-        ended = f"zero-back ended at {seen.position}"
+        state = self.watch(looked, 0 if search.began_on_switch else POLL_S)
+        ended = f"zero-back ended at {state.position}"
         with stopped_when_lost(self.stop):
-            if not self._on_switch() or seen.errors & (Status1.EXT2 | Status1.STALL):
-                raise StoppedError(f"{ended} without the switch{self.reasons(seen.errors)}")
+            if not self._on_switch() or state.errors & (Status1.EXT2 | Status1.STALL):
+                raise StoppedError(f"{ended} without the switch{self.reasons(state.errors)}")
             if not search.was_free:
                 stuck = "with the switch active all the time, as if it were stuck"
-                raise StoppedError(f"{ended} {stuck}{self.reasons(seen.errors)}")
-        return seen.position
+                raise StoppedError(f"{ended} {stuck}{self.reasons(state.errors)}")
+        return state.position
 
     def run(self) -> None:
         """Run at the maximum speed in the selected direction, until `slow_down` or `stop`."""
@@ -277,8 +277,8 @@ class Pmc006Client(MotionClient[ControllerView]):
 
     @override
     def reasons(self, errors: int) -> str:
-        named = ", ".join(str(bit.name) for bit in Status1(errors))
-        return f": {named}" if named else ""
+        error_names = ", ".join(str(bit.name) for bit in Status1(errors))
+        return f": {error_names}" if error_names else ""
 
     def _start(self, row: InstructionRow, data: int, *, moves: bool = True) -> ControllerView:
         return self.begin(row.name, lambda: self._check(row, self._once(row.code, data), None), moves=moves)

@@ -60,11 +60,15 @@ def probe(opened: Opened, addresses: Iterable[int] | None, on_request: Asked) ->
     Raises:
         LinkError: the line can't be opened, or is lost.
     """
-    chosen = None if addresses is None else tuple(addresses)
-    units = [address for address in PCL601_ADDRESSES if chosen is None or address in chosen]
-    sites = [address for address in PMC006_ADDRESSES if chosen is None or address in chosen]
+    chosen_addresses = None if addresses is None else tuple(addresses)
+    units = [
+        address for address in PCL601_ADDRESSES if chosen_addresses is None or address in chosen_addresses
+    ]
+    sites = [
+        address for address in PMC006_ADDRESSES if chosen_addresses is None or address in chosen_addresses
+    ]
     yield from _rtu(opened, units, on_request)
-    yield from _ascii(opened, chosen, on_request)
+    yield from _ascii(opened, chosen_addresses, on_request)
     yield from _pmc006(opened, sites, on_request)
 
 

@@ -135,12 +135,12 @@ class MotionClient(ABC, Generic[SeenType]):
         """
         check = self._check_of_move(steps)
         target = self.start_move(steps)
-        seen = self.watch(progress)
+        state = self.watch(progress)
         with stopped_when_lost(self.stop):
-            self.check_end("move", seen, target)
-            check(seen)
-            self.check_errors("move", seen)
-        return seen.position
+            self.check_end("move", state, target)
+            check(state)
+            self.check_errors("move", state)
+        return state.position
 
     def _check_of_move(self, steps: int) -> Callable[[SeenType], None]:
         """Return a check of the state at the end of a move, prepared before its start."""
@@ -166,24 +166,26 @@ class MotionClient(ABC, Generic[SeenType]):
             progress: called with every position.
         """
         with stopped_when_lost(self.stop):
-            while (rest := self._rest(1, progress)) is None:
+            while (at_rest := self._rest(1, progress)) is None:
                 self.pause(pause_s)
             self._faults_before = self.faults
-            return rest
+            return at_rest
 
     def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
         """Return a state at rest on which `again` + 1 reads, and one per late answer, agree; or None."""
-        seen = self.look()
-        progress(seen.position)
+        seen_state = self.look()
+        progress(seen_state.position)
         again += self.faults - self._faults_before
-        return None if seen.moving or any(self.look() != seen for _ in range(again)) else seen
+        return (
+            None if seen_state.moving or any(self.look() != seen_state for _ in range(again)) else seen_state
+        )
 
     def _rest_soon(self, first: Callable[[], None] = lambda: None) -> SeenType | None:
         """Return the state at rest if one of `TRIES` attempts, each after `first`, shows it."""
         for _ in range(TRIES):
             first()
-            if (rest := self._rest(0)) is not None:
-                return rest
+            if (at_rest := self._rest(0)) is not None:
+                return at_rest
         return None
 
     def check_end(self, name: str, seen: SeenType, target: int) -> None:
@@ -194,8 +196,8 @@ class MotionClient(ABC, Generic[SeenType]):
 
     def check_errors(self, name: str, seen: SeenType) -> None:
         """Raise StoppedError if a motion has ended with a new error."""
-        if fresh := seen.errors & (~self._errors_before | self.final) & ~self.harmless:
-            raise StoppedError(f"the {name} ended at {seen.position} with an error{self.reasons(fresh)}")
+        if new_errors := seen.errors & (~self._errors_before | self.final) & ~self.harmless:
+            raise StoppedError(f"the {name} ended at {seen.position} with an error{self.reasons(new_errors)}")
 
     def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:
         """Send a start once and check that it has begun; return the state before.
@@ -207,14 +209,14 @@ class MotionClient(ABC, Generic[SeenType]):
             RefusedError: the controller refuses it, or moves already.
             UnconfirmedMotionError: no motion was seen.
         """
-        before = self._rest_soon()
-        if before is None:
+        state_before = self._rest_soon()
+        if state_before is None:
             raise RefusedError("a motion is under way")
         with stopped_when_lost(self.stop):
-            failure = self._sent(name, send, before, moves)
+            failure = self._sent(name, send, state_before, moves)
         if failure is not None:
             raise failure
-        return before
+        return state_before
 
     def _sent(self, name: str, send: Callable[[], object], before: SeenType, moves: bool) -> LinkError | None:
         """Send a start once; return why it has not begun, None if it has."""
@@ -223,28 +225,28 @@ class MotionClient(ABC, Generic[SeenType]):
             send()
         except (RefusedError, NoAnswerError, BadResponseError) as fault:
             failure = fault
-        seen = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
-        raised, self._errors_before = seen.errors & ~before.errors, seen.errors
-        if seen.moving or seen.position != before.position:  # even if the request was doubled on the line
+        state = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
+        raised, self._errors_before = state.errors & ~before.errors, state.errors
+        if state.moving or state.position != before.position:  # even if the request was doubled on the line
             return None
         if failure is not None and not isinstance(failure, RefusedError):
             return UnconfirmedMotionError(f"{name} was not answered, and nothing moves; it is not repeated")
         if failure is None and raised:
             return RefusedError(f"{name} is refused{self.reasons(raised)}")
         if failure is None and moves:
-            problem = f"no motion was seen: the position is {seen.position} as before"
-            return UnconfirmedMotionError(f"{name} was answered, but {problem}{self.reasons(seen.errors)}")
+            problem = f"no motion was seen: the position is {state.position} as before"
+            return UnconfirmedMotionError(f"{name} was answered, but {problem}{self.reasons(state.errors)}")
         return failure
 
     def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:
         """Read until the state changes, at most `looks` times; return the last one."""
-        seen = self.look()
+        state = self.look()
         for _ in range(looks - 1):
-            if seen != before:
+            if state != before:
                 break
             self.pause(POLL_S)
-            seen = self.look()
-        return seen
+            state = self.look()
+        return state
 
     def _change_address(self, value: int, send: Callable[[], object], witness: str) -> None:
         """Send a new address; after an uncertain answer keep the one with which `witness` can be read."""

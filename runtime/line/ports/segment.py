@@ -58,10 +58,10 @@ class BusSegment(Device):
     @override
     def advance(self, now_ns: int) -> bytes:
         """Return the bytes that the units have put on the line."""
-        sent = b""
+        sent_bytes = b""
         while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
-            sent += self._step(wake_ns)
-        return sent + self._step(now_ns)
+            sent_bytes += self._step(wake_ns)
+        return sent_bytes + self._step(now_ns)
 
     def _step(self, now_ns: int) -> bytes:
         if self._waiting and now_ns >= self._free_ns:
@@ -70,12 +70,12 @@ class BusSegment(Device):
 
     def _advance_unit(self, unit: Device, now_ns: int) -> bytes:
         """Advance a unit, and deliver its bytes to the others."""
-        sent = unit.advance(now_ns)
-        if sent:
+        sent_bytes = unit.advance(now_ns)
+        if sent_bytes:
             span_ns = unit.line_format.span_ns(QUIET_CHARACTERS) if self._quiet_ns is None else self._quiet_ns
             self._free_ns = now_ns + span_ns
-            self._deliver(now_ns, sent, unit)
-        return sent
+            self._deliver(now_ns, sent_bytes, unit)
+        return sent_bytes
 
     def _deliver(self, now_ns: int, data: bytes, but: Device | None = None) -> None:
         for unit in self.units:

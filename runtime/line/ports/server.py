@@ -82,13 +82,13 @@ class LineServer(PortServer[Port]):
     def step(self, longest_s: float) -> None:
         data = self._port.wait(self._clock.seconds_until(self._device.next_wake_ns, longest_s))
         now_ns = self._clock.now_ns()
-        sent = self._device.advance(now_ns)
+        sent_bytes = self._device.advance(now_ns)
         if data:
             self._device.receive(now_ns, data)
-            sent += self._device.advance(now_ns)
-        if sent:
-            self._port.send(sent)
-        self._notify(now_ns, received=data, sent=sent)
+            sent_bytes += self._device.advance(now_ns)
+        if sent_bytes:
+            self._port.send(sent_bytes)
+        self._notify(now_ns, received=data, sent=sent_bytes)
         self._port.follow(self._device.line_format)
 
 

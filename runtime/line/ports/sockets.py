@@ -58,21 +58,21 @@ class Listener:
     def take(self, ready: object) -> Iterator[tuple[socket.socket, bytes]]:
         """Handle a socket that the selector has found ready, as `wait` does."""
         if ready is self._socket:
-            gone = self._accept()
-            if gone is not None:
-                yield gone, b""
+            evicted = self._accept()
+            if evicted is not None:
+                yield evicted, b""
         elif isinstance(ready, socket.socket) and ready in self.connections:
             yield ready, self._read(ready)
 
     def send(self, connection: socket.socket, data: bytes) -> bool:
         """Send to a connection, or drop it if that fails; return whether the data was sent."""
         try:
-            taken = connection.send(data) == len(data)
+            is_sent = connection.send(data) == len(data)
         except OSError:
-            taken = False
-        if not taken:
+            is_sent = False
+        if not is_sent:
             self.drop(connection)
-        return taken
+        return is_sent
 
     def drop(self, connection: socket.socket) -> None:
         """End a connection, if it has not ended yet."""
@@ -98,11 +98,11 @@ class Listener:
         except OSError:  # closed before it was accepted
             return None
         if self._places is None:
-            gone, has_place = make_place(self.connections, wall_ns())
+            evicted, has_place = make_place(self.connections, wall_ns())
         else:
-            gone, has_place = None, len(self.connections) < self._places
-        if gone is not None:
-            self.drop(gone)
+            evicted, has_place = None, len(self.connections) < self._places
+        if evicted is not None:
+            self.drop(evicted)
         if not has_place:
             connection.close()
             return None
@@ -110,7 +110,7 @@ class Listener:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connections[connection] = wall_ns()
         self._selector.register(connection, selectors.EVENT_READ, self)
-        return gone
+        return evicted
 
     def _read(self, connection: socket.socket) -> bytes:
         try:

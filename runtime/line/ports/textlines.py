@@ -48,9 +48,9 @@ class TextLinePort:
                 self._serve(connection, self._pending.pop(connection, b"") + data, answer)
             else:
                 self._end(connection)
-        there = self._listener.connections
-        strangers = [connection for connection in there if connection not in self._admitted]
-        clients = sorted(self._admitted, key=lambda connection: there[connection])
+        connections = self._listener.connections
+        strangers = [connection for connection in connections if connection not in self._admitted]
+        clients = sorted(self._admitted, key=lambda connection: connections[connection])
         for connection in strangers[:-MOST_STRANGERS] + clients[:-MOST_CLIENTS]:
             self._end(connection)
 
@@ -59,12 +59,12 @@ class TextLinePort:
         self._listener.close()
 
     def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str, bool], str]) -> None:
-        *lines, rest = data.split(b"\n")
-        if max(map(len, [*lines, rest])) > LONGEST_LINE:
+        *lines, partial_line = data.split(b"\n")
+        if max(map(len, [*lines, partial_line])) > LONGEST_LINE:
             self._end(connection)
             return
-        if rest:
-            self._pending[connection] = rest
+        if partial_line:
+            self._pending[connection] = partial_line
         answers, ends = [], False
         for line in filter(bytes.strip, lines):
             try:

@@ -103,9 +103,9 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         return None
 
     def _note_substitutions(self, request: AxisRequest) -> None:
-        fresh = [row for row in self._unreported if row.applies(request, self._options)]
-        self._unreported = [row for row in self._unreported if row not in fresh]
-        self.news += fresh
+        new_rows = [row for row in self._unreported if row.applies(request, self._options)]
+        self._unreported = [row for row in self._unreported if row not in new_rows]
+        self.news += new_rows
 
 
 def always(request: AxisRequest, options: object) -> bool:

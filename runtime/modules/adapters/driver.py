@@ -151,12 +151,12 @@ class Driver(Exchanges[Drive]):
 
     def _poll_at_rest(self) -> Talk:
         """Poll while idle; any motion then is unexpected."""
-        before = self.position
-        for read in self.cycle if not self.master.overdue else (self._confirm_rest, self.read_inputs):
-            yield from read()
-            if self.state is ControllerState.READY and (self.busy or self.position != before):
+        position_before = self.position
+        for read_task in self.cycle if not self.master.overdue else (self._confirm_rest, self.read_inputs):
+            yield from read_task()
+            if self.state is ControllerState.READY and (self.busy or self.position != position_before):
                 self.findings.add(FindingKind.STRAYED)
-                before = self.position
+                position_before = self.position
             if self.has_work():
                 return
         yield PUBLISH
@@ -178,14 +178,14 @@ class Driver(Exchanges[Drive]):
 
     def start(self, task: Task[Drive], request: LineRequest) -> Talk:
         """Start a motion; if the answer is lost, read before asking again."""
-        before = self.position
+        position_before = self.position
         for _ in range(2):
             reply = yield from self.ask(request)
             self.model(task)
             if reply is not None:
                 self.note_refusal(reply)
                 return
-            if not (yield from self.rest()) or self.position != before:
+            if not (yield from self.rest()) or self.position != position_before:
                 return
 
     def note_refusal(self, reply: Reply) -> None:
@@ -210,8 +210,8 @@ class Driver(Exchanges[Drive]):
             elif task.marked and not marked:
                 marked = True
                 yield from self.set_mark(task)
-            for read in self.cycle:
-                yield from read()
+            for read_task in self.cycle:
+                yield from read_task()
                 if self._cut_meanwhile() or (task.stopping > slowed) or (task.marked > marked):
                     break
             else:

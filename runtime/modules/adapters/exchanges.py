@@ -140,8 +140,8 @@ class Exchanges(Generic[Drive]):
             yield from self.read_status()
             if self.busy or self.cut is not cut or enough():
                 return False
-            before, position = position, (yield from self.ask_position())
-            agreed = agreed + 1 if position == before else 1
+            previous, position = position, (yield from self.ask_position())
+            agreed = agreed + 1 if position == previous else 1
         self.note_position(position)
         return True
 
@@ -162,8 +162,8 @@ class Exchanges(Generic[Drive]):
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
         way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
-        before, self.position = self.position, position
-        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - before) > way:
+        previous, self.position = self.position, position
+        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > way:
             raise PowerLostError
 
     def rebase(self, position: int) -> Talk:

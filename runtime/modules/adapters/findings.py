@@ -50,5 +50,5 @@ class Findings:
 
     def take(self) -> list[Finding]:
         """Return and remove all findings, by kind and then in order of time."""
-        taken, self._waiting = sorted(self._waiting, key=lambda finding: finding.kind), []
-        return taken
+        findings, self._waiting = sorted(self._waiting, key=lambda finding: finding.kind), []
+        return findings

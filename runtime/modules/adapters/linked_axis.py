@@ -168,8 +168,8 @@ class LinkedAxis(Generic[Drive]):
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
         following: Task[Drive] | None = None
         last = len(program.segments) - 1
-        for at, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
-            down = program.final_deceleration if at == last else rate
+        for index, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
+            down = program.final_deceleration if index == last else rate
             profile = Profile(start_sps, speed, rate, down, shape)
             task = self.task_for(TaskKind.INDEX, direction, profile, length)
             task.following, following = following, task

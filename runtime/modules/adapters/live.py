@@ -54,7 +54,7 @@ class LiveAdapter(Adapter[Drive]):
         return image
 
     def close(self) -> None:
-        """Stop the motor like a PLC that leaves run mode, if possible, and close the port."""
+        """Stop the motor if possible, as a PLC does on leaving run mode, and close the port."""
         try:
             self.plc_run(False)
             self._wait_for_standstill()
@@ -85,13 +85,13 @@ def open_adapter(kind: AdapterKind[Drive], port: str, address: int, options: Opt
     Raises:
         ValueError: an illegal option, or a port that can't be opened.
     """
-    chosen = kind.options.of(options)
+    chosen_options = kind.options.of(options)
     try:
         opened = (
             partial(open_port, port, kind.line_format)
             if kind.network is None
             else partial(kind.network, port)
         )
-        return LiveAdapter(LiveLine(opened), kind, chosen, address)
+        return LiveAdapter(LiveLine(opened), kind, chosen_options, address)
     except LinkError as error:
         raise ValueError(str(error)) from error

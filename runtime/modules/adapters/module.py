@@ -98,9 +98,9 @@ class AdapterKind(Generic[Drive]):
         Raises:
             ValueError: an unknown option, a value that is not allowed, or a machine that slips or jams.
         """
-        chosen = self.options.of(options)
-        plant = self.plant(Machine() if machine is None else machine, chosen)
-        return SimulatedAdapter(plant, self, chosen)
+        chosen_options = self.options.of(options)
+        plant = self.plant(Machine() if machine is None else machine, chosen_options)
+        return SimulatedAdapter(plant, self, chosen_options)
 
 
 class Adapter(Generic[Drive]):

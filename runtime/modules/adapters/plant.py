@@ -117,9 +117,9 @@ class Plant(SimulatedController, ABC):
     @override
     def sense(self, now_ns: int) -> None:
         self._follow(now_ns)
-        levels, held, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
-        if (levels, held, feedback) != (self.levels, self._held, self._feedback):
-            self.levels, self._held, self._feedback = levels, held, feedback
+        levels, held_bits, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
+        if (levels, held_bits, feedback) != (self.levels, self._held, self._feedback):
+            self.levels, self._held, self._feedback = levels, held_bits, feedback
             self.wire(now_ns)
 
     @override

@@ -108,10 +108,10 @@ class AlteredLayer(CommandLayer):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        kept = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
+        kept_faults = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
         if not command.configures:
-            kept += [reason.fault for reason in self.alteration.also if reason.broken(self, command)]
-        return kept
+            kept_faults += [reason.fault for reason in self.alteration.also if reason.broken(self, command)]
+        return kept_faults
 
     @override
     def accept(self, operation: Operation) -> None:

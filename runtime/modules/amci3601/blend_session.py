@@ -48,5 +48,5 @@ class BlendSession:
                 return False
             return True
         length, speed, rate, shape = self.segments[-1]
-        before = self.segments[-2][1] if len(self.segments) > 1 else start_sps
-        return ramp_distance(MILLI * before, MILLI * speed, rate, shape) <= length * PICO
+        speed_before = self.segments[-2][1] if len(self.segments) > 1 else start_sps
+        return ramp_distance(MILLI * speed_before, MILLI * speed, rate, shape) <= length * PICO

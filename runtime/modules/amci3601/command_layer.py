@@ -192,13 +192,15 @@ class CommandLayer(Host):
 
     def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
         """Refuse words with a bit that the module's manual does not describe; return whether there is one."""
-        untold = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
-        now, before = (command_words.msw | command_words.lsw << 16 for command_words in (command, previous))
-        for name, bit in untold:
-            if now & ~before & bit:
+        untold_bits = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
+        bits_now, bits_before = (
+            command_words.msw | command_words.lsw << 16 for command_words in (command, previous)
+        )
+        for name, bit in untold_bits:
+            if bits_now & ~bits_before & bit:
                 reason = f"the manual pages of a {self.profile.message} do not tell what {name} does"
                 self.refuse(now_ns, Refusal(name, COMMAND_ERROR, reason))
-        return any(now & bit for _, bit in untold)
+        return any(bits_now & bit for _, bit in untold_bits)
 
     def _stops(self, command: CommandWords, edges: int) -> bool:
         """Whether the command holds or stops a motion, which no bit of the LSW prevents (reading A-30).
@@ -242,7 +244,7 @@ class CommandLayer(Host):
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
         further = self.profile.further_refusals if command.msw & MOVES and not command.configures else ()
         return faults + [
-            BrokenRule(rule) for rule, broken in further if broken(command.words, command.parameters)
+            BrokenRule(rule) for rule, is_broken in further if is_broken(command.words, command.parameters)
         ]
 
     @override
@@ -260,12 +262,12 @@ class CommandLayer(Host):
 
         The event log names one rule for each bit and leaves out rules that add no bit.
         """
-        shown = 0
+        shown_bits = 0
         for fault in faults:
             bits = fault.all_bits(self.profile)
-            if bits & ~shown:
+            if bits & ~shown_bits:
                 self.fire(now_ns, fault.rule, alone=fault.alone)
-                shown |= bits
+                shown_bits |= bits
 
     def _note_error(self, bits: int) -> None:
         """Handle an error: a command error ends a resumable hold [chapter 4, Resume Move]."""

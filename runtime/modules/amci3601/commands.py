@@ -55,9 +55,9 @@ def relative(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def resume(host: Host, now_ns: int, command: CommandWords) -> None:
     """Continue the held move, at the speed and rates of these words."""
-    held = host.state.held
-    if not refused(host, now_ns, command) and held is not None:
-        _start_profile_move(host, now_ns, command, held.name, held.target)
+    held_move = host.state.held
+    if not refused(host, now_ns, command) and held_move is not None:
+        _start_profile_move(host, now_ns, command, held_move.name, held_move.target)
 
 
 def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: str, target: int) -> None:

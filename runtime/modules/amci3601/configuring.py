@@ -12,13 +12,13 @@ from .operation import Host
 
 def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
     """Enter configuration mode as soon as the axis is idle [note 2], then validate the words."""
-    fresh = command is not previous
+    is_fresh = command is not previous
     if not host.state.in_configuration_mode:
         if not _axis_free(host, now_ns, previous):
             return
         host.state.enter_configuration_mode()
-        fresh = True
-    if fresh:
+        is_fresh = True
+    if is_fresh:
         _validate(host, now_ns, command)
 
 
@@ -37,12 +37,12 @@ def _axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
 def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
     """Accept or reject the words, after every change (reading A-08)."""
     state = host.state
-    broken = host.noticed(
+    broken_rules = host.noticed(
         command,
         [BrokenRule(rule, alone=True) for rule in check(command.words, host.firmware, host.profile.limits)],
     )
-    if broken:
-        for fault in broken:
+    if broken_rules:
+        for fault in broken_rules:
             state.latches.fire(now_ns, fault.rule, alone=True)
         state.latches.fire(now_ns, "CER-02")
         state.configuration = None

@@ -22,12 +22,12 @@ class InputWatch:
     def sample(self, levels: int) -> None:
         """Sample electrical levels, a mask of `InputBit`; capture on a change to active."""
         state, configuration = self.state, self.state.configuration
-        before, state.active = state.active, self._active(levels)
+        active_before, state.active = state.active, self._active(levels)
         state.reported_inputs = state.active
         if configuration is not None and self.host.options.report_unused_inputs:
             state.reported_inputs |= levels & ALL_INPUTS & ~configuration.inputs_used
         # an input that is active when it is configured makes no transition (reading A-69)
-        state.risen = 0 if state.in_configuration_mode else state.active & ~before
+        state.risen = 0 if state.in_configuration_mode else state.active & ~active_before
         if state.risen & CAPTURE:
             self._capture()
 

@@ -311,8 +311,8 @@ class Amci3601(SteppedModule):
         if self.trouble is None:
             self._report()
         else:
-            for word, kept in enumerate(ANSWERS[self.trouble].kept):
-                self._image[word] &= kept
+            for word, kept_bits in enumerate(ANSWERS[self.trouble].kept):
+                self._image[word] &= kept_bits
         self._set_lights()
 
     def _set_lights(self) -> None:

@@ -39,8 +39,8 @@ def make(
     from .restated import Restated3601
 
     kind = Amci3601 if form is None else partial(Restated3601, form)
-    wired = wiring == "diagnostic"
-    return kind(firmware, Machine(machine, seed), options, diagnostic_wiring=wired, profile=profile)
+    is_wired = wiring == "diagnostic"
+    return kind(firmware, Machine(machine, seed), options, diagnostic_wiring=is_wired, profile=profile)
 
 
 def check_controller(firmware: str, controller: str) -> None:

@@ -398,7 +398,7 @@ def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[Brok
 def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[BrokenRule]:
     """Return the faults of several command bits: their number, and the faults of each new command (A-110)."""
     faults = [BrokenRule("CMD-02")]
-    for bit in (1 << at for at in range(edges.bit_length()) if edges >> at & 1):
+    for bit in (1 << index for index in range(edges.bit_length()) if edges >> index & 1):
         single = command.single(bit)
         faults += faults_of(host, single, refusals_of(host, single))
     return faults

@@ -38,8 +38,8 @@ class Restated3601(Amci3601):
 
     @override
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        own = super().foretell(first_ns, every_ns, count)
-        return {self._places[word]: values for word, values in own.items() if word in self._places}
+        own_words = super().foretell(first_ns, every_ns, count)
+        return {self._places[word]: values for word, values in own_words.items() if word in self._places}
 
     def _taken(self, outputs: Image) -> Image:
         for word, value in enumerate(self._form.heard(outputs.words.tolist())):

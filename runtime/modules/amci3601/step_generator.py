@@ -133,12 +133,12 @@ class StepGenerator:
         return False
 
     def _count(self, motion: Motion, steps: int) -> None:
-        fresh = steps - self._steps_made
-        if fresh:
+        new_steps = steps - self._steps_made
+        if new_steps:
             if self._marker_watched:
                 ahead = self.machine.steps_to_marker(motion.direction)
-                self.marker_seen = self.marker_seen or (ahead is not None and ahead <= fresh)
-            self.machine.follow(motion.direction, fresh, self.now_ns)
+                self.marker_seen = self.marker_seen or (ahead is not None and ahead <= new_steps)
+            self.machine.follow(motion.direction, new_steps, self.now_ns)
             self._steps_made = steps
             self.position = motion.origin + motion.direction * steps
 
@@ -322,8 +322,8 @@ class StepGenerator:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
         if self.motion is not None:
             start, speed = self._start_sps, self.motion.speed_at(now_ns)
-            least = -(-stopping_distance(speed, start, deceleration_spmss, shape) // PICO)
-            enough = max(steps, least)  # rounding of the ramp's time never costs the move
+            stopping_steps = -(-stopping_distance(speed, start, deceleration_spmss, shape) // PICO)
+            enough = max(steps, stopping_steps)  # rounding of the ramp's time never costs the move
             self._replace(
                 now_ns, plan_register(self.motion, now_ns, enough, start, deceleration_spmss, shape)
             )

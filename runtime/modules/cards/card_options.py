@@ -28,7 +28,7 @@ from scanrack.io_images.times import time_text
 from ...loop.module_options import Options
 from ...machine.spec import INPUT_NAMES
 
-CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))
+CHANNEL_NAMES = tuple(f"ch{channel}_data" for channel in range(WORDS))
 WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
 
 
@@ -146,18 +146,18 @@ class CardOptions(Options):
     def _is_sound(self) -> Self:
         for field in ("inputs", "outputs"):
             _check_names(field, getattr(self, field))
-        both = sorted(set(self.inputs) & set(self.outputs))
-        if both:
+        shared_names = sorted(set(self.inputs) & set(self.outputs))
+        if shared_names:
             raise ValueError(
-                f"{both[0]!r} is the name of an input and of an output: each terminal has its own"
+                f"{shared_names[0]!r} is the name of an input and of an output: each terminal has its own"
             )
         _check_presses(self.timeline)
-        known = ", ".join(self.inputs) or "none"
+        input_list = ", ".join(self.inputs) or "none"
         by_machine = [cam.input for cam in self.cam]
         by_hand = [press.input for press in self.timeline]
         for name in (*self.normally_closed, *by_hand, *by_machine):
             if name not in self.inputs:
-                raise ValueError(f"no input {name!r}: inputs are {known}")
+                raise ValueError(f"no input {name!r}: inputs are {input_list}")
         for name in by_machine:
             if name in by_hand or by_machine.count(name) > 1:
                 raise ValueError(f"cam: {name!r} is wired twice: one cam, or the timeline")
@@ -180,24 +180,24 @@ class CardOptions(Options):
 
     def _check_press(self, press: InputPress, *, analog: bool) -> None:
         if analog is not (press.value is not None):
-            says = "needs a value" if analog else "is a contact and has no value"
-            raise ValueError(f"timeline: {press.input!r} {says}")
+            reason = "needs a value" if analog else "is a contact and has no value"
+            raise ValueError(f"timeline: {press.input!r} {reason}")
         if analog and press.end_ns is not None:
             raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
         if press.value is not None:
             self.check_value(press.input, press.value)
 
     def _check_ranges(self, kind: CardKind) -> None:
-        for name, chosen in self.ranges.items():
-            _check_choice(f"ranges: {name!r}", chosen, kind.ranges, kind.name)
+        for name, choice in self.ranges.items():
+            _check_choice(f"ranges: {name!r}", choice, kind.ranges, kind.name)
             if name not in self.inputs and name not in self.outputs:
-                known = ", ".join((*self.inputs, *self.outputs)) or "none"
-                raise ValueError(f"ranges: no channel {name!r}: channels are {known}")
-        for name, chosen in self.formats.items():
-            _check_choice(f"formats: {name!r}", chosen, tuple(kind.formats), kind.name)
+                channel_list = ", ".join((*self.inputs, *self.outputs)) or "none"
+                raise ValueError(f"ranges: no channel {name!r}: channels are {channel_list}")
+        for name, choice in self.formats.items():
+            _check_choice(f"formats: {name!r}", choice, tuple(kind.formats), kind.name)
             if name not in self.ranges:
                 raise ValueError(f"formats: {name!r} has no range: name one in ranges")
-            if chosen == "percent" and RANGES[self.ranges[name]].low < 0:
+            if choice == "percent" and RANGES[self.ranges[name]].low < 0:
                 raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
 
     def check_value(self, name: str, value: Decimal) -> None:
@@ -225,8 +225,8 @@ class CardOptions(Options):
     def channels(self, kind: CardKind) -> dict[tuple[str, int], Channel]:
         """Return the channels with a range, by image and number."""
         return {
-            self.channel_of(name): Channel(RANGES[chosen], kind.formats[self.formats.get(name, "raw")])
-            for name, chosen in self.ranges.items()
+            self.channel_of(name): Channel(RANGES[choice], kind.formats[self.formats.get(name, "raw")])
+            for name, choice in self.ranges.items()
         }
 
     @property
@@ -265,8 +265,13 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
         WORD_NAMES,
         WORD_NAMES,
         groups={
-            "input": {name: BitPlace("I", *divmod(at, WORD_BITS)) for name, at in options.inputs.items()},
-            "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
+            "input": {
+                name: BitPlace("I", *divmod(terminal, WORD_BITS)) for name, terminal in options.inputs.items()
+            },
+            "output": {
+                name: BitPlace("O", *divmod(terminal, WORD_BITS))
+                for name, terminal in options.outputs.items()
+            },
         },
         data_bits=kind.data_bits,
         terminals={"I": kind.shown, "O": kind.outputs},
@@ -278,14 +283,14 @@ def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
     images: dict[str, tuple[str, ...]] = {}
     profile: dict[str, tuple[str, int]] = {}
     stem = "Analog"
-    for image, wired in (("I", options.inputs), ("O", options.outputs)):
+    for image, channels_by_name in (("I", options.inputs), ("O", options.outputs)):
         channels = kind.channels[image]
-        names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
-        for name, at in sorted(wired.items(), key=lambda pair: pair[1]):
-            names[at] = name
-            stem += f"{image}{at}{name.title().replace('_', '')}"
+        names = [f"ch{index}_data" if index < channels else f"word{index}" for index in range(WORDS)]
+        for name, channel in sorted(channels_by_name.items(), key=lambda pair: pair[1]):
+            names[channel] = name
+            stem += f"{image}{channel}{name.title().replace('_', '')}"
         images[image] = tuple(names)
-        profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
+        profile |= {f"Ch{number}Data": (image, number) for number in range(channels)}
     stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
     ranges = _range_bits(kind, options) if options.ranges else {}
     groups = {"status": ranges} if options.ranges else {}
@@ -307,16 +312,16 @@ def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
     last: dict[str, InputPress] = {}
     for press in sorted(timeline, key=lambda other: other.begin_ns):
-        before = last.get(press.input)
+        previous = last.get(press.input)
         last[press.input] = press
-        if before is None:
+        if previous is None:
             continue
-        end_ns = before.begin_ns + 1 if before.value is not None else before.end_ns
+        end_ns = previous.begin_ns + 1 if previous.value is not None else previous.end_ns
         if end_ns is None or press.begin_ns < end_ns:
             until = "for good" if end_ns is None else f"until {time_text(end_ns)}"
             raise ValueError(
                 f"timeline: {press.input!r} is operated at {time_text(press.begin_ns)}, and it is already, "
-                f"from {time_text(before.begin_ns)} {until}: presses must not overlap"
+                f"from {time_text(previous.begin_ns)} {until}: presses must not overlap"
             )
 
 
@@ -342,6 +347,8 @@ def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: S
     place = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
-    for name, at in names.items():
-        if at not in terminals_in(masks):
-            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {place} {at}: {numbers_of(masks)}")
+    for name, terminal in names.items():
+        if terminal not in terminals_in(masks):
+            raise ValueError(
+                f"{field}: {name!r}: a {kind.name} has no {place} {terminal}: {numbers_of(masks)}"
+            )

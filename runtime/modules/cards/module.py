@@ -67,7 +67,7 @@ class GenericCard(Module):
         self._image = Image()
         self._channels = self.options.channels(kind)
         self._driven: tuple[int, ...] | None = None
-        self._output_words = [(at, mask, WORD_BITS * at) for at, mask in enumerate(kind.outputs)]
+        self._output_words = [(index, mask, WORD_BITS * index) for index, mask in enumerate(kind.outputs)]
         self._shown_words = range(len(kind.shown))
         self._echo_shift = WORD_BITS * kind.echo_at
         for image, channel in self._channels:
@@ -191,18 +191,18 @@ class GenericCard(Module):
         self._driven = driven
         for place, word in enumerate(driven):
             channel = self._channels.get(("O", place))
-            shown = word
+            shown_word = word
             if channel is not None:
-                seen = word & ~self.kind.ignored
-                shown = channel.limited(seen)
-                self._show_range("O", place, *channel.word_beyond(seen))
+                seen_word = word & ~self.kind.ignored
+                shown_word = channel.limited(seen_word)
+                self._show_range("O", place, *channel.word_beyond(seen_word))
             if self.kind.echo:
-                self._image[self.kind.echo_at + place] = shown
+                self._image[self.kind.echo_at + place] = shown_word
 
     def _place(self, name: str) -> int:
         if name not in self.options.inputs:
-            known = ", ".join(self.options.inputs) or "none"
-            raise ValueError(f"no input {name!r}: inputs are {known}")
+            input_list = ", ".join(self.options.inputs) or "none"
+            raise ValueError(f"no input {name!r}: inputs are {input_list}")
         return self.options.inputs[name]
 
     def _outputs(self, outputs: Image) -> int:

@@ -34,13 +34,13 @@ class CardView:
     def __init__(self, inputs: Image, words: ModuleWords) -> None:
         self._inputs = inputs
         self._bits: dict[str, BitPlace] = dict(words.groups.get("input", {}))
-        self._words = {name: at for at, name in enumerate(words.inputs)} if words.profile_words else {}
+        self._words = {name: index for index, name in enumerate(words.inputs)} if words.profile_words else {}
 
     def __getitem__(self, name: str) -> bool | int:
         if name in self._words:
             return self._inputs[self._words[name]]
-        at = self._bits[name]
-        return self._inputs.bit(at.word, at.bit)
+        place = self._bits[name]
+        return self._inputs.bit(place.word, place.bit)
 
     def __str__(self) -> str:
         return " ".join(name for name in self._bits if self[name]) or "no input"

@@ -89,7 +89,7 @@ class DriveConditions:
 def states() -> Mapping[str, Sequence[str]]:
     """Return the names of all models with their states, or with an example of their number."""
     numbers = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
-    return {**{name: tuple(known) for name, known in STATES.items()}, **numbers}
+    return {**{name: tuple(values) for name, values in STATES.items()}, **numbers}
 
 
 def _parts(state: str) -> tuple[str, str]:

@@ -119,8 +119,8 @@ class DriveUnit(SteppedModule):
             self._acted_on = raw
             self.advance(now_ns)
             words = self._image.words
-            for at, word in enumerate(self.inputs()):
-                words[at] = signed_word(word)
+            for index, word in enumerate(self.inputs()):
+                words[index] = signed_word(word)
             self._foresee(now_ns)
         elif self._counting:
             self._report_counts(now_ns)
@@ -134,9 +134,9 @@ class DriveUnit(SteppedModule):
         beat_ns = NS_PER_MS * self.options.beat_ms
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
-        shown = not self.layer.in_configuration
-        self._counting = shown and self.axis.counting
-        self._segment = self.axis.segment if shown else None
+        is_shown = not self.layer.in_configuration
+        self._counting = is_shown and self.axis.counting
+        self._segment = self.axis.segment if is_shown else None
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
         """Report the position in the present segment; nothing else can have changed."""
@@ -177,10 +177,10 @@ class DriveUnit(SteppedModule):
 
     def obey(self, words: Sequence[int] | Image) -> None:
         """Put ten output words, signed or unsigned, in force at the instant of the last call."""
-        fresh = tuple(word & 0xFFFF for word in words)
-        if self._running and fresh != self.words:
+        new_words = tuple(word & 0xFFFF for word in words)
+        if self._running and new_words != self.words:
             self._touch()
-            self.words = fresh
+            self.words = new_words
             self._tick(self._now_ns)
 
     def advance(self, now_ns: int) -> None:
@@ -284,7 +284,7 @@ class DriveUnit(SteppedModule):
     def _levels(self, at_ns: int) -> int:
         """Return the levels of the drive's inputs, bit n = input n + 1."""
         levels = self.machine.levels(at_ns)
-        return sum(1 << at for at, bit in enumerate(self.terminals) if levels & bit)
+        return sum(1 << index for index, bit in enumerate(self.terminals) if levels & bit)
 
     def _plan(self, at_ns: int) -> None:
         """Compute the next tick after `at_ns`, and the next check of the shaft's lag."""

@@ -272,12 +272,12 @@ class DriveLayer:
     def _sample(self, levels: int) -> None:
         state, configuration = self.state, self.state.configuration
         self._levels = levels
-        before = state.active
+        active_before = state.active
         if configuration is None:
             state.shown, state.active = levels, 0
         else:
             state.shown, state.active = configuration.active(levels)
-        state.risen = 0 if self.in_configuration else state.active & ~before
+        state.risen = 0 if self.in_configuration else state.active & ~active_before
         if state.risen & CAPTURE:
             state.captured = self.axis.encoder if self.axis.counting else self.axis.position
         if not state.active & LIMITS:
@@ -382,10 +382,10 @@ class DriveLayer:
             return
         self.status.clear(RESULTS)
         self.fire(now_ns, "CFG-21")
-        broken = broken_rules(words, self.model, self.build)
-        for rule in broken:
+        rules = broken_rules(words, self.model, self.build)
+        for rule in rules:
             self.fire(now_ns, rule.id)
-        if broken:
+        if rules:
             self.state.configuration = None
             self.axis.configure(None)
             self._note_formats(now_ns)
@@ -531,11 +531,14 @@ class DriveLayer:
             self.fire(now_ns, "CMD-06")
 
     def _resume(self, now_ns: int, command: DriveCommand) -> None:
-        held = self.held
+        held_move = self.held
         ranges = self._ranges_hold(command)
-        if self._may_move(now_ns, ("CMD-07", held is None), ("CMD-03", not ranges)) and held is not None:
-            motion = Move(self, now_ns, held.name, held.target, profile_of(command, self.start_sps))
-            heading = 1 if held.target > self.axis.position else -1
+        if (
+            self._may_move(now_ns, ("CMD-07", held_move is None), ("CMD-03", not ranges))
+            and held_move is not None
+        ):
+            motion = Move(self, now_ns, held_move.name, held_move.target, profile_of(command, self.start_sps))
+            heading = 1 if held_move.target > self.axis.position else -1
             if not self._toward_limit(now_ns, heading):
                 self._begin(command, motion)
                 motion.start(now_ns)
@@ -592,12 +595,12 @@ class DriveLayer:
     def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
         copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
         value = self.axis.encoder if copies else command.target
-        broken = (
+        refusals = (
             ("CMD-04", self.busy),
             ("CMD-12", copies and not self.axis.counting),
             ("CMD-03", value is None),
         )
-        if self._refused(now_ns, *broken) or value is None:
+        if self._refused(now_ns, *refusals) or value is None:
             return
         self.axis.preset_position(value)
         self.held = None
@@ -606,8 +609,8 @@ class DriveLayer:
 
     def _preset_encoder(self, now_ns: int, command: DriveCommand) -> None:
         value = command.target
-        broken = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
-        if self._refused(now_ns, *broken) or value is None:
+        refusals = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
+        if self._refused(now_ns, *refusals) or value is None:
             return
         self.axis.preset_encoder(value)
         self.status.bits |= StatusBit.ACKNOWLEDGE

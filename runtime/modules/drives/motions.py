@@ -258,8 +258,8 @@ class DriveRegistrationMove(Jog):
 
     @override
     def on_tick(self, now_ns: int) -> None:
-        made = abs(self.axis.position - self.started_at)
-        waits = self.minimum > 0 and made <= self.minimum
+        steps_made = abs(self.axis.position - self.started_at)
+        waits = self.minimum > 0 and steps_made <= self.minimum
         if not self.stopping and not waits and (self.released or self.layer.state.active & STOP_JOG):
             self.stopping = True
             self.axis.register(now_ns, self.distance, self.profile.deceleration_spmss, self.profile.shape)
@@ -356,10 +356,10 @@ class BlendMove(DriveMotion):
     @override
     def on_hold(self, now_ns: int) -> None:
         """Ramp down at the deceleration of the present segment."""
-        made = abs(self.axis.position - self.started_at)
-        at = next((at for at, end in enumerate(self._ends) if made < end), -1)
+        steps_made = abs(self.axis.position - self.started_at)
+        index = next((segment_index for segment_index, end in enumerate(self._ends) if steps_made < end), -1)
         self.held = True
-        self.axis.stop(now_ns, self.segments[at].rates[1], shape_of(self.segments[at].jerk))
+        self.axis.stop(now_ns, self.segments[index].rates[1], shape_of(self.segments[index].jerk))
 
     @override
     def on_end(self, now_ns: int) -> None:

@@ -47,9 +47,9 @@ def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
     from .drive_options import options_of
 
     inputs: dict[str, str] = {}
-    for bit, own in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):
+    for bit, own_name in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):
         name = input_name(bit)
-        inputs[name] = ", ".join(filter(None, (inputs.get(name, ""), "" if own == name else own)))
+        inputs[name] = ", ".join(filter(None, (inputs.get(name, ""), "" if own_name == name else own_name)))
     return inputs
 
 

@@ -62,9 +62,9 @@ class DriveRegisters:
         if function in READS:
             return reply_with(request, READS[function](self, request.address, request.count))
         if isinstance(request, ReadWriteMultipleRegistersRequest):
-            before = self._holding(request.read_address, request.read_count)
+            words_before = self._holding(request.read_address, request.read_count)
             self._write(request.write_address, request.write_registers)
-            return reply_with(request, before)
+            return reply_with(request, words_before)
         WRITES[function](self, request)
         return reply_to_write(request)
 
@@ -96,17 +96,17 @@ class DriveRegisters:
     # writing
 
     def _write(self, first: int, values: Sequence[int]) -> None:
-        outputs, at = self._outputs(), first - OUTPUTS
-        if _part(outputs, at, len(values)) == list(values):
+        outputs, offset = self._outputs(), first - OUTPUTS
+        if _part(outputs, offset, len(values)) == list(values):
             return
-        outputs[at : at + len(values)] = values
+        outputs[offset : offset + len(values)] = values
         for number, axis in enumerate(self.axes):
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
 
     def _write_bits(self, request: ModbusPDU) -> None:
-        outputs, at, values = _bits(self._outputs()), request.address - COILS, request.bits
-        _part(outputs, at, len(values))
-        outputs[at : at + len(values)] = values
+        outputs, offset, values = _bits(self._outputs()), request.address - COILS, request.bits
+        _part(outputs, offset, len(values))
+        outputs[offset : offset + len(values)] = values
         self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 
     def _write_registers(self, request: ModbusPDU) -> None:
@@ -114,9 +114,9 @@ class DriveRegisters:
 
     def _mask_write(self, request: ModbusPDU) -> None:
         assert isinstance(request, MaskWriteRegisterRequest)
-        kept, added = request.and_mask, request.or_mask
+        kept_mask, added = request.and_mask, request.or_mask
         (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
-        self._write(request.address, [word & kept | added & ~kept & 0xFFFF])
+        self._write(request.address, [word & kept_mask | added & ~kept_mask & 0xFFFF])
 
 
 READS: Mapping[int, Callable[[DriveRegisters, int, int], Sequence[int]]] = {

@@ -107,10 +107,10 @@ def _stored(files: list[str]) -> list[str]:
 
     from ..wire.pclt import summary
 
-    other = next((each for each in files if not _is_stored(each)), None)
+    other = next((path for path in files if not _is_stored(path)), None)
     if other is not None:
         raise ValueError(f"{other} is no .pclt file: check it alone")
-    return [f"{each}: {summary(read_program(Path(each)))}" for each in files]
+    return [f"{path}: {summary(read_program(Path(path)))}" for path in files]
 
 
 def _print(report: CheckReport, form: ReportFormat, name: str) -> None:

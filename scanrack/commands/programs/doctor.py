@@ -22,14 +22,14 @@ def _doctor_command(as_json: JsonOption = False) -> None:
 
     diagnoses = examined()
     if as_json:
-        say_json([asdict(each) for each in diagnoses])
+        say_json([asdict(diagnosis) for diagnosis in diagnoses])
     else:
-        width = max(len(each.name) for each in diagnoses)
-        for each in diagnoses:
-            say(f"{each.state.value:6}  {each.name:{width}}  {each.says}")
-            if each.mend:
-                say(f"{'':{width + 10}}{each.mend}")
-    if any(each.state is Health.BROKEN for each in diagnoses):
+        width = max(len(diagnosis.name) for diagnosis in diagnoses)
+        for finding in diagnoses:
+            say(f"{finding.state.value:6}  {finding.name:{width}}  {finding.says}")
+            if finding.mend:
+                say(f"{'':{width + 10}}{finding.mend}")
+    if any(diagnosis.state is Health.BROKEN for diagnosis in diagnoses):
         raise typer.Exit(NO)
 
 

@@ -57,7 +57,7 @@ def _kind(name: str) -> Kind:
         return Kind(name)
     except ValueError:
         raise ValueError(
-            f"unknown kind {name!r}; choose from {', '.join(each.value for each in Kind)}"
+            f"unknown kind {name!r}; choose from {', '.join(kind.value for kind in Kind)}"
         ) from None
 
 
@@ -144,7 +144,7 @@ def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | Non
 def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
     failures = replay(bench_of(setup), read_scenario(file, setup))
     if as_json:
-        say_json({"broken": [failure_row(each) for each in failures]})
+        say_json({"broken": [failure_row(counterexample) for counterexample in failures]})
     else:
         say("\n".join(map(failure, failures)) or "everything held")
     return NO if failures else DONE

@@ -92,7 +92,7 @@ class Spending:
     def share(self) -> float | None:
         """The used part of the time, 0 to 1; None without a limit of time."""
         limits = self.budget.wall_ns, self.budget.processor_ns
-        shares = [each / limit for each, limit in zip(self.used, limits, strict=True) if limit is not None]
+        shares = [spent / limit for spent, limit in zip(self.used, limits, strict=True) if limit is not None]
         return min(1.0, max(shares)) if shares else None
 
     @contextmanager

@@ -79,7 +79,7 @@ class FuzzOptions:
     begin_with: Annotated[
         list[Path] | None,
         typer.Option(
-            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
+            "--corpus", metavar="PATH", help="Start from the corpus in another folder, or from a recording."
         ),
     ] = None
     scenario: Annotated[

@@ -162,8 +162,12 @@ class Session:
         again += tuple(self._shrink_what_is_left())
         self._keep(state.note(self._undisturbed()))
         status = self._search(again) if self._can_be_searched() else DONE
-        broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
-        others = bench.names - {each.broken.invariant for each in broken}
+        broken = [
+            counterexample
+            for _, counterexample in sorted(state.found.items())
+            if counterexample.broken.invariant in bench.names
+        ]
+        others = bench.names - {counterexample.broken.invariant for counterexample in broken}
         if status == DONE and tests is not None:
             count = write_tests(tests, self.setup, self.job, self._kept_runs())
             complain(f"{count} tests are written: pytest {shlex.quote(str(tests))}")
@@ -173,7 +177,10 @@ class Session:
             with self._spending.on_explaining():
                 never, covered = self._cover()
         if options.as_json:
-            rows = [failure_row(each, self._folder_of(each.broken)) for each in broken]
+            rows = [
+                failure_row(counterexample, self._folder_of(counterexample.broken))
+                for counterexample in broken
+            ]
             say_json({"broken": rows, **summary_row(state, before, others, bench.goals, never)})
             return self._status(status)
         if not options.quiet:
@@ -188,12 +195,14 @@ class Session:
         return self._status(status)
 
     def _print_failures(self, broken: Sequence[Counterexample]) -> None:
-        for each in broken:
-            say(f"{failure(each)}\n  see {self._folder_of(each.broken)}")
+        for counterexample in broken:
+            say(f"{failure(counterexample)}\n  see {self._folder_of(counterexample.broken)}")
 
     def _kept_runs(self) -> list[Scenario]:
         """Return the undisturbed run, and the first ones that showed something new."""
-        return [self.base or Scenario(), *(each.scenario for each in self._state.kept.entries)][:MOST_COVERED]
+        return [self.base or Scenario(), *(entry.scenario for entry in self._state.kept.entries)][
+            :MOST_COVERED
+        ]
 
     def _cover(self) -> tuple[list[UnfiredRule], str]:
         """Write the page of coverage; return the rules that never fired, and its line of the summary."""
@@ -201,11 +210,11 @@ class Session:
 
         def runs() -> Iterator[Scenario]:
             nonlocal count
-            for each in kept:
+            for scenario in kept:
                 if count and not self._spending.explains:
                     return
                 count += 1
-                yield each
+                yield scenario
 
         proved = [
             (site.routine, site.rung, site.instruction, point.state.value)
@@ -227,9 +236,12 @@ class Session:
 
     def _status(self, status: int) -> int:
         """Return the exit status; an error precedes a broken invariant, which precedes an unseen goal."""
-        broken = any(each.broken.invariant in self._bench.names for each in self._state.found.values())
+        broken = any(
+            counterexample.broken.invariant in self._bench.names
+            for counterexample in self._state.found.values()
+        )
         applied, goals_set = self._state.applied, self._bench.goals
-        unseen = self.options.strict and any(each.name not in applied for each in goals_set)
+        unseen = self.options.strict and any(goal.name not in applied for goal in goals_set)
         return status or (NO if broken else NOT_SEEN if unseen else DONE)
 
     def _undisturbed(self) -> list[Counterexample]:
@@ -256,8 +268,12 @@ class Session:
 
     def _can_be_searched(self) -> bool:
         """Return whether the program can be searched; if not, report why."""
-        faults = [each for each in self._state.found.values() if each.broken.invariant == NO_FAULT]
-        if any(not each.scenario.size for each in faults):
+        faults = [
+            counterexample
+            for counterexample in self._state.found.values()
+            if counterexample.broken.invariant == NO_FAULT
+        ]
+        if any(not fault.scenario.size for fault in faults):
             complain("the program faults with nothing random around it: fix that, then search")
             return False
         return True
@@ -325,16 +341,21 @@ class Session:
             OSError: a file can't be written.
         """
         try:
-            for each in failures:
-                folder = self._folder_of(each.broken)
+            for counterexample in failures:
+                folder = self._folder_of(counterexample.broken)
                 with self._spending.on_explaining():
                     explained = write_failure(
-                        self.job, self.setup, self._bench, each, folder, lambda: self._spending.explains
+                        self.job,
+                        self.setup,
+                        self._bench,
+                        counterexample,
+                        folder,
+                        lambda: self._spending.explains,
                     )
                 self._spending.not_explained += not explained
             write_state(self._state, self.state_file)
             self._memory.keep(
-                [each.scenario for each in self._state.kept.entries], self._state.unshrunk_found
+                [entry.scenario for entry in self._state.kept.entries], self._state.unshrunk_found
             )
             self._state.unshrunk_found.clear()
         except OSError as error:
@@ -362,8 +383,8 @@ class Session:
         tasks_before = state.tasks
 
         def show(failures: list[Counterexample]) -> None:
-            for each in failures:
-                bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
+            for counterexample in failures:
+                bar.console.print(on_a_line(str(counterexample.broken)), highlight=False, markup=False)
             share = self._spending.share
             text = f"{state.runs:,} runs, {len(state.found)} broken"
             text += f", explaining {failures[0].broken.invariant}" if failures else ""

@@ -39,7 +39,10 @@ def failure(example: Counterexample) -> str:
 
 def not_kept(error: OSError, failures: Collection[Counterexample], origin: Origin) -> str:
     """Return the message that the disk is full, with the new failures as recipes."""
-    recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in failures]
+    recipes = [
+        Recipe(counterexample.scenario, origin, counterexample.broken.invariant).text().rstrip()
+        for counterexample in failures
+    ]
     heading = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
     return "\n".join([f"{reason(error)}; {heading or 'nothing that was found is lost'}", *recipes])
 
@@ -77,9 +80,9 @@ def summary_row(
         "steps": state.steps,
         "held": sorted(others - _untried(others, state)),
         "never_tested": sorted(_untried(others, state)),
-        "goals": {each.name: state.greatest.get(each.name, each.name in state.applied) for each in searched},
+        "goals": {goal.name: state.greatest.get(goal.name, goal.name in state.applied) for goal in searched},
         "rules": dict(state.rules),
-        "rules_never_fired": {each.rule.id: each.says for each in never},
+        "rules_never_fired": {unfired.rule.id: unfired.says for unfired in never},
     }
 
 
@@ -107,8 +110,8 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 def left_over(state: State, spending: Spending) -> str:
     """Return a line about the work for which the time did not suffice; "" if it did."""
     left = [
-        f"{count:,} of what was found {what}"
-        for count, what in (
+        f"{count:,} of what was found {kind}"
+        for count, kind in (
             (state.unshrunk, "not shrunk to the end"),
             (spending.not_explained, "without the instant since when it was inevitable"),
         )
@@ -127,7 +130,7 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
     """Return the error rules that never fired, by reason; the coverage page has the reason of each."""
     lines = []
     for why, words in WORDS.items():
-        rules = [each.rule.id for each in never if each.why is why]
+        rules = [unfired.rule.id for unfired in never if unfired.why is why]
         if rules:
             text = f"{words}: {', '.join(rules)}"
             lines += wrap(text, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
@@ -143,7 +146,7 @@ def held(names: Collection[str], state: State) -> str:
 
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
     """Return a line for each goal: whether it was seen, or its greatest value."""
-    return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(searched)]
+    return [f"{'sought' if not place else '':<14}{_goal(goal, state)}" for place, goal in enumerate(searched)]
 
 
 def _goal(goal: Invariant, state: State) -> str:
@@ -167,13 +170,13 @@ def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> st
     gaps = solver.gaps(coverage)
     count, seconds = coverage.total - len(coverage.gaps), scans * job.spec.scan_ns / 1e9
     dead = len(coverage.gaps) - len(gaps)
-    shown = "; ".join(each.text for each in gaps[:MOST_GAPS])
-    more = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
+    shown = "; ".join(gap.text for gap in gaps[:MOST_GAPS])
+    unlisted = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
     proved = f" ({dead:,} proved never to be)" if dead else ""
     covered = f"{count:,} of {coverage.total:,} {coverage.what}"
     return (
         f"looked at     {state.runs:,} runs of {seconds:g} s; {covered}\n"
-        f"not reached   {shown or 'nothing'}{more}{proved}\n"
+        f"not reached   {shown or 'nothing'}{unlisted}{proved}\n"
         f"next          {_next(job, state, solver, is_open=bool(gaps))}"
     )
 

@@ -75,11 +75,11 @@ class FolderReport:
         self.rungs += report.rungs
         self.imported += report.imported
         self.ran += report.ran
-        kinds = [kind_of(each.reason) for each in (*report.refused, *report.objects)]
-        for each in kinds:
-            self.refusals[each] = self.refusals.get(each, 0) + 1
-        for each in set(kinds):
-            self.refused_files[each] = self.refused_files.get(each, 0) + 1
+        kinds = [kind_of(refusal.reason) for refusal in (*report.refused, *report.objects)]
+        for kind in kinds:
+            self.refusals[kind] = self.refusals.get(kind, 0) + 1
+        for kind in set(kinds):
+            self.refused_files[kind] = self.refused_files.get(kind, 0) + 1
 
     def reasons(self) -> list[dict[str, Any]]:
         """Return the kinds of refusals, the most frequent first."""
@@ -87,8 +87,8 @@ class FolderReport:
             self.refusals, key=lambda each: (-self.refused_files[each], -self.refusals[each], each)
         )
         return [
-            {"reason": each, "files": self.refused_files[each], "refusals": self.refusals[each]}
-            for each in kinds
+            {"reason": kind, "files": self.refused_files[kind], "refusals": self.refusals[kind]}
+            for kind in kinds
         ]
 
     def as_json(self) -> dict[str, Any]:
@@ -105,22 +105,22 @@ class FolderReport:
         rows = self.reasons()
         if rows:
             yield "files  refusals  reason"
-            yield from (f"{each['files']:5}  {each['refusals']:8}  {each['reason']}" for each in rows)
+            yield from (f"{row['files']:5}  {row['refusals']:8}  {row['reason']}" for row in rows)
 
 
 def exports_in(folder: Path) -> list[Path]:
     """Return the exports below a folder, by name."""
-    suffixes = {each.upper() for each in EXPORT_SUFFIXES}
-    return sorted(each for each in folder.rglob("*") if each.suffix.upper() in suffixes and each.is_file())
+    suffixes = {suffix.upper() for suffix in EXPORT_SUFFIXES}
+    return sorted(path for path in folder.rglob("*") if path.suffix.upper() in suffixes and path.is_file())
 
 
 def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
     """Import exports, run their trials, and sum them up."""
     report = FolderReport()
-    for each in paths:
+    for path in paths:
         report.files += 1
         try:
-            report.add(tried(each, trial).report)
+            report.add(tried(path, trial).report)
         except LadderError:
             report.unusable += 1
     return report

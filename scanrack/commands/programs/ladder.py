@@ -57,9 +57,9 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     """
     if name is None:
         return list(program.routines)
-    routines = [each for each in program.routines if each.name.upper() == name.upper()]
+    routines = [routine for routine in program.routines if routine.name.upper() == name.upper()]
     if not routines:
-        names = ", ".join(each.name for each in program.routines)
+        names = ", ".join(routine.name for routine in program.routines)
         raise ValueError(f"no routine {name} in program {program.name}; choose from {names}")
     return routines
 
@@ -74,7 +74,7 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
         return [(routine, list(routine.numbers)) for routine in routines]
     selected = [(routine, [number]) for routine in routines if number in routine.numbers]
     if not selected:
-        numbers = [each for routine in routines for each in routine.numbers]
+        numbers = [rung_number for routine in routines for rung_number in routine.numbers]
         first, last = min(numbers, default=0), max(numbers, default=0)
         raise ValueError(f"no {routines[0].unit} {number}; they are numbered from {first} to {last}")
     return selected
@@ -87,8 +87,8 @@ Truths = dict[str, list[tuple[bool, ...] | None]]
 def _at(file: str, at: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
     """Run a rack to a time; return the routines with their values, and the power in their rungs."""
     running = bench_at(file, at).program
-    truths = {each.name: running.truth(each.name) for each in routines}
-    return [running.routine_now(each.name) for each in routines], truths
+    truths = {routine.name: running.truth(routine.name) for routine in routines}
+    return [running.routine_now(routine.name) for routine in routines], truths
 
 
 def bench_at(file: str, at: str) -> Bench:
@@ -152,13 +152,13 @@ def ladder(
         elif source:
             say(program.source(), whole=True)
         elif text:
-            for each, numbers in numbered:
-                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)), whole=True)
+            for shown, numbers in numbered:
+                say(shown.text if rung is None else "\n".join(map(shown.numbered, numbers)), whole=True)
         else:
             columns = width or max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
-            for each, numbers in numbered:
-                say(f"Routine {each.name}\n")
-                say(routine_text(each, columns, truths.get(each.name), numbers, captions), whole=True)
+            for shown, numbers in numbered:
+                say(f"Routine {shown.name}\n")
+                say(routine_text(shown, columns, truths.get(shown.name), numbers, captions), whole=True)
     except LadderError as error:
         raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
     except OSError as error:

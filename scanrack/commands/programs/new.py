@@ -10,7 +10,7 @@ import typer
 from scanrack.jobs.start import LOGICS, new_project
 from scanrack.terminal.terminal import say
 
-Language = StrEnum("Language", {each.upper(): each for each in LOGICS})  # type: ignore[misc]  # from the folders
+Language = StrEnum("Language", {logic.upper(): logic for logic in LOGICS})  # type: ignore[misc]  # from the folders
 
 
 def _new_command(
@@ -35,8 +35,8 @@ def _new_command(
 
     with reported_mistakes():
         written = new_project(folder, logic.value, example)
-    for each in written:
-        say(str(each))
+    for path in written:
+        say(str(path))
     say(f"\nSee it run:  scanrack watch {written[0]} --open")
 
 

@@ -134,10 +134,10 @@ def _prove_command(
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 progress = _progress if _is_shown(quiet=quiet) else no_progress
                 results = []
-                for each in prove_all(subject, folder, progress, LIMITS.times(work), others):
+                for result in prove_all(subject, folder, progress, LIMITS.times(work), others):
                     if not as_json:
-                        _say_result(subject, each)
-                    results.append(each)
+                        _say_result(subject, result)
+                    results.append(result)
                 listener = AnswerListener() if as_json else _Printing(quiet=quiet)
                 answers = ask_questions(subject, folder, others, listener, work)
                 if html is not None:
@@ -153,7 +153,7 @@ def _prove_command(
 
 
 def _tags(text: str | None) -> list[str]:
-    return [each.strip() for each in _COMMA.split(text or "") if each.strip()]
+    return [name.strip() for name in _COMMA.split(text or "") if name.strip()]
 
 
 def _compare(
@@ -169,7 +169,7 @@ def _compare(
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
         comparison = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
-        used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
+        used = {Path(split_address(address)[0]): "one of the programs" for address in (old, new)}
         save_page(html, f"{old} and {new}", parts_of_edit(comparison), used)
     if as_json:
         say_json(edited_as_json(comparison))
@@ -191,7 +191,7 @@ def _solvers() -> list[Solver]:
 
 def _say_result(subject: ProofSubject, result: Result) -> None:
     """Print the answer to a claim."""
-    say(line_of(result, max(len(each.claim.name) for each in subject.program.properties)))
+    say(line_of(result, max(len(claim.claim.name) for claim in subject.program.properties)))
     for line in below(subject, result):
         say(f"    {line}")
 
@@ -237,14 +237,14 @@ def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questio
     if not results:
         say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
     say("assumed:")
-    for each in assumptions(subject, results):
-        say(f"    {each}")
+    for assumption in assumptions(subject, results):
+        say(f"    {assumption}")
 
 
 def status_of(results: Sequence[Result], answers: Questions) -> int:
     """Return the exit status for the answers; open built-in questions do not count."""
-    words = {each.word for each in results}
-    if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
+    words = {result.word for result in results}
+    if VerdictKind.REFUTED in words or any(answer.refuted for answer in answers.found):
         return NO
     return UNDECIDED if VerdictKind.UNKNOWN in words else DONE
 

@@ -105,8 +105,8 @@ def _warn(job: LoadedRack, *, without_clients: bool) -> None:
 
 
 def _complain_all(sentences: Iterable[str]) -> None:
-    for each in sentences:
-        complain(each)
+    for sentence in sentences:
+        complain(sentence)
 
 
 def _print_json(status: int, row: dict[str, object]) -> None:

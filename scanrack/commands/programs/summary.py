@@ -52,9 +52,9 @@ def summary_row(run: JobRun, result: RunResult, took_ns: int) -> dict[str, objec
         "overruns": cpu.pacer.overruns,
         "worst_late_ns": cpu.pacer.worst_late_ns,
         "fault": fault,
-        "moves": [asdict(each) for each in result.moves],
-        "errors": [asdict(each) for each in result.errors],
-        "every_start": [asdict(each) for each in result.every_start],
+        "moves": [asdict(move) for move in result.moves],
+        "errors": [asdict(error) for error in result.errors],
+        "every_start": [asdict(start) for start in result.every_start],
         "sequences": run.steps,
         "stubs": run.stubs,
         "hints": result.hints,
@@ -85,9 +85,9 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
 
 
 def _moves(result: RunResult) -> Iterator[str]:
-    yield f"{sum(each.count for each in result.moves):,}" if result.moves else "none"
-    for each in result.moves:
-        yield f"  {_of(each.slot, result)}{each.count:,} {move_wording(each.kind, each.outcome)}"
+    yield f"{sum(moved.count for moved in result.moves):,}" if result.moves else "none"
+    for move in result.moves:
+        yield f"  {_of(move.slot, result)}{move.count:,} {move_wording(move.kind, move.outcome)}"
 
 
 def _errors(result: RunResult) -> Iterator[str]:
@@ -106,8 +106,8 @@ def _start(result: RunResult) -> Iterator[str]:
 
 def _of(slot: JsonValue, result: RunResult) -> str:
     slots = {
-        *(each.slot for each in result.moves),
-        *(each.slot for each in result.errors + result.every_start),
+        *(move.slot for move in result.moves),
+        *(entry.slot for entry in result.errors + result.every_start),
     }
     return f"slot {slot}, " if len(slots) > 1 else ""
 

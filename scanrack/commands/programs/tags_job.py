@@ -47,7 +47,7 @@ def tags(
     if software is not None:
         return _print_file(software, rows, job.spec.name)
     if as_json:
-        say_json({"rack": job.spec.name, "tags": [_as_object(each) for each in rows]})
+        say_json({"rack": job.spec.name, "tags": [_as_object(row) for row in rows]})
     elif as_csv:
         say(_csv(rows).rstrip(), whole=True)
     else:
@@ -73,10 +73,10 @@ def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list
     chosen = []
     for text in patterns:
         matches = Writable([text]).matches
-        more = [row for row in rows if row.name == text or matches(re.sub(r"\[[^]]*\]", "", row.name))]
-        if not more:
+        matching = [row for row in rows if row.name == text or matches(re.sub(r"\[[^]]*\]", "", row.name))]
+        if not matching:
             raise ValueError(f"no tag {text!r}{nearest(database, text)}")
-        chosen += [each for each in more if each not in chosen]
+        chosen += [row for row in matching if row not in chosen]
     return chosen
 
 
@@ -98,13 +98,13 @@ def _as_object(row: TagRow) -> dict[str, object]:
 
 
 def _csv(rows: list[TagRow]) -> str:
-    return csv_text([COLUMNS, *((*_cells(each)[:-1], line_text(each.description)) for each in rows)])
+    return csv_text([COLUMNS, *((*_cells(row)[:-1], line_text(row.description)) for row in rows)])
 
 
 def _print_table(rows: list[TagRow]) -> None:
     cells = [_cells(row) for row in rows]
-    used = [place for place in range(len(COLUMNS)) if any(each[place] for each in cells)]
+    used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
     table = new_table(*(COLUMNS[place] for place in used))
-    for each in cells:
-        table.add_row(*(each[place] for place in used))
+    for row_cells in cells:
+        table.add_row(*(row_cells[place] for place in used))
     print_block(table)

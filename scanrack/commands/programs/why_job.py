@@ -91,7 +91,7 @@ class _Answer(NamedTuple):
 
 def _as_json(answer: _Answer) -> dict[str, object]:
     fields = {
-        name: each for name, each in answer._asdict().items() if name not in ("chain", "remedies", "acts")
+        name: value for name, value in answer._asdict().items() if name not in ("chain", "remedies", "acts")
     }
     if answer.chain is not None:
         fields |= {
@@ -111,9 +111,9 @@ def _ask_bench(file: str, question: Question) -> _Answer:
     from scanrack.jobs.why.acts import acts_for
     from scanrack.jobs.why.answer import value_of
 
-    what, moment, want = question.what, question.moment, question.want
+    subject, moment, want = question.what, question.moment, question.want
     bench = open_bench(file, watched=True)
-    bench.check(*(each for each in (what, moment.until) if each is not None))
+    bench.check(*(tag for tag in (subject, moment.until) if tag is not None))
     fault = None
     try:
         _run(bench, moment)
@@ -121,11 +121,11 @@ def _ask_bench(file: str, question: Question) -> _Answer:
         fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
     when = f"after {bench.scans:,} scans, {seconds(bench.now_ns)} s:"
-    text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=question.deep)
+    text, chain = (bench.why(), None) if subject is None else bench.answer(subject, deep=question.deep)
     remedies = acts = None
-    if what is not None and chain is not None and want is not None:
-        remedies = bench.suggest_inputs(what, want)
-        acts = acts_for(bench, chain, what, value_of(want))
+    if subject is not None and chain is not None and want is not None:
+        remedies = bench.suggest_inputs(subject, want)
+        acts = acts_for(bench, chain, subject, value_of(want))
     return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 
 
@@ -153,17 +153,17 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
     from .ladder import load_rungs
 
     try:
-        found = cross_reference(load_rungs(file).build())
-        mentions = found.mentions if tag is None else found.of(tag)
+        references = cross_reference(load_rungs(file).build())
+        mentions = references.mentions if tag is None else references.of(tag)
     except (LadderError, ValueError, OSError) as error:
         raise _refused(error) from error
     if tag is None:
         mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
     if as_json:
-        say_json({"tag": tag, "mentions": [_mention(each) for each in mentions]})
-    for each in () if as_json else mentions:
-        site = each.site
-        say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
+        say_json({"tag": tag, "mentions": [_mention(mention) for mention in mentions]})
+    for reference in () if as_json else mentions:
+        site = reference.site
+        say(f"{reference.text:<28} {reference.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise SystemExit(NO)

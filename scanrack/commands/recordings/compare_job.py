@@ -65,13 +65,13 @@ def compare_traces(options: CompareOptions) -> None:
     """
     with reported_mistakes():
         allowed = tolerance(options.tolerance_time, options.tolerance_counts)
-        with open_trace(options.a) as one, open_trace(options.b) as other:
-            clock = _clock(one, other, options.align_at, options.realign_at)
-            with reading(one, quiet=options.quiet) as progress:
-                comparison = compare(one, other, allowed, clock=clock, progress=progress)
-            for trace in (one, other):
+        with open_trace(options.a) as trace_a, open_trace(options.b) as trace_b:
+            clock = _clock(trace_a, trace_b, options.align_at, options.realign_at)
+            with reading(trace_a, quiet=options.quiet) as progress:
+                comparison = compare(trace_a, trace_b, allowed, clock=clock, progress=progress)
+            for trace in (trace_a, trace_b):
                 trace.check_data()
-            print_notes(one, other)
+            print_notes(trace_a, trace_b)
         status = print_comparison(comparison, names_of(options.a, options.b), as_json=options.as_json)
     raise typer.Exit(status)
 

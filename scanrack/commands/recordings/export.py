@@ -28,8 +28,12 @@ STDOUT = Path("-")
 def _targets() -> type[Any]:
     """Return a dataclass with an option for each format."""
     of_formats: list[tuple[str, Any, None]] = [
-        (each.name, Annotated[Path | None, typer.Option(each.option, metavar="OUT", help=each.help)], None)
-        for each in formats.FORMATS
+        (
+            format_.name,
+            Annotated[Path | None, typer.Option(format_.option, metavar="OUT", help=format_.help)],
+            None,
+        )
+        for format_ in formats.FORMATS
     ]
     return make_dataclass("Targets", of_formats)
 
@@ -63,14 +67,18 @@ def _export_command(
     with reported_mistakes():
         selected = selection(ranges)
         paths = asdict(targets)
-        chosen = [(each, paths[each.name]) for each in formats.FORMATS if paths[each.name] is not None]
+        chosen = [
+            (export_format, paths[export_format.name])
+            for export_format in formats.FORMATS
+            if paths[export_format.name] is not None
+        ]
         _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
-        for each, target in chosen:
+        for format_, target in chosen:
             to_stdout = target == STDOUT
             with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
-                into = target if not to_stdout else sys.stdout.buffer if each.binary else sys.stdout
-                signals = [_chosen(opened, signal or (), bits=bits)] if each.chooses else []
-                count = each.write(opened, into, *signals, selected, progress=progress)
+                into = target if not to_stdout else sys.stdout.buffer if format_.binary else sys.stdout
+                signals = [_chosen(opened, signal or (), bits=bits)] if format_.chooses else []
+                count = format_.write(opened, into, *signals, selected, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
@@ -94,16 +102,16 @@ def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: 
     Args:
         choice: the option that chooses signals; "" without one.
     """
-    if choice and not any(each.chooses for each, _ in chosen):
+    if choice and not any(export_format.chooses for export_format, _ in chosen):
         raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
     if not chosen:
-        options = ", ".join(each.option for each in formats.FORMATS)
+        options = ", ".join(export_format.option for export_format in formats.FORMATS)
         raise ValueError(f"nothing to write: give {options} or several of them")
     if sum(target == STDOUT for _, target in chosen) > 1:
         raise ValueError("only one of them can go to standard output")
-    for each, target in chosen:
+    for format_, target in chosen:
         if target != STDOUT:
-            check_output(target, each.kind, itself(trace))
+            check_output(target, format_.kind, itself(trace))
 
 
 def register(app: typer.Typer) -> None:

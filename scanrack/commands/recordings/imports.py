@@ -106,9 +106,9 @@ def _import_command(
         target = options.out or Path(options.capture.name).with_suffix(".mcap")
         outputs = [target] if options.simulated_to is None else [target, options.simulated_to]
         used = {options.capture: "the capture"}
-        for each in outputs:
-            check_output(each, TRACE, used)
-            used[each] = "the other trace"
+        for output in outputs:
+            check_output(output, TRACE, used)
+            used[output] = "the other trace"
         over_enip = options.controller is CapturedController.COMPACTLOGIX
         at_port = options.port or (PORT if over_enip else MODBUS_PORT)
         capture = read_capture(

@@ -49,7 +49,10 @@ def print_answer(answer: Answer, limit: int | None) -> None:
 
 
 def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
-    occurrences = [{**asdict(each), "duration_ns": each.duration_ns} for each in answer.occurrences[:limit]]
+    occurrences = [
+        {**asdict(occurrence), "duration_ns": occurrence.duration_ns}
+        for occurrence in answer.occurrences[:limit]
+    ]
     return {"aggregate": answer.aggregate, "count": answer.count, "occurrences": occurrences}
 
 
@@ -57,10 +60,12 @@ def _table(occurrences: tuple[Occurrence, ...]) -> Table:
     result = new_table(
         "scan>", "to scan>", "time s>", "lasted", *(f"{name}>" for name in occurrences[0].shown)
     )
-    for one in occurrences:
-        values = [_text(value) for value in one.shown.values()]
-        lasted = time_text(one.duration_ns) + (" or more" if one.open else "")
-        result.add_row(str(one.first), str(one.last), seconds_column(one.start_ns), lasted, *values)
+    for occurrence in occurrences:
+        values = [_text(value) for value in occurrence.shown.values()]
+        lasted = time_text(occurrence.duration_ns) + (" or more" if occurrence.open else "")
+        result.add_row(
+            str(occurrence.first), str(occurrence.last), seconds_column(occurrence.start_ns), lasted, *values
+        )
     return result
 
 

@@ -56,8 +56,8 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     print_notes(trace)
-    given = orders_of(trace.events())
-    orders = given if given or is_session(trace) else None
+    recorded = orders_of(trace.events())
+    orders = recorded if recorded or is_session(trace) else None
     editions = None if orders is None else versions_of(trace, orders, job, folder / "edits", trust=trust)
     for note in lost_notes(lost_edits(trace.events())):
         say(f"note: {note}", err=True)

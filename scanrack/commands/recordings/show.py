@@ -78,10 +78,10 @@ class CappedList(Generic[T]):
 
     def add(self, things: Iterable[T]) -> None:
         """Keep items up to the limit; count the others."""
-        rest = iter(things)
+        unread = iter(things)
         room = None if self._limit is None else self._limit - len(self.kept)
-        self.kept.extend(islice(rest, room))
-        self.more += sum(1 for _ in rest)
+        self.kept.extend(islice(unread, room))
+        self.more += sum(1 for _ in unread)
 
 
 ASIDE = frozenset({"/indicators", "/texts"})
@@ -163,14 +163,14 @@ def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
         "slots": [
             {"number": slot.number, "module": slot.module, "firmware": slot.firmware} for slot in head.slots
         ],
-        "attached": {each.name: len(each.data) for each in trace.attachments()},
+        "attached": {attachment.name: len(attachment.data) for attachment in trace.attachments()},
         "scans": contents.count,
         "first": contents.first,
         "last": contents.last,
         "end_ns": contents.end_ns,
         "events": [
-            {**asdict(each), "text": describe(each.topic, each.scan, each.fields)}
-            for each in contents.events.kept
+            {**asdict(event), "text": describe(event.topic, event.scan, event.fields)}
+            for event in contents.events.kept
         ],
         "more_events": None if contents.events.stopped else contents.events.more,
         "changes": [asdict(row) for row in contents.rows.kept],
@@ -266,9 +266,9 @@ def plain_lines(block: str | Table) -> list[str]:
     for column in block.columns:
         header = [str(column.header)] if block.show_header else []
         cells = [*header, *map(str, column.cells)]
-        widths = [cell_len(each) for each in cells]
+        widths = [cell_len(cell) for cell in cells]
         width, right = max(widths, default=0), column.justify == "right"
-        gaps = [" " * (width - each) for each in widths]
+        gaps = [" " * (width - cell_width) for cell_width in widths]
         columns.append([gap + cell if right else cell + gap for cell, gap in zip(cells, gaps, strict=True)])
     return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
 

@@ -168,10 +168,10 @@ def _conform_command(
 def _judged(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
     """Judge each scene, and print its verdict if it is shown."""
     judge = Judge(recorded.firmware, recorded.timing)
-    for each in recorded.scenes:
-        verdict = judge.judge(each)
+    for scene in recorded.scenes:
+        verdict = judge.judge(scene)
         if shown:
-            complain(f"{each.name}: {verdict.verdict}")
+            complain(f"{scene.name}: {verdict.verdict}")
     return judge.conclude()
 
 
@@ -236,7 +236,7 @@ def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[i
 
 def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedPlan:
     path = str(options.path)
-    unknown = [each for each in options.scene or () if each not in {scene.name for scene in plan.scenes}]
+    unknown = [name for name in options.scene or () if name not in {scene.name for scene in plan.scenes}]
     if unknown:
         raise ValueError(f"the plan {plan.name} has no scene {unknown[0]!r}: --list names them")
     client = connect(path)

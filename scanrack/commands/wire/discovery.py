@@ -28,9 +28,9 @@ def list_command() -> None:
     Exit status: 0 there are some, 1 there is none.
     """
     devices = sorted(comports(), key=lambda each: each.device)
-    for each in devices:
-        about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
-        say("  ".join([each.device, *about]))
+    for device in devices:
+        about = [text for text in (device.description, device.manufacturer) if text and text != "n/a"]
+        say("  ".join([device.device, *about]))
     if not devices:
         raise typer.Exit(complain("no serial device", NO))
 
@@ -68,7 +68,7 @@ def identify_command(
 
             answers = probe(partial(open_port, port), addresses, show)
             devices = list(answers if everyone else islice(answers, 1))
-    for each in devices:
-        say(each)
+    for device in devices:
+        say(device)
     if not devices:
         raise typer.Exit(complain(f"no controller answers on {port}", NO))

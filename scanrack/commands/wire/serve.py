@@ -121,8 +121,8 @@ class ConsoleLines:
         typed = b""
         while data := os.read(0, 1 << 12):
             *whole, typed = (typed + data).split(b"\n")
-            for each in whole:
-                lines.put(each.decode("utf-8", "replace") + "\n")
+            for line in whole:
+                lines.put(line.decode("utf-8", "replace") + "\n")
         lines.put("")
 
 
@@ -218,8 +218,8 @@ def _drives(options: ServeOptions, clock: Clock, kept: ControllerMemory | None) 
     """Make the drives of the options."""
     model = MODELS[options.controller]
     service = DriveService(model, clock, options.axes, options.machine or (), kept)
-    for each in options.pin or ():
-        wire(service.units, each)
+    for pin in options.pin or ():
+        wire(service.units, pin)
     return service
 
 
@@ -234,8 +234,8 @@ def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
     if kept is not None:
         kept.restore(units, addressed=bool(options.address))
     units = on_machines(units, options.machine or [])
-    for each in options.pin or []:
-        wire(units, each)
+    for option in options.pin or []:
+        wire(units, option)
     begin(units, ascii_mode=options.ascii_mode, start=options.start)
     line = ServedLine(
         units,
@@ -244,8 +244,8 @@ def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
         faulty=bool(options.fault) or options.control is not None,
         gateway_ms=options.gateway_ms,
     )
-    for each in options.fault or []:
-        line.set_fault(each)
+    for option in options.fault or []:
+        line.set_fault(option)
     return line
 
 
@@ -283,7 +283,7 @@ def _serve(
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # the initial state
-        calm = all(each is None for each in watchers)
+        calm = all(watcher is None for watcher in watchers)
         serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
 
 

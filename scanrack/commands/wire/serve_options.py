@@ -48,11 +48,11 @@ def check_options(context: typer.Context, controller: ServedDevice) -> None:
     Raises:
         ValueError: such an option was given.
     """
-    for each in context.command.params:
-        source = context.get_parameter_source(each.name or "")
+    for param in context.command.params:
+        source = context.get_parameter_source(param.name or "")
         is_given = source is not None and source.name == "COMMANDLINE"
-        if is_given and not _has_option(controller, each.name or ""):
-            raise ValueError(f"{each.opts[0]}: {controller} does not have it")
+        if is_given and not _has_option(controller, param.name or ""):
+            raise ValueError(f"{param.opts[0]}: {controller} does not have it")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -110,7 +110,7 @@ class Bench:
         self.read: dict[str, None] = {}
         self._journal = Journal(rack)
         recorders = [*listeners(rack), watching(self._journal, logic)]
-        self._followers = [each for each in recorders if isinstance(each, WatchesSequences)]
+        self._followers = [recorder for recorder in recorders if isinstance(recorder, WatchesSequences)]
         self.cpu = events.cpu = build_cpu(
             spec,
             logic,
@@ -418,19 +418,19 @@ class Bench:
     @property
     def sequences(self) -> Mapping[str, Sequence]:
         """The sequences of the program, by name: `bench.sequences["cycle"].line`."""
-        return {each.name: each for each in sequences_in(self.logic)}
+        return {sequence.name: sequence for sequence in sequences_in(self.logic)}
 
     # --- events
 
     @property
     def rules(self) -> SequenceOf[str]:
         """Ids of the manual's rules that have fired, in the order of firing."""
-        return [each.name for each in self.events if each.kind == "rule"]
+        return [event.name for event in self.events if event.kind == "rule"]
 
     def __str__(self) -> str:
         lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
-        lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
-        lines += [f"  {each}" for each in self.events[-5:]]
+        lines += [str(standing(sequence, self.scans)) for sequence in self.sequences.values()]
+        lines += [f"  {event}" for event in self.events[-5:]]
         return "\n".join(lines)
 
     def __repr__(self) -> str:

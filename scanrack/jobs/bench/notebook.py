@@ -22,7 +22,7 @@ def as_html(
 ) -> str:
     """Return a bench as HTML: its slots with named words, the last events, the program."""
     parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
-    parts.append(rows([str(each)] for each in events[-EVENTS:]))
+    parts.append(rows([str(event)] for event in events[-EVENTS:]))
     return card(name, *parts, _rungs(logic))
 
 
@@ -31,7 +31,10 @@ def _slot(slot: SlotBench, names: ModuleWords) -> str:
     own = getattr(slot.status, "_repr_html_", None)
     status = line(str(slot.status)) if own is None else own()
     images = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
-    table = ((f"in {one}", f"{value:,}", f"out {other}", f"{sent:,}") for one, value, other, sent in images)
+    table = (
+        (f"in {input_name}", f"{value:,}", f"out {other}", f"{sent:,}")
+        for input_name, value, other, sent in images
+    )
     return line(f"slot {slot.number}") + status + rows(table)
 
 

@@ -91,9 +91,11 @@ def lines_of_trace(
     from ..why.program_rerun import executed_lines
 
     (first, last), recording = scans, PackedTrace.of(trace, more)
-    written = {(each.scan, each.fields.get("order")) for each in recording.events}
+    written = {(event.scan, event.fields.get("order")) for event in recording.events}
     orders = [
-        TraceEvent(at, 0, ORDERS.name, {"order": text}) for at, text in latest if (at, text) not in written
+        TraceEvent(now_ns, 0, ORDERS.name, {"order": text})
+        for now_ns, text in latest
+        if (now_ns, text) not in written
     ]
     recording = replace(recording, events=(*recording.events, *orders))
     job = job_of(trace, folder, trust=True)
@@ -171,10 +173,10 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
 
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
-    scans, row, what, want = why.recording, why.row, question.what, question.want
-    text, chain = (why.rack(), None) if what is None else why.of(what, deep=question.deep)
+    scans, row, subject, want = why.recording, why.row, question.what, question.want
+    text, chain = (why.rack(), None) if subject is None else why.of(subject, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
-    remedies = None if what is None or want is None else why.suggest_inputs(what, want)
+    remedies = None if subject is None or want is None else why.suggest_inputs(subject, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
 
 
@@ -182,6 +184,6 @@ def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
     """Yield the lines of a Python program that a chain names."""
     from ..why.source.lines import Line
 
-    for each in chain.path if load is not None else ():
-        if load is not None and each.site is not None and each.site.file and each.site.line:
-            yield Line(str(load.folder / each.site.file), each.site.line, each.site.routine)
+    for step in chain.path if load is not None else ():
+        if load is not None and step.site is not None and step.site.file and step.site.line:
+            yield Line(str(load.folder / step.site.file), step.site.line, step.site.routine)

@@ -43,7 +43,7 @@ def acts_in_trace(
         ValueError: the name is unknown, or the program was edited before that scan.
         UntrustedError: untrusted Python of the trace would run.
     """
-    edits = [each.scan for each in trace.events() if is_edit(each) and each.scan <= scan]
+    edits = [event.scan for event in trace.events() if is_edit(event) and event.scan <= scan]
     if edits:
         raise ValueError(f"the program was edited before scan {edits[0]:,}: ask before that scan")
     job = job_of(trace, folder, trust=trust)

@@ -111,7 +111,7 @@ class SlotBench:
         Raises:
             ValueError: the fault is unknown, or the module has no faults.
         """
-        names = {each.value: trouble for each, trouble in TROUBLES.items()}
+        names = {trouble_type.value: trouble for trouble_type, trouble in TROUBLES.items()}
         if how is not None and how not in names:
             raise ValueError(f"no fault {how!r}; choose from {', '.join(names)}")
         if not hasattr(self._device, "inject"):

@@ -119,14 +119,14 @@ class CipPairing(Pairing):
         return iter(())
 
     def _messages(self, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
-        data, at = (b"" if fresh else self._rest[to_device]) + data, 0
-        while len(data) >= at + HEAD.size:
-            command, length, _, status, context, options = HEAD.unpack_from(data, at)
+        data, offset = (b"" if fresh else self._rest[to_device]) + data, 0
+        while len(data) >= offset + HEAD.size:
+            command, length, _, status, context, options = HEAD.unpack_from(data, offset)
             if command > COMMAND_MOST or options:  # wait until a segment begins with a frame
-                at = len(data)
-            if len(data) < at + HEAD.size + length:
+                offset = len(data)
+            if len(data) < offset + HEAD.size + length:
                 break
-            body, at = data[at + HEAD.size : at + HEAD.size + length], at + HEAD.size + length
+            body, offset = data[offset + HEAD.size : offset + HEAD.size + length], offset + HEAD.size + length
             items = items_in(body) if command in (SEND, SEND_CONNECTED) and not status else []
             if len(items) < 2:
                 continue
@@ -135,7 +135,7 @@ class CipPairing(Pairing):
                 yield (command, context), message
             else:
                 yield (command, message[:2]), message[2:]
-        self._rest[to_device] = data[at:]
+        self._rest[to_device] = data[offset:]
 
     def _answered(
         self, times: tuple[int, int], request: bytes, reply: bytes, depth: int
@@ -149,8 +149,8 @@ class CipPairing(Pairing):
                 return
             status, answer = _reply_parts(service, reply)
             if service == BATCH and status in (DONE, _SOME_FAILED) and depth < DEEPEST:
-                for one, its_reply in zip(_parts(data), _parts(answer), strict=False):
-                    yield from self._answered(times, one, its_reply, depth + 1)
+                for part, its_reply in zip(_parts(data), _parts(answer), strict=False):
+                    yield from self._answered(times, part, its_reply, depth + 1)
             elif service == LISTING and status in (DONE, PARTIAL):
                 self._list(path, data, answer)
             elif status in (DONE, PARTIAL):
@@ -160,22 +160,22 @@ class CipPairing(Pairing):
 
     def _list(self, path: Path, data: bytes, answer: bytes) -> None:
         """Store the names of the controller's tags by number."""
-        if any(not isinstance(each, Instance) for each in path.steps):
+        if any(not isinstance(step, Instance) for step in path.steps):
             return  # ignore program-scoped tags
         (count,) = struct.unpack_from("<H", data)
         attributes = struct.unpack_from(f"<{count}H", data, 2)
-        at = 0
-        while at + 4 <= len(answer) and len(self._names) < TAGS_MOST:
-            (number,) = struct.unpack_from("<I", answer, at)
-            at += 4
-            for each in attributes:
-                if each == 1:
-                    (size,) = struct.unpack_from("<H", answer, at)
-                    name = answer[at + 2 : at + 2 + size].decode("ascii", "replace")
+        offset = 0
+        while offset + 4 <= len(answer) and len(self._names) < TAGS_MOST:
+            (number,) = struct.unpack_from("<I", answer, offset)
+            offset += 4
+            for attribute in attributes:
+                if attribute == 1:
+                    (size,) = struct.unpack_from("<H", answer, offset)
+                    name = answer[offset + 2 : offset + 2 + size].decode("ascii", "replace")
                     self._names[number] = name
-                    at += 2 + size
+                    offset += 2 + size
                 else:
-                    at += _ATTRIBUTE_BYTES.get(each, len(answer))
+                    offset += _ATTRIBUTE_BYTES.get(attribute, len(answer))
 
     def _of_tag(
         self,
@@ -188,7 +188,7 @@ class CipPairing(Pairing):
     ) -> Iterator[PairedExchange]:
         """Yield the exchange for a module's tag; count reads of other tags."""
         names = [
-            self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps
+            self._names.get(step.number, "") if isinstance(step, Instance) else step for step in path.steps
         ]
         place = image_place(names)
         if place is None and service in (READ, READ_PART):
@@ -196,8 +196,8 @@ class CipPairing(Pairing):
             self.unnamed += names[:1] == [""]
         change = None if place is None else _change(place, service, data, answer)
         if place is not None and change is not None:
-            at, changed, keep = change
-            yield ImageExchange(*times, place.slot, *messages, place.output, at, changed, keep)
+            now_ns, changed, keep = change
+            yield ImageExchange(*times, place.slot, *messages, place.output, now_ns, changed, keep)
 
 
 def _request_parts(message: bytes) -> tuple[int, Path, bytes]:

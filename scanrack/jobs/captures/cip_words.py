@@ -26,19 +26,19 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
     seen = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
     scans: list[WordScan] = []
     packet: tuple[int, int] | None = None  # times of the packet of the latest scan
-    for each in exchanges:
-        if not isinstance(each, ImageExchange):
+    for exchange in exchanges:
+        if not isinstance(exchange, ImageExchange):
             continue
-        span = slice(each.at, each.at + len(each.data))
-        image = images[each.output]
-        image[span] = patched(bytes(image[span]), each.data, each.keep)
-        seen[each.output][span] = b"\1" * len(each.data)
-        now = each.requested_ns, each.answered_ns
-        if not each.output and now != packet:
-            scans.append(WordScan(each.answered_ns, [], []))
+        span = slice(exchange.at, exchange.at + len(exchange.data))
+        image = images[exchange.output]
+        image[span] = patched(bytes(image[span]), exchange.data, exchange.keep)
+        seen[exchange.output][span] = b"\1" * len(exchange.data)
+        now = exchange.requested_ns, exchange.answered_ns
+        if not exchange.output and now != packet:
+            scans.append(WordScan(exchange.answered_ns, [], []))
             packet = now
         if scans:
-            scans[-1].apart |= each.output and now != packet
+            scans[-1].apart |= exchange.output and now != packet
             scans[-1].outputs, scans[-1].inputs = _words(images[True]), _words(images[False])
     if not scans:
         raise ValueError("no input words are read, such as Local:1:I.Data")
@@ -46,7 +46,7 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
 
 
 def _words(image: bytearray) -> list[int]:
-    return [int.from_bytes(image[at : at + 2], "little") for at in range(0, 2 * WORDS, 2)]
+    return [int.from_bytes(image[offset : offset + 2], "little") for offset in range(0, 2 * WORDS, 2)]
 
 
 def _missing(seen: dict[bool, bytearray]) -> Iterator[str]:

@@ -42,10 +42,10 @@ def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
     values: Values = {}
     for address in known:
         row, high = WORDS[address]
-        at = address - high
-        value = words.get(at, 0)
+        offset = address - high
+        value = words.get(offset, 0)
         if row.words == 2:
-            value = pdus.signed_pair(value, words.get(at + 1, 0))
+            value = pdus.signed_pair(value, words.get(offset + 1, 0))
         values[row.register.name.lower()] = value
     return values
 

@@ -42,7 +42,10 @@ def simulated(controller: str, statements: Sequence[Statement]) -> list[Statemen
     """
     begin_ns, unit = statements[0].exchange.requested_ns, statements[0].exchange.unit
     early, late = (_Model(controller, MODELS[controller](unit), begin_ns) for _ in range(2))
-    return [_modeled(each, early, late, reads=_is_read(controller, each.exchange)) for each in statements]
+    return [
+        _modeled(statement, early, late, reads=_is_read(controller, statement.exchange))
+        for statement in statements
+    ]
 
 
 def _is_read(controller: str, exchange: PairedExchange) -> bool:
@@ -63,14 +66,14 @@ def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> St
     if reads:
         seen += [early.ask(exchange.answered_ns, exchange), late.ask(exchange.requested_ns, exchange)]
     reply, values = late.ask(exchange.answered_ns, exchange)
-    shown = [values, *(each for _, each in seen)]
+    shown = [values, *(earlier for _, earlier in seen)]
     explained = {name: _nearest(real.values.get(name), name, shown) for name in values}
     return Statement(replace(exchange, reply=reply), explained)
 
 
 def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
     """Return the value in the range of the shown values that is nearest to the real one."""
-    numbers = [each[name] for each in shown if name in each]
+    numbers = [values[name] for values in shown if name in values]
     return numbers[0] if real is None else min(max(real, min(numbers)), max(numbers))
 
 

@@ -96,8 +96,8 @@ class ModbusTcpPairing(Pairing):
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
-        for each in self._open.values():
-            yield _unanswered(*each)
+        for request in self._open.values():
+            yield _unanswered(*request)
         self._open.clear()
 
     def _ask(self, transaction: int, request: tuple[int, int, bytes]) -> Iterator[PairedExchange]:

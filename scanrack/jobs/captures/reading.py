@@ -99,16 +99,16 @@ class _Connections:
         connection = (chunk.source, chunk.target) if to_device else (chunk.target, chunk.source)
         if connection not in self._pairings:
             self._pairings[connection] = self._pairing()
-        one = self._pairings[connection]
+        pairing = self._pairings[connection]
         self._pairings.move_to_end(connection)
         if len(self._pairings) > CONNECTIONS_MAX:
             _add(self.found, self._pairings.popitem(last=False)[1].finish())
-        _add(self.found, one.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
+        _add(self.found, pairing.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
 
     def finish(self) -> list[Pairing]:
         """End all connections and return their pairings."""
-        for each in self._pairings.values():
-            _add(self.found, each.finish())
+        for pairing in self._pairings.values():
+            _add(self.found, pairing.finish())
         return list(self._pairings.values())
 
 
@@ -144,7 +144,7 @@ def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut
     if cut.count:
         return f"no whole exchange at port {port}: {_cut(cut)}"
     seen = f"; its ports are {', '.join(map(str, sorted(others)))}" if others else ""
-    passed_over = next(filter(None, (each.passed_over for each in pairings)), "")
+    passed_over = next(filter(None, (pairing.passed_over for pairing in pairings)), "")
     return passed_over or f"no exchange at port {port}{seen}"
 
 
@@ -189,14 +189,14 @@ def _add(captured: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
 
 
 def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
-    units = sorted({each.unit for each in captured.exchanges})
+    units = sorted({exchange.unit for exchange in captured.exchanges})
     if unit is None and len(units) > 1:
         raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
     if unit is not None and unit not in units:
         raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
-    of_unit = (each for each in captured.exchanges if unit in (None, each.unit))
+    of_unit = (exchange for exchange in captured.exchanges if unit in (None, exchange.unit))
     captured.exchanges = sorted(of_unit, key=lambda each: each.answered_ns)
-    lost = sum(each.reply is None for each in captured.exchanges)
+    lost = sum(exchange.reply is None for exchange in captured.exchanges)
     if lost:
         captured.notes.append(f"requests without a sound reply: {lost:,}")
     return captured

@@ -28,12 +28,12 @@ class ExchangeTags:
     def __init__(self, plan: TagPlan, images: bytes) -> None:
         self.plan, self._images = plan, images
         self.pending: list[tuple[str, Mapping[str, str | int]]] = []
-        self.values: dict[str, float] = {each.tag.name: 0 for each in plan.fields}
+        self.values: dict[str, float] = {field.tag.name: 0 for field in plan.fields}
         self._row = Struct(f"<{plan.letters}")
 
     def take(self) -> bytes:
         """Return the empty images of the slot, and the row of tags."""
-        return self._images + self._row.pack(*(self.values[each.tag.name] for each in self.plan.fields))
+        return self._images + self._row.pack(*(self.values[field.tag.name] for field in self.plan.fields))
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +47,12 @@ class Statement:
 def statements_of(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
     """Return the exchanges with a controller, `pcl601` or `pmc006`, and the values that they show."""
     words: dict[int, int] = {}
-    return [Statement(each, VALUES[controller](each, words)) for each in exchanges]
+    return [Statement(exchange, VALUES[controller](exchange, words)) for exchange in exchanges]
 
 
 def value_names(*traces: Sequence[Statement]) -> list[str]:
     """Return the names of all values, in order of first appearance."""
-    return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
+    return list(dict.fromkeys(name for trace in traces for statement in trace for name in statement.values))
 
 
 def record(target: Path, controller: str, statements: Sequence[Statement], names: Sequence[str]) -> None:
@@ -73,10 +73,10 @@ def record(target: Path, controller: str, statements: Sequence[Statement], names
         target, bytearray(images), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
     )
     with closing(recorder):
-        for number, each in enumerate(statements):
-            tags.values.update(each.values)
-            tags.values.update(_facts(controller, each.exchange))
-            recorder.scan(number, each.exchange.answered_ns - begin_ns, RUN_MODE)
+        for number, statement in enumerate(statements):
+            tags.values.update(statement.values)
+            tags.values.update(_facts(controller, statement.exchange))
+            recorder.scan(number, statement.exchange.answered_ns - begin_ns, RUN_MODE)
 
 
 def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:

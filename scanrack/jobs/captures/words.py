@@ -91,9 +91,9 @@ def _written(request: ModbusPDU) -> Span:
 def _put(image: list[int], span: Span) -> bool:
     """Put words into an image; return whether any word belongs to the image."""
     first, words = span
-    placed = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
-    for at, word in placed.items():
-        image[at] = word
+    placed = {place: word for place, word in enumerate(words, first) if 0 <= place < WORDS}
+    for index, word in placed.items():
+        image[index] = word
     return bool(placed)
 
 
@@ -126,7 +126,7 @@ def record_words(
     """
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
     if sampled:
-        facts["words"] = SAMPLED_APART if any(each.apart for each in scans) else SAMPLED
+        facts["words"] = SAMPLED_APART if any(sample.apart for sample in scans) else SAMPLED
     if begin_ns > _YEAR_2000_NS:
         facts[CAPTURED_AT] = datetime.fromtimestamp(begin_ns // 10**9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     module = SlotInfo(slot, CATALOG, "4.1")

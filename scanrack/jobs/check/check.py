@@ -81,11 +81,11 @@ Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
     """List what a 3601 program must change to run on a networked drive; LadderError as in `check_rack`."""
     facts = facts_of(job)
-    found = (
+    violations = (
         Finding(RULE, place, text, _site(facts, place))
         for place, text in replaced(Subject(job, facts, None, alone), model)
     )
-    return CheckReport(tuple(found), tuple(facts.not_seen))
+    return CheckReport(tuple(violations), tuple(facts.not_seen))
 
 
 def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = None) -> CheckReport:
@@ -100,12 +100,14 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = 
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    found = list(_judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts))
+    findings = list(
+        _judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts)
+    )
     suppressions = Suppressions(job)
-    kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
+    kept = tuple(finding for finding in findings if not suppressions.ignores(finding.rule, finding.place))
     stubs = (f"behind {stub}" for stub in job.stubs)
     not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
-    return CheckReport(kept, not_seen, len(found) - len(kept))
+    return CheckReport(kept, not_seen, len(findings) - len(kept))
 
 
 def refused(error: Exception, file: str) -> CheckReport:
@@ -114,10 +116,10 @@ def refused(error: Exception, file: str) -> CheckReport:
     Args:
         file: the file that was to be checked, used for a mistake without a place.
     """
-    found = [site for site in sites_of(error) if site.file]
-    sites = [each for each in found if each.line] or [Site(file=file, line=1)]
+    named = [site for site in sites_of(error) if site.file]
+    sites = [site for site in named if site.line] or [Site(file=file, line=1)]
     text = str(error)
-    findings = (Finding("refused", FileLine(each.file, each.line or 1), text, each) for each in sites[-1:])
+    findings = (Finding("refused", FileLine(site.file, site.line or 1), text, site) for site in sites[-1:])
     return CheckReport(tuple(dict.fromkeys(findings)), ())
 
 
@@ -136,14 +138,14 @@ def _findings(subject: Subject) -> Iterator[Finding]:
 
 def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
     """Yield the findings that are not refuted, then findings of proofs at places that have none."""
-    by_place = {(each.rule, each.place): each for each in verdicts}
-    for each in found:
-        verdict = by_place.pop((each.rule, each.place), None)
+    by_place = {(judgment.rule, judgment.place): judgment for judgment in verdicts}
+    for finding in found:
+        verdict = by_place.pop((finding.rule, finding.place), None)
         if verdict is None:
-            yield each
+            yield finding
         elif verdict.holds:
-            yield replace(each, text=f"{each.text} (proved)")
-    places = {each.place for each in found}
+            yield replace(finding, text=f"{finding.text} (proved)")
+    places = {kept_finding.place for kept_finding in found}
     for other in by_place.values():
         if other.holds and other.place not in places:
             yield Finding(other.rule, other.place, f"{other.text} (proved)", _site(facts, other.place))
@@ -178,8 +180,8 @@ def _globals_of(logic: object) -> Mapping[str, Any]:
     """Return the global names of the module that defines a function, method, partial or callable object."""
     inner = getattr(logic, "func", logic)  # for functools.partial
     call = inner if hasattr(inner, "__globals__") else vars(type(inner)).get("__call__")
-    found: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
-    return found
+    names: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
+    return names
 
 
 def _unseen_configurations(subject: Subject) -> Iterator[str]:

@@ -30,11 +30,11 @@ UNKNOWN_CHOICES = Choices()
 def combined(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
     """Apply a function to options; unknown if a part is unknown, if sources differ, or if the call fails."""
     several = [part for part in parts if len(part.options) > 1]
-    if len({each.source for each in several}) > 1:
+    if len({choices.source for choices in several}) > 1:
         return UNKNOWN_CHOICES
-    rows = range(min((len(each.options) for each in several), default=1))
+    rows = range(min((len(choices.options) for choices in several), default=1))
     try:
-        results = tuple(of(*(each.at(place) for each in parts)) for place in rows)
+        results = tuple(of(*(part.at(place) for part in parts)) for place in rows)
     except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError):
         return UNKNOWN_CHOICES
     first, *_ = *several, UNKNOWN_CHOICES

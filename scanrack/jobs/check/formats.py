@@ -23,7 +23,7 @@ def as_json(report: CheckReport) -> dict[str, object]:
 
 
 def _finding(each: Finding) -> dict[str, object]:
-    found: dict[str, object] = {
+    row: dict[str, object] = {
         "rule": each.rule,
         "level": each.row.level,
         "file": each.place.file,
@@ -33,8 +33,8 @@ def _finding(each: Finding) -> dict[str, object]:
     }
     if each.site.rung is not None:
         number = "routine_line" if each.site.unit == "line" else each.site.unit
-        found |= {"routine": each.site.routine, number: each.site.rung}
-    return found
+        row |= {"routine": each.site.routine, number: each.site.rung}
+    return row
 
 
 def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
@@ -68,7 +68,7 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
 
 
 def _location(each: Finding) -> dict[str, object]:
-    found: dict[str, object] = {
+    location: dict[str, object] = {
         "physicalLocation": {
             "artifactLocation": {"uri": _uri(Path(each.place.file))},
             "region": {"startLine": max(1, each.place.line)},
@@ -76,8 +76,8 @@ def _location(each: Finding) -> dict[str, object]:
     }
     if each.site.rung is not None:
         name = f"{each.site.routine}, {each.site.place}"
-        found["logicalLocations"] = [{"fullyQualifiedName": name, "kind": "function"}]
-    return found
+        location["logicalLocations"] = [{"fullyQualifiedName": name, "kind": "function"}]
+    return location
 
 
 def _uri(path: Path) -> str:
@@ -94,8 +94,8 @@ def as_junit(report: CheckReport, name: str) -> str:
     cases = []
     failed = {finding.rule for finding in report.findings}
     for rule in RULES:
-        own = [each for each in report.findings if each.rule == rule.id]
-        failures = "".join(_failure(each) for each in own)
+        own = [finding for finding in report.findings if finding.rule == rule.id]
+        failures = "".join(_failure(finding) for finding in own)
         cases.append(f'  <testcase classname={quoteattr(name)} name="{rule.id}">{failures}</testcase>')
     head = f'<testsuite name={quoteattr(name)} tests="{len(RULES)}" failures="{len(failed)}" errors="0">'
     return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', head, *cases, "</testsuite>"])

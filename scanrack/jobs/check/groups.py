@@ -11,10 +11,10 @@ Item = TypeVar("Item")
 
 def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
     """Return items grouped by a key; groups and items keep their order."""
-    found: dict[Key, list[Item]] = {}
+    items_by_key: dict[Key, list[Item]] = {}
     for item in items:
-        found.setdefault(key(item), []).append(item)
-    return found
+        items_by_key.setdefault(key(item), []).append(item)
+    return items_by_key
 
 
 def reached(starts: Iterable[Key], onward: Callable[[Key], Iterable[Key]]) -> Iterator[Key]:
@@ -26,8 +26,8 @@ def reached(starts: Iterable[Key], onward: Callable[[Key], Iterable[Key]]) -> It
     seen: set[Key] = set()
     todo = list(starts)
     while todo:
-        for each in onward(todo.pop(0)):
-            if each not in seen:
-                seen.add(each)
-                todo.append(each)
-                yield each
+        for neighbor in onward(todo.pop(0)):
+            if neighbor not in seen:
+                seen.add(neighbor)
+                todo.append(neighbor)
+                yield neighbor

@@ -133,7 +133,7 @@ def with_leaves(condition: Condition, of: Callable[[Condition], Condition]) -> C
         case AllOf(parts):
             return AllOf(tuple(with_leaves(part, of) for part in parts))
         case AnyOf(parts):
-            return AnyOf(tuple(with_leaves(each, of) for each in parts))
+            return AnyOf(tuple(with_leaves(part, of) for part in parts))
     return of(condition)
 
 
@@ -208,7 +208,7 @@ def is_only_of(condition: Condition, number: str) -> bool:
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
     """Return the values of a number for which a condition can hold; None for all of them."""
     compared = (leaf for leaf in leaves(condition) if isinstance(leaf, Compare))
-    names = sorted({each.name for each in compared if base_of(each.name) == number})
+    names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == number})
     if not names:
         return None
     there = frozenset(
@@ -220,13 +220,13 @@ def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> froz
 def alternatives(condition: Condition) -> list[Term] | None:
     """Return the alternatives of a condition; None if there are too many."""
     if isinstance(condition, AnyOf):
-        found: list[Term] = []
+        terms_so_far: list[Term] = []
         for part in condition.parts:
             terms = alternatives(part)
-            if terms is None or len(found) + len(terms) > MOST:
+            if terms is None or len(terms_so_far) + len(terms) > MOST:
                 return None
-            found += terms
-        return found
+            terms_so_far += terms
+        return terms_so_far
     if isinstance(condition, AllOf):
         return _joined(condition.parts)
     return [(condition,)]
@@ -235,7 +235,7 @@ def alternatives(condition: Condition) -> list[Term] | None:
 def _joined(parts: Iterable[Condition]) -> list[Term] | None:
     """Return the possible alternatives of parts that hold together; None if there are too many."""
     flat = list(_flat(parts))
-    together = tuple(dict.fromkeys(each for each in flat if not isinstance(each, AnyOf)))
+    together = tuple(dict.fromkeys(part for part in flat if not isinstance(part, AnyOf)))
     joined: list[Term] | None = [] if is_impossible(together) else [together]
     for choice in flat:
         if isinstance(choice, AnyOf) and joined is not None:
@@ -248,8 +248,8 @@ def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
     """Return every combination of two terms; None if there are too many."""
     if len(terms) * len(others) > MOST * 4:
         return None
-    joined = [both for one in terms for other in others if not is_impossible(both := one + other)]
-    is_short = len(joined) <= MOST and all(len(each) <= MOST_PARTS for each in joined)
+    joined = [both for term in terms for other in others if not is_impossible(both := term + other)]
+    is_short = len(joined) <= MOST and all(len(term) <= MOST_PARTS for term in joined)
     return joined if is_short else None
 
 
@@ -266,13 +266,13 @@ def is_impossible(term: Term) -> bool:
     """Whether parts of a term exclude each other."""
     on: dict[str, bool] = {}
     compared: dict[str, list[Compare]] = {}
-    for each in term:
-        if isinstance(each, FixedTruth) and not each.holds:
+    for part in term:
+        if isinstance(part, FixedTruth) and not part.holds:
             return True
-        if isinstance(each, Bit) and on.setdefault(each.name, each.on) != each.on:
+        if isinstance(part, Bit) and on.setdefault(part.name, part.on) != part.on:
             return True
-        if isinstance(each, Compare):
-            compared.setdefault(each.name, []).append(each)
+        if isinstance(part, Compare):
+            compared.setdefault(part.name, []).append(part)
     return any(map(_is_empty, compared.values())) or any(on.get(_done(name)) for name in on if on[name])
 
 
@@ -284,10 +284,10 @@ def _done(name: str) -> str:
 def _is_empty(compared: list[Compare]) -> bool:
     """Whether no number satisfies all comparisons."""
     whole = compared[0].whole
-    limits = [BOUNDS[each.relation](each.number, whole) for each in compared]
+    limits = [BOUNDS[comparison.relation](comparison.number, whole) for comparison in compared]
     lows, highs = zip(*limits, strict=True)
     least, most = max(compared[0].least, *lows), min(compared[0].most, *highs)
-    excluded = {each.number for each in compared if each.relation == "<>"}
+    excluded = {comparison.number for comparison in compared if comparison.relation == "<>"}
     if whole and math.isfinite(most - least) and most - least < len(excluded):
         return excluded.issuperset(range(math.ceil(least), math.floor(most) + 1))
     return least > most or (least == most and least in excluded)

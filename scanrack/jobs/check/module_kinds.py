@@ -70,7 +70,7 @@ def kinds_of(word: int) -> list[str]:
 
 def bits_of(kind: str) -> int:
     """Return the bits of output word 0 that give a command, in either direction; 0 for other commands."""
-    return sum(bit for bit, each in KINDS.items() if each == kind)
+    return sum(bit for bit, name in KINDS.items() if name == kind)
 
 
 def given_by(sets: int, clears: int) -> dict[str, Any]:

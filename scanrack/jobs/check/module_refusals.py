@@ -95,7 +95,7 @@ def broken(
     at_rest = SimpleNamespace(state=state, firmware=firmware, profile=profile)  # what these rules read
     host = cast("Host", at_rest)
     first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]
-    names = [each for each in first if all(each in other for other in others)]
+    names = [rule for rule in first if all(rule in other for other in others)]
     return tuple(_breach(name, words, profile) for name in dict.fromkeys(names))
 
 
@@ -103,16 +103,16 @@ def wrong_configuration(words: Sequence[int | None], firmware: Firmware, profile
     """Return the rules that the words of a configuration break."""
     limits = profile.limits
     first, *others = [check(_filled(words, values), firmware, limits) for values in _FILLED[:2]]
-    return tuple(each for each in first if all(each in other for other in others))
+    return tuple(reason for reason in first if all(reason in other for other in others))
 
 
 def _filled(words: Sequence[int | None], values: Sequence[int]) -> tuple[int, ...]:
     filled = [value if word is None else word for word, value in zip(words, values, strict=True)]
     for high, low in ((2, 3), (4, 5)):
-        one, other = words[high], words[low]
-        if one is None and other is not None and other < 0:
+        high_word, low_word = words[high], words[low]
+        if high_word is None and low_word is not None and low_word < 0:
             filled[high] = -filled[high]
-        if other is None and one is not None and one < 0:
+        if low_word is None and high_word is not None and high_word < 0:
             filled[low] = -filled[low]
     return tuple(filled)
 
@@ -122,11 +122,11 @@ def _rules(host: Host, words: Sequence[int]) -> list[str]:
     bits = command.msw & COMMAND_BITS
     if command.many_bits:
         return ["CMD-02"]  # this rule is enough
-    found = [each.rule for each in _of_words(host, command, _reasons(host, command))]
+    rules = [reason.rule for reason in _of_words(host, command, _reasons(host, command))]
     if bits & MOVES:
         own = host.profile.further_refusals
-        found += [rule for rule, is_broken in own if is_broken(command.words, command.parameters)]
-    return [*found, *["LSW-03"] * bool(bits & CommandMsw.RESERVED_14.value)]
+        rules += [rule for rule, is_broken in own if is_broken(command.words, command.parameters)]
+    return [*rules, *["LSW-03"] * bool(bits & CommandMsw.RESERVED_14.value)]
 
 
 def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
@@ -138,8 +138,10 @@ def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
 
 
 def _of_words(host: Host, command: CommandWords, reasons: refusals.Refusals) -> list[refusals.RefusalRule]:
-    of_words = [each for each in reasons if each.rule in LAST_WORD and each.broken is not refusals.busy]
-    return [each for each in of_words if each.broken(host, command)]
+    of_words = [
+        reason for reason in reasons if reason.rule in LAST_WORD and reason.broken is not refusals.busy
+    ]
+    return [reason for reason in of_words if reason.broken(host, command)]
 
 
 def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
@@ -149,11 +151,11 @@ def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
 
 def _word(rule: str, words: Sequence[int | None], profile: Profile) -> int:
     """Return the word that breaks a rule; if there are several, the first one without a legal value."""
-    at = LAST_WORD.get(rule, (0,))
+    places = LAST_WORD.get(rule, (0,))
     if rule == "CMD-04":
-        given = CommandWords(_filled(words, _FILLED[1])).parameters
-        rates = ((6, given.acceleration), (7, given.deceleration))
-        wrong = [at for at, rate in rates if not profile.limits.takes_rate(rate)]
-        legal = profile.limits.takes_speed(given.speed)
-        return 3 if not given.target_in_range else (*wrong, 5)[0] if legal else 5
-    return next((each for each in at if words[each]), at[0])
+        parameters = CommandWords(_filled(words, _FILLED[1])).parameters
+        rates = ((6, parameters.acceleration), (7, parameters.deceleration))
+        wrong = [place for place, rate in rates if not profile.limits.takes_rate(rate)]
+        legal = profile.limits.takes_speed(parameters.speed)
+        return 3 if not parameters.target_in_range else (*wrong, 5)[0] if legal else 5
+    return next((place for place in places if words[place]), places[0])

@@ -53,16 +53,16 @@ def joined(*ranges: Range) -> Range:
         return ANY
     return Range(
         min(number.least for number in ranges),
-        max(each.most for each in ranges),
-        all(each.whole for each in ranges),
+        max(number_range.most for number_range in ranges),
+        all(number_range.whole for number_range in ranges),
     )
 
 
 def _corners(one: Range, other: Range, of: Callable[[float, float], float]) -> Range:
     if not (one.is_known and other.is_known):
         return ANY
-    found = [of(a, b) for a in (one.least, one.most) for b in (other.least, other.most)]
-    return Range(min(found), max(found), one.whole and other.whole)
+    corners = [of(left, right) for left in (one.least, one.most) for right in (other.least, other.most)]
+    return Range(min(corners), max(corners), one.whole and other.whole)
 
 
 def _divided(one: Range, other: Range) -> Range:

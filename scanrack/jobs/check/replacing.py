@@ -50,14 +50,14 @@ Use = tuple[FileLine, str, int, int, str]
 def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
     """Yield the uses of a 3601's words that mean something else on a drive, in line order."""
     rows = list(differences(model))
-    found: dict[tuple[FileLine, str], Violation] = {}
+    violations: dict[tuple[FileLine, str], Violation] = {}
     for place, image, word, mask, text in sorted(_uses(subject), key=lambda use: (use[0], use[1:4])):
         if not image:
-            found.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
+            violations.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
         for row in rows:
             if row.place == (image, word) and row.bits & mask:
-                found.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
-    yield from found.values()
+                violations.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
+    yield from violations.values()
 
 
 def _of_row(row: Difference, mask: int, text: str, model: Model) -> str:
@@ -100,11 +100,17 @@ def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
 def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield constants that are written to command words."""
     configures = {write.place for write in facts.writes if write.word == 0 and write.sets & MODE_CONFIG}
-    for each in facts.writes:
-        if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
+    for word_write in facts.writes:
+        if word_write.slot not in slots or word_write.word >= COMMAND_WORDS or word_write.place in configures:
             continue
-        for option in each.options:
-            yield each.place, "O", each.word, option & UNSIGNED_MAX, each.text or f"output word {each.word}"
+        for option in word_write.options:
+            yield (
+                word_write.place,
+                "O",
+                word_write.word,
+                option & UNSIGNED_MAX,
+                word_write.text or f"output word {word_write.word}",
+            )
 
 
 COMMAND_WORDS = 2
@@ -128,7 +134,7 @@ def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
 
 
 def _of_images(file: str, tree: ast.Module, images: Images, slots: set[int]) -> Iterator[Use]:
-    for function in (each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)):
+    for function in (child for child in ast.walk(tree) if isinstance(child, ast.FunctionDef)):
         local = images.locals_of(function)
         for node in ast.walk(function):
             match node:

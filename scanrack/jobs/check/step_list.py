@@ -27,7 +27,7 @@ def step_facts(path: Path, program: Steps) -> Facts:
     """Return the facts of a list of steps."""
     facts = Facts()
     image = Image(size=WORDS_MAX)  # large enough for any module
-    following = [*(each.line for each in program.steps[1:]), 0]
+    following = [*(program_step.line for program_step in program.steps[1:]), 0]
     for step, goes in zip(program.steps, following, strict=True):
         step.write(image)
         words = image.words.tolist()[:WORDS]

@@ -42,7 +42,9 @@ class Subject:
 
     def firmware(self, slot: int) -> str:
         """Return the firmware of the module in a slot, as given in the rack file."""
-        return next((each.firmware for each in self.job.spec.slot if each.number == slot), NEWEST)
+        return next(
+            (slot_spec.firmware for slot_spec in self.job.spec.slot if slot_spec.number == slot), NEWEST
+        )
 
     def profile(self, slot: int | None) -> Profile:
         """Return the profile of the module in a slot, see `profile_in`."""
@@ -51,7 +53,7 @@ class Subject:
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
         """Return the words sent to a slot; if there are none, those sent to an unknown slot."""
         own = [sent_command for sent_command in sent if sent_command.slot == slot]
-        return own or [each for each in sent if each.slot is None]
+        return own or [command for command in sent if command.slot is None]
 
     def configurations(self, slot: int | None) -> list[Configuration]:
         """Return the valid configurations that a slot may get."""
@@ -60,8 +62,10 @@ class Subject:
             if slot is None and not sent:
                 sent = self.facts.configurations
             limits = self.profile(slot).limits
-            found = dict.fromkeys(_configuration(sent_command, limits) for sent_command in sent)
-            self._read[slot] = [each for each in found if each is not None]
+            configurations = dict.fromkeys(_configuration(sent_command, limits) for sent_command in sent)
+            self._read[slot] = [
+                configuration for configuration in configurations if configuration is not None
+            ]
         return self._read[slot]
 
     @cached_property

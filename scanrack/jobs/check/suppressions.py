@@ -49,9 +49,9 @@ def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
         return
     for routine in job.logic.routines:
         for rung in routine.rungs:
-            found = _names(_RUNGS, rung.comment)
-            if found:
-                yield FileLine(rung.origin.file or str(job.program), rung.origin.line or 1), found
+            names = _names(_RUNGS, rung.comment)
+            if names:
+                yield FileLine(rung.origin.file or str(job.program), rung.origin.line or 1), names
 
 
 def _in_file(file: str) -> dict[int, frozenset[str]]:
@@ -60,18 +60,18 @@ def _in_file(file: str) -> dict[int, frozenset[str]]:
         lines = read_input(Path(file), LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace").splitlines()
     except OSError:
         return {}
-    found: dict[int, frozenset[str]] = {}
+    names_by_line: dict[int, frozenset[str]] = {}
     waiting: frozenset[str] = frozenset()
     for number, line in enumerate(lines, 1):
         text = line.strip()
         has_mark = any(mark in line for mark in _MARKS)
         named = _names(_PYTHON if file.endswith(".py") else _RUNGS, line) if has_mark else frozenset()
-        found[number] = waiting | named
+        names_by_line[number] = waiting | named
         is_comment = text.startswith(_MARKS)
         waiting = (waiting | named) if is_comment else frozenset()
-    return {number: names for number, names in found.items() if names}
+    return {number: names for number, names in names_by_line.items() if names}
 
 
 def _names(pattern: re.Pattern[str], text: str) -> frozenset[str]:
-    listed = (each.strip().lower() for found in pattern.findall(text) for each in found.split(","))
+    listed = (name.strip().lower() for listing in pattern.findall(text) for name in listing.split(","))
     return frozenset(filter(None, listed))

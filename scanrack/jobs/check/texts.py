@@ -67,10 +67,10 @@ def check_texts(file: Path, texts: Mapping[Path, str], *, run_python: bool) -> l
 
 def rack_of(program: Path) -> Path | None:
     """Return the first rack file in a program's folder that names the program; None if there is none."""
-    for each in sorted(program.parent.glob(f"*{RACK}")):
-        named = _tables(each).get("program")
-        if isinstance(named, str) and each.parent / split_address(named)[0] == program:
-            return each
+    for rack in sorted(program.parent.glob(f"*{RACK}")):
+        named = _tables(rack).get("program")
+        if isinstance(named, str) and rack.parent / split_address(named)[0] == program:
+            return rack
     return None
 
 
@@ -88,10 +88,10 @@ def runs_python(spec: RackSpec) -> bool:
         return True
     if spec.modules:
         return True
-    for given in spec.stubs.values():
-        if isinstance(given, str) and is_python(given):
+    for stub in spec.stubs.values():
+        if isinstance(stub, str) and is_python(stub):
             return True
-        if not isinstance(given, str) and given.rack:
+        if not isinstance(stub, str) and stub.rack:
             return True  # other racks are not followed, since they may name this one
     return False
 
@@ -138,17 +138,19 @@ def _rack_to_check(program: Path, *, run_python: bool) -> Path | None:
 
 def _findings(file: Path) -> Iterator[LineRemark]:
     job, alone = load_any(str(file))
-    for each in check_rack(job, alone=alone).findings:
-        text = f"{each.text}; {each.row.remedy}"
-        yield LineRemark(each.place.file, max(each.place.line, 1), None, each.row.level, each.rule, text)
+    for finding in check_rack(job, alone=alone).findings:
+        text = f"{finding.text}; {finding.row.remedy}"
+        yield LineRemark(
+            finding.place.file, max(finding.place.line, 1), None, finding.row.level, finding.rule, text
+        )
 
 
 def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
     """Yield the mistakes of an error's innermost cause that has a place."""
-    for each in reversed(list(_causes(error))):
-        found = list(_of_one(each, file))
-        if found:
-            yield from found
+    for cause in reversed(list(_causes(error))):
+        mistakes = list(_of_one(cause, file))
+        if mistakes:
+            yield from mistakes
             return
     yield _mistake(Site(), str(error), file)
 

@@ -57,14 +57,14 @@ class SentImage:
         sources = dict.fromkeys(cell.value.source for cell in self.cells if len(cell.value.options) > 1)
         yield self._words("", 0), ""
         for source in sources:
-            values = [each.value for each in self.cells if each.value.source == source]
-            for at in range(min(len(value.options) for value in values)):
-                name = values[0].names[at] if at < len(values[0].names) else ""
-                yield self._words(source, at), name
+            values = [cell.value for cell in self.cells if cell.value.source == source]
+            for row in range(min(len(value.options) for value in values)):
+                name = values[0].names[row] if row < len(values[0].names) else ""
+                yield self._words(source, row), name
 
     def _words(self, source: str, at: int) -> tuple[int | None, ...]:
-        rest = (_option(cell.value, source, at) for cell in self.cells[1:])
-        return (signed_word(self.command), *rest)
+        parameters = (_option(cell.value, source, at) for cell in self.cells[1:])
+        return (signed_word(self.command), *parameters)
 
 
 def _option(value: Choices, source: str, at: int) -> int | None:
@@ -85,7 +85,7 @@ def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> I
     """Yield the images that give commands."""
     by_machine = grouped(actions, lambda each: each.machine)
     for own in grouped(writes, lambda each: each.slot).values():
-        steps = (pair for each in own for pair in each.steps.items())
+        steps = (pair for action in own for pair in action.steps.items())
         machines = dict.fromkeys(machine for machine, (there, _) in steps if there is not None)
         for machine in machines or ("",):
             yield from _Flow(own, machine, by_machine.get(machine, ())).images()
@@ -97,19 +97,21 @@ class _Flow:
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
         leading = [action for action in actions if action.goes is not None]
-        self._goes = [each for each in leading if each.steps is not None]
+        self._goes = [action for action in leading if action.steps is not None]
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
-        entered_by_others = {each.goes for each in self._goes if each.steps != frozenset((each.goes,))}
+        entered_by_others = {
+            action.goes for action in self._goes if action.steps != frozenset((action.goes,))
+        }
         # no word is known in a step that can be entered from anywhere, such as in the first scan
-        entered_from_anywhere = {each.goes for each in leading if each.steps is None}
+        entered_from_anywhere = {action.goes for action in leading if action.steps is None}
         firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
         self._before: dict[Step, _Words] = dict.fromkeys(filter(firsts.__contains__, self._steps), _Words())
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
-        found: set[Step] = set().union(*(action.steps or () for action in actions))
-        found.update(each.goes for each in actions if each.goes is not None)
+        steps: set[Step] = set().union(*(action.steps or () for action in actions))
+        steps.update(action.goes for action in actions if action.goes is not None)
         acting = (write.steps.get(self._machine, (None, False))[0] for write in self._writes)
-        return found.union(*(each or () for each in acting))
+        return steps.union(*(acting_steps or () for acting_steps in acting))
 
     def images(self) -> Iterator[SentImage]:
         """Yield the images of all commands in all steps."""
@@ -159,12 +161,14 @@ class _Flow:
     def _with(self, step: Step, command: WordWrite) -> _Words:
         """Return the words in the scan of a step that gives a command."""
         here = self._in(step)
-        images = {each.place for each in here if each.word == 0}
-        others = [each for each in here if _is_another(each, command, images)]
+        images = {write.place for write in here if write.word == 0}
+        others = [action for action in here if _is_another(action, command, images)]
         on, cells = self._at(step)
         for other in others:  # another write may have acted in an earlier scan
             on &= ~other.clears if other.word == 0 else UNSIGNED_MAX
-        return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
+        return self._written(
+            _Words(on, cells), step, command.when, [action for action in here if action not in others]
+        )
 
     def _given_in(self, step: Step) -> Iterator[SentImage]:
         """Yield the images of the commands in a step."""
@@ -195,7 +199,7 @@ def implies(one: Condition, other: Condition) -> bool:
 
 def _parts(condition: Condition) -> set[Condition]:
     if isinstance(condition, AllOf):
-        return {part for each in condition.parts for part in _parts(each)}
+        return {part for condition_part in condition.parts for part in _parts(condition_part)}
     return set() if condition == TRUE else {condition}
 
 
@@ -210,4 +214,6 @@ def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
 def _joined(one: _Words, other: _Words) -> _Words:
     """Return the words of a step that two paths lead to."""
     pairs = zip(one.cells, other.cells, strict=True)
-    return _Words(one.on & other.on, tuple(a if a == b else Cell() for a, b in pairs))
+    return _Words(
+        one.on & other.on, tuple(cell if cell == other_cell else Cell() for cell, other_cell in pairs)
+    )

@@ -74,9 +74,9 @@ class Branch:
         twin = Branch.__new__(Branch)
         model = self._model
         never_change = (model.options, model.axis.motion, model.axis.segment, model.machine.spec)
-        shared = {id(each): each for each in (*never_change, model.layer.state.configuration)}
+        shared = {id(value): value for value in (*never_change, model.layer.state.configuration)}
         twin._model, twin._outputs = copy.deepcopy((model, self._outputs), shared)
-        twin._samples = [each for each in self._samples if each[0] >= keep_from_ns]
+        twin._samples = [sample for sample in self._samples if sample[0] >= keep_from_ns]
         twin.now_ns, twin.fired = self.now_ns, set(self.fired)
         twin.instants, twin.play = self.instants, self.play
         return twin
@@ -212,7 +212,7 @@ def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
     if operation is None:
         return None
     known = vars(operation).items()
-    remembered = ((name, getattr(each, "__name__", each)) for name, each in known if name not in _OWNERS)
+    remembered = ((name, getattr(value, "__name__", value)) for name, value in known if name not in _OWNERS)
     return operation.started_ns >= now_ns, *remembered
 
 

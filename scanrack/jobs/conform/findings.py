@@ -88,4 +88,4 @@ class ConformResult:
     @property
     def differs(self) -> bool:
         """Whether any scene differs from the manual."""
-        return any(each.verdict is ConformVerdict.DIFFERS for each in self.scenes)
+        return any(scene.verdict is ConformVerdict.DIFFERS for scene in self.scenes)

@@ -77,7 +77,7 @@ class Search:
     @property
     def fired(self) -> set[str]:
         """Rules that fire in all remaining hypotheses."""
-        return set.intersection(*(each.fired for each in self.left)) if self.left else set()
+        return set.intersection(*(hypothesis.fired for hypothesis in self.left)) if self.left else set()
 
 
 def search(
@@ -119,12 +119,12 @@ def search(
         live, waiting = _sift(live, waiting, limit, sent, timing, result)
         if not live:
             return result
-        if all(each.rests for each in live):
+        if all(hypothesis.rests for hypothesis in live):
             result.moving = 0
-        since_ns = min((each.window.low_ns for each in waiting), default=limit or NEVER)
+        since_ns = min((moment.window.low_ns for moment in waiting), default=limit or NEVER)
         live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit)
     result.left, result.instants = live, live[0].instants
-    result.fired_anywhere = set().union(*(each.fired for each in live))
+    result.fired_anywhere = set().union(*(hypothesis.fired for hypothesis in live))
     return result
 
 
@@ -144,7 +144,7 @@ class _Start(NamedTuple):
 
     def judged(self, place: int, seen: Sequence[SeenImage]) -> Sequence[SeenImage]:
         """Return the reads of a turn that are judged."""
-        return [each for each in seen if place >= self.turn and each.window.low_ns >= self.known_ns]
+        return [moment for moment in seen if place >= self.turn and moment.window.low_ns >= self.known_ns]
 
 
 def _start_of(
@@ -173,14 +173,14 @@ def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
     """Return each transmission with the reads before the next one."""
     turns: list[tuple[Transmission, list[SeenImage]]] = []
-    for each in moments:
-        if isinstance(each, KnownState):
-            now = Window(each.window.high_ns, each.window.high_ns)
-            turns.append((Transmission(now, each.sent), []))
-        elif isinstance(each, Transmission):
-            turns.append((each, []))
+    for moment in moments:
+        if isinstance(moment, KnownState):
+            now = Window(moment.window.high_ns, moment.window.high_ns)
+            turns.append((Transmission(now, moment.sent), []))
+        elif isinstance(moment, Transmission):
+            turns.append((moment, []))
         elif turns:
-            turns[-1][1].append(each)
+            turns[-1][1].append(moment)
     while turns and not turns[-1][1]:
         turns.pop()
     return turns
@@ -188,7 +188,7 @@ def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage
 
 def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
     """Let all branches adopt the count and captured value of the first read in command mode, if any."""
-    first = next((each for each in waiting if each.words[0] & MODE_CONFIG == 0), None)
+    first = next((moment for moment in waiting if moment.words[0] & MODE_CONFIG == 0), None)
     if first is None:
         return False
     for branch in live:
@@ -204,7 +204,9 @@ def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[i
 
 def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
     """Return the instant from which images may still be needed, ns."""
-    return min([sent.window.low_ns, *(each.window.low_ns for each in waiting)]) - timing.lag_ns - 4 * GRID_NS
+    return (
+        min([sent.window.low_ns, *(moment.window.low_ns for moment in waiting)]) - timing.lag_ns - 4 * GRID_NS
+    )
 
 
 def _spread(
@@ -241,10 +243,10 @@ def _sift(
     """Judge the reads that the next transmission can't have changed; return remaining branches and reads."""
     due = list(takewhile(lambda each: limit is None or _end(each, sent, timing) <= limit, waiting))
     for seen in due:
-        kept = [each for each in live if _explains(each, seen, timing)]
+        kept = [hypothesis for hypothesis in live if _explains(hypothesis, seen, timing)]
         if not kept:
             result.unexplained = seen
-            result.fired_anywhere = set().union(*(each.fired for each in live))
+            result.fired_anywhere = set().union(*(hypothesis.fired for hypothesis in live))
             result.instants = live[0].instants
             result.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
             return [], []

@@ -111,12 +111,12 @@ class PlayedScene:
     @property
     def reads(self) -> int:
         """Number of images that were read."""
-        return sum(1 for each in self.moments if isinstance(each, SeenImage))
+        return sum(1 for moment in self.moments if isinstance(moment, SeenImage))
 
 
 def to_rows(moments: Iterable[Moment]) -> list[list[Any]]:
     """Return moments as rows of a JSON file: kind, window, words."""
-    return [_row(each) for each in moments]
+    return [_row(moment) for moment in moments]
 
 
 def _row(moment: Moment) -> list[Any]:
@@ -143,12 +143,12 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 def _moment(number: int, row: Any) -> Moment:
     count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
-    if make is None or len(row) != 3 + count or not all(type(each) is int for each in row[1:]):
+    if make is None or len(row) != 3 + count or not all(type(cell) is int for cell in row[1:]):
         raise ValueError(
             f"moment {number}: {str(row)[:60]} is none: read or write with two times and 8 words"
         )
     window, numbers = Window(row[1], row[2]), tuple(row[3:])
-    if window.low_ns > window.high_ns or not all(WORD_MIN <= each <= WORD_MAX for each in numbers):
+    if window.low_ns > window.high_ns or not all(WORD_MIN <= word <= WORD_MAX for word in numbers):
         raise ValueError(
             f"moment {number}: a window goes from early to late, words from {WORD_MIN} to {WORD_MAX}"
         )
@@ -156,7 +156,7 @@ def _moment(number: int, row: Any) -> Moment:
 
 
 def _known_state(window: Window, numbers: tuple[int, ...]) -> KnownState:
-    shown, sent, configuration = (numbers[at : at + WORDS] for at in range(0, 3 * WORDS, WORDS))
+    shown, sent, configuration = (numbers[offset : offset + WORDS] for offset in range(0, 3 * WORDS, WORDS))
     return KnownState(window, shown, sent, configuration, numbers[-1] & ALL_INPUTS)
 
 

@@ -76,7 +76,7 @@ def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[s
         yield _section("Rules that differ", _table(("rule", "manual", "it says", "the module"), rules))
     undecided = _scenes_with(ConformVerdict.OPEN, result)
     if undecided:
-        rows = ((escape(each.name), escape(each.why)) for each in undecided)
+        rows = ((escape(scene.name), escape(scene.why)) for scene in undecided)
         yield _section("Open scenes", _table(("scene", "why"), rows))
     steps = list(next_steps(recorded, result, name))
     if steps:
@@ -88,12 +88,12 @@ def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[s
 
 
 def _scenes_with(verdict: ConformVerdict, result: ConformResult) -> list[SceneVerdict]:
-    return [each for each in result.scenes if each.verdict is verdict]
+    return [scene for scene in result.scenes if scene.verdict is verdict]
 
 
 def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: str) -> Iterator[str]:
     """Yield the first scenes that differ, and the number of the others."""
-    shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
+    shown = (_difference(scene, result) for scene in differing[:MOST_DIFFERENCES])
     yield _section("What differs", "".join(shown))
     if len(differing) > MOST_DIFFERENCES:
         where = f"{escape(name)} has them" if name else "--out FILE writes them"
@@ -125,11 +125,11 @@ def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
 
 def _verdicts(result: ConformResult) -> str:
     rows = {
-        "scenes": [each.verdict for each in result.scenes],
-        "rules of the manual": [each.verdict for each in result.rules.values()],
-        "interpretations": [each.verdict for each in result.readings.values()],
+        "scenes": [scene.verdict for scene in result.scenes],
+        "rules of the manual": [rule.verdict for rule in result.rules.values()],
+        "interpretations": [reading.verdict for reading in result.readings.values()],
     }
-    counts = ((name, *map(str, counted(each).values())) for name, each in rows.items())
+    counts = ((name, *map(str, counted(row).values())) for name, row in rows.items())
     return _table(("", *map(str, ConformVerdict)), counts, numbers=True)
 
 
@@ -152,7 +152,7 @@ def _section(title: str, body: str) -> str:
 
 
 def _list(texts: Iterable[str]) -> str:
-    return f"<ul>{''.join(f'<li>{escape(each)}</li>' for each in texts)}</ul>"
+    return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
 
 
 def _table(heads: Iterable[str], rows: Iterable[Iterable[str]], *, numbers: bool = False) -> str:
@@ -166,4 +166,4 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[str]], *, numbers: bool
         return f"<tr>{''.join(marked)}</tr>"
 
     head = line(heads, "th") if heads else ""
-    return f"<table>{head}{''.join(line(each, 'td') for each in rows)}</table>"
+    return f"<table>{head}{''.join(line(row, 'td') for row in rows)}</table>"

@@ -161,10 +161,10 @@ def parse_plan(text: str, name: str) -> ScenePlan:
         raise ValueError(f"{name}:{error.line}: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{name}: {error}") from None
-    scenes = tuple(_scene(each, table.begin, name) for each in table.scene)
-    for each, count in Counter(each.name for each in scenes).items():
+    scenes = tuple(_scene(scene_table, table.begin, name) for scene_table in table.scene)
+    for scene_name, count in Counter(scene.name for scene in scenes).items():
         if count > 1:
-            raise ValueError(f"{name}: scene {each!r} is there twice")
+            raise ValueError(f"{name}: scene {scene_name!r} is there twice")
     try:
         rpi_ns, scan_ns = exact_ns(table.rpi_ms, "ms", "rpi_ms"), exact_ns(table.scan_ms, "ms", "scan_ms")
         limit_ns = exact_ns(table.limit_s, "s", "limit_s")
@@ -210,7 +210,7 @@ def _step(words: list[str]) -> SceneStep:
     end = words.index("for") if "for" in words else len(words)
     step = parse_steps(" ".join(["same", *words[end:]])).steps[0]
     names = words[1:end]
-    unknown = [each for each in names if each not in _INPUTS]
+    unknown = [input_name for input_name in names if input_name not in _INPUTS]
     if unknown or step.for_ns is None:
         raise ValueError(f"{' '.join(words)!r} is not allowed; inputs {' '.join(_INPUTS)} for N ms")
     return SceneStep(None, sum(map(_INPUTS.__getitem__, set(names))), step.for_ns)
@@ -219,9 +219,9 @@ def _step(words: list[str]) -> SceneStep:
 def _is_configured(steps: tuple[SceneStep, ...]) -> bool:
     """Whether the first words are zero and the second ones configure."""
     written = []
-    for each in steps[:2]:
+    for step in steps[:2]:
         image = Image([1] * 8)
-        if each.step is not None:
-            each.step.write(image)
+        if step.step is not None:
+            step.step.write(image)
         written.append(tuple(image))
     return len(written) == 2 and not any(written[0]) and written[1][0] < 0

@@ -46,7 +46,7 @@ class PlayedPlan:
     @property
     def reads(self) -> int:
         """Number of images that were read."""
-        return sum(each.reads for each in self.scenes)
+        return sum(scene.reads for scene in self.scenes)
 
 
 def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
@@ -55,11 +55,12 @@ def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
         "format": FORMAT,
         **{name: getattr(recorded, name) for name in ("plan", "firmware", "slot", "controller", "date")},
         "timing": asdict(recorded.timing),
-        "scenes": [asdict(each) for each in result.scenes],
-        "rules": {rule: asdict(each) for rule, each in result.rules.items()},
-        "readings": {number: asdict(each) for number, each in result.readings.items()},
+        "scenes": [asdict(scene) for scene in result.scenes],
+        "rules": {rule: asdict(finding) for rule, finding in result.rules.items()},
+        "readings": {number: asdict(finding) for number, finding in result.readings.items()},
         "moments": [
-            {"scene": each.name, "note": each.note, "rows": to_rows(each.moments)} for each in recorded.scenes
+            {"scene": scene.name, "note": scene.note, "rows": to_rows(scene.moments)}
+            for scene in recorded.scenes
         ],
     }
 
@@ -76,8 +77,8 @@ def load_played(path: Path) -> PlayedPlan:
             raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
         timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
         scenes = [
-            PlayedScene(str(each["scene"]), from_rows(each["rows"]), str(each["note"]))
-            for each in whole["moments"]
+            PlayedScene(str(scene_row["scene"]), from_rows(scene_row["rows"]), str(scene_row["note"]))
+            for scene_row in whole["moments"]
         ]
         texts = {name: str(whole.get(name, "")) for name in ("controller", "date", "plan")}
         return PlayedPlan(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
@@ -99,16 +100,19 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
     """Yield the lines of the result as text."""
     shown = result.scenes
     if len(shown) > MOST_SCENES:
-        shown = [each for each in shown if each.verdict is not ConformVerdict.AS_MANUAL]
+        shown = [row for row in shown if row.verdict is not ConformVerdict.AS_MANUAL]
         yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
     for scene in shown:
         yield from _scene_lines(scene, result)
     yield ""
-    yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
+    yield from _counts("rules", {rule: rule_finding.verdict for rule, rule_finding in result.rules.items()})
     for rule, finding in result.rules.items():
         if finding.verdict is ConformVerdict.DIFFERS:
             yield f"    {rule} differs [{finding.scene}]: {finding.why} The manual: {RULES[rule].text}"
-    yield from _counts("interpretations", {number: each.verdict for number, each in result.readings.items()})
+    yield from _counts(
+        "interpretations",
+        {number: reading_finding.verdict for number, reading_finding in result.readings.items()},
+    )
     for number, finding in result.readings.items():
         if finding.verdict not in UNDECIDED:
             yield f"    {number} {finding.verdict} [{finding.scene}]: {finding.why}"
@@ -119,7 +123,7 @@ def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
     """Yield the lines of a scene: its verdict, how it differs, and what explains it."""
     yield f"{scene.name}: {scene.verdict}, {scene.why or f'{scene.reads:,} reads'}"
     if scene.difference is not None:
-        yield from (f"    {each}" for each in difference_lines(scene.difference))
+        yield from (f"    {line}" for line in difference_lines(scene.difference))
     for number in scene.readings:
         yield f"    explained by another interpretation: {number}: {result.readings[number].why}"
     if scene.rules:
@@ -162,7 +166,7 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     for scene in result.scenes:
         if scene.verdict is ConformVerdict.DIFFERS and not _explanations(scene):
             yield _unexplained(scene, recorded)
-    widest = max((each.high - each.low for each in fitted_scales(result)), default=0)
+    widest = max((scale.high - scale.low for scale in fitted_scales(result)), default=0)
     if widest > WIDE_FACTOR:
         yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
     if any(scene.verdict is ConformVerdict.OPEN for scene in result.scenes) and recorded.timing.scan_ns:
@@ -170,7 +174,9 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     if recorded.plan == "quick":
         yield "Play the plan hour: it settles rules that are not in quick."
     if recorded.plan in BUILT_IN:
-        yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
+        yield from _unplayed(
+            load_plan(recorded.plan), {played_scene.name for played_scene in recorded.scenes}
+        )
     if result.differs:
         action = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
         yield f"{action} has every word and image, and none of your names."
@@ -197,7 +203,7 @@ _HOW = {"inputs": "wire inputs and give --wire", "encoder": "give --encoder with
 
 def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
     for need, how in _HOW.items():
-        names = [each.name for each in plan.scenes if need in each.needs and each.name not in played]
+        names = [scene.name for scene in plan.scenes if need in scene.needs and scene.name not in played]
         if names:
             yield f"To play {', '.join(names)}: {how}."
 
@@ -205,7 +211,7 @@ def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
 def fitted_scales(result: ConformResult) -> list[FittedScale]:
     """Return the factors that agree with the scenes; scenes that contradict each other keep their own."""
     scales: list[FittedScale] = []
-    for scale in (each for scene in result.scenes for each in scene.scales):
+    for scale in (scene_scale for scene in result.scenes for scene_scale in scene.scales):
         for place, other in enumerate(scales):
             both = other.within(scale)
             if both is not None:
@@ -220,7 +226,12 @@ def factor_sentences(result: ConformResult) -> list[str]:
     """Return each sentence about factors once; factors that a scene can't tell apart share one."""
     scales = fitted_scales(result)
     steps = (
-        either([next(each for each in scales if each.within(scale)) for scale in scene.scales])
+        either(
+            [
+                next(other_scale for other_scale in scales if other_scale.within(scale))
+                for scale in scene.scales
+            ]
+        )
         for scene in result.scenes
         if scene.scales
     )

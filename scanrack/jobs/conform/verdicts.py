@@ -166,7 +166,7 @@ class Judge:
         if verdict.readings:
             return
         fired = result.fired_anywhere
-        for name in [*sorted(fired), *(each for each in STATEMENTS if each not in fired)]:
+        for name in [*sorted(fired), *(statement for statement in STATEMENTS if statement not in fired)]:
             without_it = without(name, fired) if name in self.result.rules else None
             if without_it is not None and self._may_explain(played, without_it, suspect, result):
                 verdict.rules.append(name)
@@ -183,8 +183,10 @@ class Judge:
 
     def conclude(self) -> ConformResult:
         """Return the result once all scenes are judged; only together do they show which factors remain."""
-        scenes = [each for each in self.result.scenes if each.scales]
-        for scene, left in zip(scenes, without_lesser([each.scales for each in scenes]), strict=True):
+        scenes = [scene_result for scene_result in self.result.scenes if scene_result.scales]
+        for scene, left in zip(
+            scenes, without_lesser([scene_result.scales for scene_result in scenes]), strict=True
+        ):
             scene.scales = left
             for scale in left:
                 self._differs(self.result.rules[scale.rule], scene.name, either(left))
@@ -216,7 +218,9 @@ class _Trail:
     def __init__(self, played: PlayedScene, result: Search, bits: int) -> None:
         self.played, self.fired, self.instants = played, result.fired, result.instants
         self._sent = {
-            each.words for each in played.moments if isinstance(each, Transmission) and each.words is not None
+            moment.words
+            for moment in played.moments
+            if isinstance(moment, Transmission) and moment.words is not None
         }
         self._bits, self._fired_anywhere = bits, result.fired_anywhere
 
@@ -260,7 +264,9 @@ def _sent(sent: Transmission | None) -> str:
 
 def _shown_in(played: PlayedScene) -> int:
     """Return the status bits that any read of a scene shows."""
-    return reduce(or_, (_status(each.words) for each in played.moments if isinstance(each, SeenImage)), 0)
+    return reduce(
+        or_, (_status(moment.words) for moment in played.moments if isinstance(moment, SeenImage)), 0
+    )
 
 
 def _differing(result: Search) -> int:

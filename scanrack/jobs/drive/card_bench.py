@@ -1,4 +1,4 @@
-"""The bench of `scanrack drive` for cards with their own words: images in and out, inputs by name."""
+"""The `scanrack drive` bench for cards that define their own words: images in and out, inputs by name."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class CardBench:
 
     def _on(self, group: str, image: Image) -> list[str]:
         places = self.words.groups.get(group, {})
-        return [name for name, at in places.items() if image.bit(at.word, at.bit)]
+        return [name for name, place in places.items() if image.bit(place.word, place.bit)]
 
     def _reply(self) -> dict[str, Any]:
         events = [event.text for event in self.module.events]

@@ -92,13 +92,13 @@ class DriveBench:
         self._set(request)
         reply: dict[str, Any] = {} if frame is None else {"rx": self._answer_to(frame)}
         self.now_ns += int(request.for_ms * NS_PER_MS)
-        for each in self.axes:
-            each.advance(self.now_ns)
+        for axis in self.axes:
+            axis.advance(self.now_ns)
         if request.observe is not None:
             reply["values"] = {name: _observed(self.axes[request.axis - 1], name) for name in request.observe}
-        reply["events"] = [event.text for each in self.axes for event in each.events]
-        for each in self.axes:
-            each.events.clear()
+        reply["events"] = [event.text for driven in self.axes for event in driven.events]
+        for axis in self.axes:
+            axis.events.clear()
         return {"t_ms": time_ms(self.now_ns), **reply}
 
     def _answer_to(self, frame: bytes) -> str | None:
@@ -111,8 +111,8 @@ class DriveBench:
         levels = {} if request.env is None else self._levels(request.env)
         if request.new is not None:
             self._renew(request.new)
-        for each in self.axes if request.power_cycle else ():
-            each.power_cycle()
+        for axis in self.axes if request.power_cycle else ():
+            axis.power_cycle()
         if request.env is not None:
             _surround(self.axes[request.axis - 1], request.env, levels)
 
@@ -132,10 +132,10 @@ INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
 def _frame(text: str) -> bytes:
     """Return the frame of a request, b"" if no drive would answer it; raise RequestError for illegal text."""
     try:
-        frames, rest = split_frames(bytes_of(text))
+        frames, surplus = split_frames(bytes_of(text))
     except NotModbusError:
         return b""
-    return frames[0] if len(frames) == 1 and not rest else b""
+    return frames[0] if len(frames) == 1 and not surplus else b""
 
 
 def _surround(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:

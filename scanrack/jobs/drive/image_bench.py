@@ -143,7 +143,9 @@ class ImageBench:
     def _reply(self) -> dict[str, Any]:
         words = list(self._image)
         configuring = bool(words[0] & StatusMsw.MODE_CONFIG.value)
-        values = [None if configuring else join_reported(words[at], words[at + 1]) for at in (2, 4, 6)]
+        values = [
+            None if configuring else join_reported(words[index], words[index + 1]) for index in (2, 4, 6)
+        ]
         return {
             "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
@@ -169,8 +171,8 @@ def _names_one_of(errors: Set[str], event: Event) -> bool:
 
 def time_ms(now_ns: int) -> int | float:
     """Return a time as an exact JSON number in ms, an integer if possible."""
-    whole, rest = divmod(now_ns, NS_PER_MS)
-    return whole if rest == 0 else float(Decimal(now_ns) / NS_PER_MS)
+    whole, part_ns = divmod(now_ns, NS_PER_MS)
+    return whole if part_ns == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
 def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:

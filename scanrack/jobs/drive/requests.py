@@ -139,7 +139,7 @@ class Request(Strict):
                 raise ValueError(
                     "encoder: counts are spread over the request's time, so for_ms must be above 0"
                 )
-            late = [str(at) for at in self.encoder.markers_ms if at > self.for_ms]
+            late = [str(marker_ms) for marker_ms in self.encoder.markers_ms if marker_ms > self.for_ms]
             if late:
                 raise ValueError(f"encoder.markers_ms: {', '.join(late)} is beyond for_ms = {self.for_ms}")
         return self
@@ -188,7 +188,7 @@ def _table(model: type[BaseModel], place: tuple[str, ...]) -> type[BaseModel] | 
         if name not in model.model_fields:
             return None
         kind = model.model_fields[name].annotation
-        inner = [each for each in (kind, *get_args(kind)) if hasattr(each, "model_fields")]
+        inner = [type_ for type_ in (kind, *get_args(kind)) if hasattr(type_, "model_fields")]
         if len(inner) != 1:
             return None
         model = inner[0]

@@ -61,7 +61,7 @@ class FirstRun:
             "fault": self.fault,
             "problem": self.problem,
             "stubs": list(self.stubs),
-            "waits": [each.as_json() for each in self.waits],
+            "waits": [wait.as_json() for wait in self.waits],
             "unchanged_inputs": self.inputs,
             "never_written": self.others,
             "modules": self.modules,
@@ -74,8 +74,8 @@ class FirstRun:
             return
         ended = f", ended by {self.fault}" if self.fault else ""
         yield f"first run: {self.scans:,} scans, {time_text(self.time_ns)}{ended}"
-        waits = [line for each in self.waits for line in each.lines()]
-        modules = [_module_text(each) for each in self.modules]
+        waits = [line for wait in self.waits for line in wait.lines()]
+        modules = [_module_text(module) for module in self.modules]
         sections: dict[str, Iterable[str]] = {
             "it waits for": waits,
             "inputs that never changed": _first(self.inputs),
@@ -84,7 +84,7 @@ class FirstRun:
             "in place of what is not here": self.stubs,
         }
         for title, listed in sections.items():
-            shown = [f"    {each}" for each in listed]
+            shown = [f"    {row}" for row in listed]
             yield from (f"{title}:", *shown) if shown else ()
 
 
@@ -100,8 +100,8 @@ def first_run(
         imported: the export, already imported for a trial.
         begins: how the program begins.
     """
-    missing = (each for each in _modules(imported) if each.module is None)
-    run = FirstRun(modules=[_module_row(each) for each in missing])
+    missing = (module for module in _modules(imported) if module.module is None)
+    run = FirstRun(modules=[_module_row(module) for module in missing])
     try:
         job = load_job(str(rack_of_export(export, imported, begins)))
         opened = bench_of(job, watched=True)
@@ -167,12 +167,12 @@ def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
     """Yield tags that are read but never written, as named in rungs; skip computed subscripts."""
     written: set[str] = set()
     read: dict[str, Place] = {}
-    for each in debugger.cross_reference.mentions:
-        where = each.where
-        if each.writes:
+    for mention in debugger.cross_reference.mentions:
+        where = mention.where
+        if mention.writes:
             written.add(path_of(where))
         elif isinstance(where, Place) and not where.frame and _is_fixed(where):
-            read.setdefault(each.text, where)
+            read.setdefault(mention.text, where)
     for text, where in read.items():
         parts = where.path.upper().split(".")
         above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
@@ -181,7 +181,7 @@ def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
 
 
 def _is_fixed(place: Place) -> bool:
-    return all(isinstance(each, Constant) for each in (*place.indices, *filter(None, [place.bit])))
+    return all(isinstance(index, Constant) for index in (*place.indices, *filter(None, [place.bit])))
 
 
 def _first(names: list[str]) -> list[str]:

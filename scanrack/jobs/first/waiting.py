@@ -45,7 +45,7 @@ class Condition:
     def lines(self) -> Iterator[str]:
         """Yield the condition as lines of text."""
         yield f"{self.routine}, {self.unit} {self.rung}: {self.condition}"
-        yield from (f"    {each}" for each in self.why.splitlines()[:SHOWN])
+        yield from (f"    {line}" for line in self.why.splitlines()[:SHOWN])
 
 
 def conditions(debugger: Debugger) -> list[Condition]:
@@ -54,7 +54,7 @@ def conditions(debugger: Debugger) -> list[Condition]:
     conditions: list[Condition] = []
     for _, routine, line, step in blocked:
         condition = _condition(debugger, routine, line, step)
-        if condition is not None and condition.tag not in [each.tag for each in conditions]:
+        if condition is not None and condition.tag not in [known.tag for known in conditions]:
             conditions.append(condition)
         if len(conditions) == SHOWN:
             break
@@ -98,11 +98,11 @@ def _is_condition(step: LoweredStep) -> bool:
 def _condition(
     debugger: Debugger, routine: LoweredRoutine, line: LoweredLine, step: LoweredStep
 ) -> Condition | None:
-    tags = [each for operand in step.operands for each in _tags(operand)]
+    tags = [operand_tag for operand in step.operands for operand_tag in _tags(operand)]
     if not tags:
         return None
     try:
-        values = {each: debugger.tags[each] for each in tags}
+        values = {tag_name: debugger.tags[tag_name] for tag_name in tags}
         tag = next((name for name, value in values.items() if value is False), tags[0])
         value, why = values[tag], _why(debugger, tag, values[tag])
     except (LadderError, ValueError):
@@ -115,7 +115,7 @@ def _condition(
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:
     """Return why a tag has its value; do not search the past if nothing writes the tag."""
-    if ":" in tag or any(each.writes for each in debugger.cross_reference.of(tag)):
+    if ":" in tag or any(mention.writes for mention in debugger.cross_reference.of(tag)):
         return str(debugger.why(tag))
     return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."
 
@@ -124,8 +124,8 @@ def _tags(operand: object) -> Iterator[str]:
     if isinstance(operand, (Place, Group)):
         yield operand.text
     elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _tags(each)
+        for part in operand.operands:
+            yield from _tags(part)
 
 
 def _text(operand: object) -> str:

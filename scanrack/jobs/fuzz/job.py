@@ -85,8 +85,8 @@ def bench_of(setup: Setup) -> TrialBench:
         job = load_job(setup.rack)
     fresh_logic, invariants = logic_factory(job, setup.rack), invariants_of(setup)
     if has_claims(job):
-        found = with_monitors(job)
-        fresh_logic, invariants = found.program.compile, [*invariants, *invariants_in(found)]
+        monitored = with_monitors(job)
+        fresh_logic, invariants = monitored.program.compile, [*invariants, *invariants_in(monitored)]
     spec = with_needed_firmware(job)
     rungs: tuple[Rung, ...] = ()
     settings: tuple[PanelTag, ...] = ()
@@ -108,7 +108,7 @@ def with_needed_firmware(job: LoadedRack) -> RackSpec:
         ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
     modules = [module for module in list(sys.modules.values()) if _is_loaded_from(module, job.program)]
-    named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
+    named = next((vars(module)[NEEDS_FIRMWARE] for module in modules if NEEDS_FIRMWARE in vars(module)), None)
     if named is None:
         return job.spec
     try:
@@ -281,9 +281,9 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
     """Run one scenario and show the program's output; return each failure once."""
-    found: list[Counterexample] = []
+    failures: list[Counterexample] = []
     known: set[str] = set()
     while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
-        found.append(Counterexample(scenario, broken, 1))
+        failures.append(Counterexample(scenario, broken, 1))
         known.add(broken.key)
-    return found
+    return failures

@@ -105,7 +105,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
     for stimulus in stimuli:
         if stimulus.slot in machines and (stimulus.slot, stimulus.input) not in made_again:
             by_input[stimulus.slot, stimulus.input].append(stimulus)
-    presses = [press for found in by_input.values() for press in _presses(found, machines, end_ns)]
+    presses = [press for of_input in by_input.values() for press in _presses(of_input, machines, end_ns)]
     presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
     return Scenario(presses=tuple(presses), incidents=spec.incidents)
 
@@ -113,7 +113,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
     """Yield the presses of one input. Each level lasts until the next; a released button is not a press."""
     ends = [stimulus.at_ns for stimulus in stimuli[1:]] + [end_ns]
-    for each, until_ns in zip(stimuli, ends, strict=True):
-        fed = machines[each.slot].fed_inputs & each.input.value
-        if (each.energized or (fed and each.energized is False)) and until_ns > each.at_ns:
-            yield Press(each.slot, each.input, each.energized, each.at_ns, until_ns - each.at_ns)
+    for level, until_ns in zip(stimuli, ends, strict=True):
+        fed = machines[level.slot].fed_inputs & level.input.value
+        if (level.energized or (fed and level.energized is False)) and until_ns > level.at_ns:
+            yield Press(level.slot, level.input, level.energized, level.at_ns, until_ns - level.at_ns)

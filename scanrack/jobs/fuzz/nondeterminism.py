@@ -82,7 +82,7 @@ class NondeterminismSources:
         self._seeded = False
 
     def __str__(self) -> str:
-        return " and ".join(f"{what} ({where})" for what, where in sorted(self.seen.items()))
+        return " and ".join(f"{source} ({where})" for source, where in sorted(self.seen.items()))
 
     @contextmanager
     def noticing(self) -> Iterator[None]:

@@ -33,13 +33,14 @@ EVEN = frozenset(_FAMILIES.split(" "))
 """Families of instructions that depend only on their operands and count time in milliseconds."""
 
 TIMERS = frozenset(
-    each.name for each in (timing.TON, timing.TOF, timing.RTO, blocks.TONR, blocks.TOFR, blocks.RTOR)
+    block.name for block in (timing.TON, timing.TOF, timing.RTO, blocks.TONR, blocks.TOFR, blocks.RTOR)
 )
 
 MEMBERS = ("ACC", "~last_ns", "PRE", "TT")
 
 COMPARISONS = tuple(
-    each.run for each in (compare.EQU, compare.NEQ, compare.GRT, compare.GEQ, compare.LES, compare.LEQ)
+    comparison.run
+    for comparison in (compare.EQU, compare.NEQ, compare.GRT, compare.GEQ, compare.LES, compare.LEQ)
 )
 
 
@@ -87,7 +88,9 @@ def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
 
 
 def _steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
-    return (step for each in lowered.routines.values() for line in each.lines for step in line.all_steps)
+    return (
+        step for routine in lowered.routines.values() for line in routine.lines for step in line.all_steps
+    )
 
 
 def _is_even(step: LoweredStep) -> bool:
@@ -107,9 +110,9 @@ class _Uses:
 def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
     """Yield the even timers that are not in arrays, including those in add-on instruction instances."""
     written: dict[str, int] = defaultdict(int)
-    for each in mentions:
-        written[_path(each)] += each.writes
-    timers = {_path(each): each.where for each in mentions if _is_single_timer(each)}
+    for mention in mentions:
+        written[_path(mention)] += mention.writes
+    timers = {_path(timer): timer.where for timer in mentions if _is_single_timer(timer)}
     uses = _uses_of(timers, mentions)
     for path, group in timers.items():
         use = uses[path]
@@ -123,11 +126,11 @@ def _uses_of(timers: Iterable[str], mentions: Iterable[Mention]) -> dict[str, _U
     """Return how a program uses the counts of its timers, by path."""
     uses = {path: _Uses() for path in timers}
     by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
-    for each in mentions:
-        by_step[id(each.step), each.instance].append(each)
+    for mention in mentions:
+        by_step[id(mention.step), mention.instance].append(mention)
     for together in by_step.values():
-        for each in together:
-            _note_use(each, together, uses)
+        for mention in together:
+            _note_use(mention, together, uses)
     return uses
 
 
@@ -161,13 +164,13 @@ def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses])
             return
         for timer, use in uses.items():
             use.even = use.even and not (timer == path or timer.startswith(f"{path}."))
-    elif path.endswith(".ACC") and (found := uses.get(path.removesuffix(".ACC"))) is not None:
-        _note_count(mention.where, step, together, found)
+    elif path.endswith(".ACC") and (timer_uses := uses.get(path.removesuffix(".ACC"))) is not None:
+        _note_count(mention.where, step, together, timer_uses)
 
 
 def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
     """Record a mention of a timer's count."""
-    constants = [each.value for each in step.operands if isinstance(each, Constant)]
+    constants = [operand.value for operand in step.operands if isinstance(operand, Constant)]
     is_simple = place.bit is None and all(map(_is_plain, step.operands))
     if is_simple and step.spec.run in COMPARISONS and list(map(type, constants)) == [int]:
         use.constants.add(int(constants[0]))

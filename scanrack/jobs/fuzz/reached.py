@@ -89,7 +89,7 @@ def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int
     for group, kind in seen:
         match group, kind:
             case "path", (_, int() as place, tuple() as true):
-                truths.setdefault(place, set()).update(at for at, each in enumerate(true) if each)
+                truths.setdefault(place, set()).update(index for index, is_true in enumerate(true) if is_true)
             case "path", (_, int() as place, int() as count):
                 counts[place] = max(counts.get(place, -1), count)
             case "size", (0, int() as place, *_):
@@ -103,8 +103,8 @@ def _instructions(
     """Yield each instruction of the program's own lines, and whether it passed power."""
     readings = noting(lowered).readings
     for place, _routine, line in own_lines(logic, lowered):
-        for at, step in enumerate(steps_of(line.nodes)):
-            yield step.site, at in truths.get(place, ()) or _passed_power(readings[place], at, counts)
+        for index, step in enumerate(steps_of(line.nodes)):
+            yield step.site, index in truths.get(place, ()) or _passed_power(readings[place], index, counts)
 
 
 def own_lines(

@@ -90,8 +90,8 @@ class BrokenInvariant:
         return f"{self.invariant} {self.cause}".rstrip()
 
     def __str__(self) -> str:
-        what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
-        return f"broken: {what}: scan {self.scan}, {seconds(self.now_ns)} s: {self.why}"
+        violation = f"{self.sentence.rstrip('.')} [{self.invariant}]"
+        return f"broken: {violation}: scan {self.scan}, {seconds(self.now_ns)} s: {self.why}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,7 +317,9 @@ class TrialBench:
     @property
     def names(self) -> frozenset[str]:
         """Names of the invariants, including `NO_FAULT`."""
-        return frozenset({NO_FAULT, *(each.name for each in self.invariants if not each.is_goal)})
+        return frozenset(
+            {NO_FAULT, *(invariant.name for invariant in self.invariants if not invariant.is_goal)}
+        )
 
     @property
     def goals(self) -> tuple[Invariant, ...]:
@@ -421,7 +423,7 @@ class _Run:
         self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
         self._timed = _TimedLogic(self._output_line or called)
         invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
-        watches = [_WatchedInvariant(each, each.start()) for each in invariants]
+        watches = [_WatchedInvariant(invariant, invariant.start()) for invariant in invariants]
         self._watcher = _Watcher(watches, without, self._place)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
@@ -501,9 +503,9 @@ class _Run:
         """Return an object that applies the scenario's orders; None if it has none."""
         if not self._orders:
             return None
-        given = [AppliedAction(order.at_ns // self._spec.scan_ns, order.order) for order in self._orders]
+        applied = [AppliedAction(order.at_ns // self._spec.scan_ns, order.order) for order in self._orders]
         repeated = OrderRepeater(
-            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), given
+            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), applied
         )
         cpu.add_listener(repeated)
         repeated.begin()
@@ -526,7 +528,9 @@ class _Run:
     def _waits(self) -> str:
         """Return where the sequences of the program wait; empty if it has none."""
         waiting = [sequence for sequence in self._watcher.sequences if not sequence.over]
-        return " ".join(f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting)
+        return " ".join(
+            f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}" for sequence in waiting
+        )
 
     def _commands(self) -> str:
         """Return the commands in force."""

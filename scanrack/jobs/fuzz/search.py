@@ -180,18 +180,18 @@ def search(
         repeated = bool(waiting)
         scenario = waiting.popleft() if repeated else chooser.next(runner.edges_of)
         edges = Edges()
-        found = runner.run_one(scenario, edges)
+        counterexample = runner.run_one(scenario, edges)
         if runner.runs == 1:
             draws.times = times_of(runner.logic, draws.scan_ns, draws.scans)
-        if found is None:
+        if counterexample is None:
             if not repeated:
                 chooser.ran(scenario, edges)
             elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
                 entry.new_features = ()  # it is already trimmed
             continue
-        report.unshrunk_found.append(found)
-        failed(found)
-        runner.settle(found, confirm, has_time)
+        report.unshrunk_found.append(counterexample)
+        failed(counterexample)
+        runner.settle(counterexample, confirm, has_time)
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -215,15 +215,15 @@ def undisturbed(
         InvariantError: an invariant raised.
         NondeterministicError: the program is not deterministic.
     """
-    found: list[Counterexample] = []
+    counterexamples: list[Counterexample] = []
     given_up = set(known)
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
         without = all_but(bench, broken, given_up)
         given_up.add(broken.key)
-        each = shrunk(bench, Counterexample(scenario, broken, 1), without, SearchReport(), has_time)
-        if confirm(each, without):
-            found.append(each)
-    return found
+        smaller = shrunk(bench, Counterexample(scenario, broken, 1), without, SearchReport(), has_time)
+        if confirm(smaller, without):
+            counterexamples.append(smaller)
+    return counterexamples
 
 
 def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
@@ -287,13 +287,13 @@ class _Runner:
         edges.close()
         if broken is None:
             return None
-        found = Counterexample(scenario, broken, self.report.runs)
+        counterexample = Counterexample(scenario, broken, self.report.runs)
         again = self._run(scenario, None)
         if again is not None and again.key == broken.key:
-            return found
+            return counterexample
         if broken.cause == HANGS:  # the computer may have been busy
             return None
-        raise NondeterministicError(describe_nondeterminism(found, self._uses(scenario)))
+        raise NondeterministicError(describe_nondeterminism(counterexample, self._uses(scenario)))
 
     def edges_of(self, scenario: Scenario) -> Edges | None:
         """Run a scenario; return its changes, or None if it breaks an invariant."""

@@ -165,9 +165,13 @@ def digits(number: int) -> int:
 def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
     """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
     decimal = (number for number in rounder(time_ns) if number % scan_ns == 0)
-    in_scans = (each * scan_ns for each in rounder(time_ns // scan_ns))
-    given = digits(time_ns), time_ns
-    yield from (each for each in dict.fromkeys((*decimal, *in_scans)) if (digits(each), each) < given)
+    in_scans = (count * scan_ns for count in rounder(time_ns // scan_ns))
+    key = digits(time_ns), time_ns
+    yield from (
+        rounder_ns
+        for rounder_ns in dict.fromkeys((*decimal, *in_scans))
+        if (digits(rounder_ns), rounder_ns) < key
+    )
 
 
 def rounder(number: int) -> Iterator[int]:

@@ -82,9 +82,9 @@ def play(
         OSError: a file can't be read.
     """
     setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
-    given = Scenario.from_json(json_value(read_input_text(scenario, TextKind.SCENARIO), TextKind.SCENARIO))
-    given.check(bench_of(setup).spec)
-    return _outcome(bench_of(setup), given, load_job(setup.rack))
+    parsed = Scenario.from_json(json_value(read_input_text(scenario, TextKind.SCENARIO), TextKind.SCENARIO))
+    parsed.check(bench_of(setup).spec)
+    return _outcome(bench_of(setup), parsed, load_job(setup.rack))
 
 
 def _outcome(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
@@ -119,9 +119,13 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
     rows = []
     for number, (scenario, new) in enumerate(chosen, 1):
         name = f"scenario-{number}.json"
-        given = {key: value for key, value in scenario.to_json().items() if value}
-        write_text(folder / name, json.dumps(given, indent=1) + "\n")
-        rows += [f"    {name!r}: [", *(f"        {each!r}," for each in sorted(new)), "    ],"]
+        fields = {key: value for key, value in scenario.to_json().items() if value}
+        write_text(folder / name, json.dumps(fields, indent=1) + "\n")
+        rows += [
+            f"    {name!r}: [",
+            *(f"        {point!r}," for point in sorted(new)),
+            "    ],",
+        ]
     text = TEXT.format(
         rack=Path(setup.rack).name,
         path=relative(setup.rack, folder),
@@ -138,8 +142,8 @@ def _chosen(
     bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
     """Yield few scenarios that together reach every place, best first, each with the places that it adds."""
-    runs = [(each, _outcome(bench, each, job)) for each in scenarios]
-    left = [(each, went.reached) for each, went in runs if not went.broken]
+    runs = [(case, _outcome(bench, case, job)) for case in scenarios]
+    left = [(case, went.reached) for case, went in runs if not went.broken]
     reached: frozenset[str] = frozenset()
     while left:
         scenario, best = max(left, key=lambda each: len(each[1] - reached))

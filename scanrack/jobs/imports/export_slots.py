@@ -46,7 +46,7 @@ def simulated(catalog: str) -> str | None:
     ('1769-IQ16', None)
     """
     name = catalog.partition("/")[0].upper()
-    return next((each for each in OWN if each.upper() == name), None)
+    return next((own_name for own_name in OWN if own_name.upper() == name), None)
 
 
 def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
@@ -58,19 +58,25 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
     Raises:
         ValueError: the export lacks one of the named modules.
     """
-    left = {each.upper(): each for each in named}
-    found = []
+    left = {name.upper(): name for name in named}
+    slots_found = []
     for slot in slots:
         stepper = left.pop(slot.name.upper(), None) if slot.name else None
         stepper = left.pop(str(slot.number), stepper)
         why = f"--stepper {stepper} says so"
-        found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
+        slots_found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
     if left:
-        there = ", ".join(f"{each.name or each.catalog} in slot {each.number}" for each in found) or "none"
+        there = (
+            ", ".join(
+                f"{found_slot.name or found_slot.catalog} in slot {found_slot.number}"
+                for found_slot in slots_found
+            )
+            or "none"
+        )
         raise ValueError(
             f"--stepper {next(iter(left.values()))}: the export has no such module; it has {there}"
         )
-    return found
+    return slots_found
 
 
 def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
@@ -85,7 +91,7 @@ def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
         else:
             yield from _table(slot)
         taken.add(slot.number)
-    if not any(each.module for each in slots):
+    if not any(slot_found.module for slot_found in slots):
         free = next(number for number in range(1, len(taken) + 2) if number not in taken)
         yield ""
         yield comment("The export has no module that is simulated here: this one is in the first free slot.")
@@ -126,7 +132,7 @@ def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) ->
     Args:
         rack: number and module of each slot in the rack.
     """
-    there = {each.number: each for each in slots}
+    there = {slot_found.number: slot_found for slot_found in slots}
     for number, module in rack:
         slot = there.get(number)
         if slot is None or slot.module == module or simulated(slot.catalog) == module:

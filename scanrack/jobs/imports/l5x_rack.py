@@ -59,7 +59,7 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
     yield f"name = {text(name)}"
     yield f"program = {text(program.as_posix())}"
     yield 'controller = "compactlogix"'
-    rpis = [each.rpi_us for each in imported.document.modules if slot_of(each) and each.rpi_us]
+    rpis = [module.rpi_us for module in imported.document.modules if slot_of(module) and module.rpi_us]
     if rpis:
         yield f"rpi_ms = {min(rpis) / _US_PER_MS:g}"
     yield "scan_ms = 2           # a scan of the continuous task"
@@ -81,7 +81,7 @@ def _begins(export: ExportStart) -> Iterator[str]:
 
 def _stubs(imported: L5xImport) -> Iterator[str]:
     report = imported.report
-    declares = bool(report.declared) or any(each.tag for each in report.refused)
+    declares = bool(report.declared) or any(refusal.tag for refusal in report.refused)
     if report.complete and not (report.stubs or declares):
         return
     yield ""
@@ -102,7 +102,7 @@ def _stub_lines(imported: L5xImport) -> dict[str, str]:
     called = dict.fromkeys(map(_instruction, report.refused))
     for name in (name for name in called if name and name not in BY_NAME):
         stubs.setdefault(name, text("false"))
-    for name in (each.routine for each in report.objects if each.routine):
+    for name in (refused_object.routine for refused_object in report.objects if refused_object.routine):
         stubs.setdefault(name, f"{text('false')}    # a routine that is not imported")
     return stubs
 
@@ -115,17 +115,17 @@ def _instruction(refused: Refusal) -> str:
 
 def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
     """Return all modules of an export except the controller; some on networks have no slot."""
-    found = []
-    for each in modules:
-        slot = _slot(slot_of(each) or 0, each)
-        if each.tags or slot.number:
-            found.append(slot if slot.number else replace(slot, module=None))
-    return found
+    slots = []
+    for module in modules:
+        slot = _slot(slot_of(module) or 0, module)
+        if module.tags or slot.number:
+            slots.append(slot if slot.number else replace(slot, module=None))
+    return slots
 
 
 def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
     """Return the slots of the controller's own chassis."""
-    return [_slot(number, each) for each in modules if (number := slot_of(each)) is not None]
+    return [_slot(number, module) for module in modules if (number := slot_of(module)) is not None]
 
 
 def _slot(number: int, module: ModuleRecord) -> ExportSlot:
@@ -134,10 +134,10 @@ def _slot(number: int, module: ModuleRecord) -> ExportSlot:
         kind = STEPPER
     elif module.catalog.partition("/")[0] == GENERIC and _has_the_sizes_of_a_3601(module):
         kind, why = STEPPER, "it has the words of one; if it is another module, take these lines out"
-    sizes = [f"{prefix_of(module)}:{each.suffix} of {each.size} bytes" for each in module.tags if each.size]
+    sizes = [f"{prefix_of(module)}:{tag.suffix} of {tag.size} bytes" for tag in module.tags if tag.size]
     return ExportSlot(number, module.catalog, module.name, ", ".join(sizes), kind, why)
 
 
 def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:
-    sizes = {each.kind: each.size for each in module.tags}
+    sizes = {tag.kind: tag.size for tag in module.tags}
     return sizes.get("OutputTag") == BYTES_OUT and sizes.get("InputTag") in BYTES_IN

@@ -28,7 +28,7 @@ def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ())
     slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
     lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
     lines += slot_tables(slots)
-    for refused in sorted({each.reason for each in imported.report.refused}):
+    for refused in sorted({refusal.reason for refusal in imported.report.refused}):
         lines += [comment(refused)] * ("no instruction" in refused)
     return "\n".join(lines) + "\n"
 
@@ -43,7 +43,7 @@ def _stubs(report: Report) -> Iterator[str]:
 
 def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:
     """Return all slots except the processor's."""
-    return [_slot(each) for each in slots if each.number]
+    return [_slot(slot) for slot in slots if slot.number]
 
 
 def _slot(slot: SlotRecord) -> ExportSlot:

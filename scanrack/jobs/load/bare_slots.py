@@ -21,4 +21,4 @@ class BareSlot:
 
 def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
     """Return a slot for each number, with the given names of its words."""
-    return {number: BareSlot(each) for number, each in words.items()}
+    return {number: BareSlot(word_counts) for number, word_counts in words.items()}

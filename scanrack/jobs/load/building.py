@@ -71,9 +71,9 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 
 def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
     """Return a slot's module, exposed to incidents from the rack file and from later orders."""
-    coming = [each for each in spec.incidents if each.slot == slot.number]
-    for each in coming:
-        each.check_late_words(len(slot.words.outputs))
+    coming = [coming_incident for coming_incident in spec.incidents if coming_incident.slot == slot.number]
+    for incident in coming:
+        incident.check_late_words(len(slot.words.outputs))
     if not (coming or handled):
         return module
     conditions = slot.record.conditions
@@ -113,7 +113,7 @@ def build_cpu(
     )
     for force in spec.force:
         cpu.forces.set(force.address, force.value)
-    turns = [each for each in spec.incidents if each.what is FaultKind.PROGRAM_MODE]
+    turns = [incident for incident in spec.incidents if incident.what is FaultKind.PROGRAM_MODE]
     if turns:
         cpu.add_listener(KeySwitch(cpu, turns))
     return cpu

@@ -15,7 +15,7 @@ def claims_of(spec: RackSpec) -> list[Claim]:
     table = spec.prove
     assumed = [Claim(f"assume {text}", ClaimKind.ASSUME, text) for text in table.assume]
     return assumed + [
-        Claim(each.name, ClaimKind(each.claim), each.condition, each.assume) for each in table.property
+        Claim(row.name, ClaimKind(row.claim), row.condition, row.assume) for row in table.property
     ]
 
 

@@ -46,7 +46,7 @@ class Over:
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
         """Return a function that returns the entry at the last multiple of the interval."""
-        times = [at for at, _ in self.entries]
+        times = [time_ns for time_ns, _ in self.entries]
 
         def sample(now_ns: int) -> Sample:
             place = bisect_right(times, now_ns // rpi_ns * rpi_ns)
@@ -161,8 +161,8 @@ class LinkedRack:
 
     def _note(self, now_ns: int, tags: Tags) -> None:
         running = not self.fault and (self._cpu is None or self._cpu.mode is CpuMode.RUN)
-        for each in self._watched:
-            each.note(now_ns, tags, running=running)
+        for watched in self._watched:
+            watched.note(now_ns, tags, running=running)
 
 
 @dataclass(slots=True)
@@ -219,6 +219,6 @@ def _source(table: StubTable, folder: Path, world: RackGroup) -> DataSource | No
     if table.rack:
         return FromRack(world.rack(folder / table.rack), table.tag)
     if table.table:
-        steps = ((each.at_ns, Sample(each.value, each.running, each.faulted)) for each in table.table)
+        steps = ((step.at_ns, Sample(step.value, step.running, step.faulted)) for step in table.table)
         return Over(tuple(steps))
     return Over(((0, Sample(table.value)),)) if table.value is not None else None

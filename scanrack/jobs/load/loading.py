@@ -246,13 +246,13 @@ def recording_of(address: str) -> str:
     Raises:
         ValueError: the scenario has no recording, since it did not happen on the rack.
     """
-    path, sharp, rest = address.partition("#")
+    path, sharp, fragment = address.partition("#")
     if PurePath(path).name != SCENARIO:
         return address
     trace = Path(path).with_name(SCENARIO_TRACE)
     if not trace.is_file():
-        raise ValueError(f"{path}: no recording {SCENARIO_TRACE} beside it: the rack did not do it")
-    return f"{trace}{sharp}{rest}"
+        raise ValueError(f"{path}: no {SCENARIO_TRACE} in its folder: the scenario has not run on the rack")
+    return f"{trace}{sharp}{fragment}"
 
 
 def rack_form(path: PurePath) -> Form:
@@ -406,18 +406,18 @@ def _stubs(place: _RackPlace) -> Stubs:
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:
     """Return the paths of the rack files in a rack's stubs, relative to its folder, each once."""
-    tables = (each for each in spec.stubs.values() if not isinstance(each, str))
-    return tuple(dict.fromkeys(each.rack for each in tables if each.rack))
+    tables = (stub for stub in spec.stubs.values() if not isinstance(stub, str))
+    return tuple(dict.fromkeys(table.rack for table in tables if table.rack))
 
 
 def module_files(spec: RackSpec) -> tuple[str, ...]:
     """Return the paths of the Python files in a rack's `[modules]`, relative to the rack file's folder."""
-    return tuple(split_address(each, "")[0] for each in spec.modules.values())
+    return tuple(split_address(module, "")[0] for module in spec.modules.values())
 
 
 def stub_files(spec: RackSpec) -> tuple[str, ...]:
     """Return the paths of a rack's Python stubs and modules, relative to its folder, each once."""
-    texts = (each for each in spec.stubs.values() if isinstance(each, str))
+    texts = (stub for stub in spec.stubs.values() if isinstance(stub, str))
     files = (split_address(text, "")[0] for text in texts if is_python(text))
     return tuple(dict.fromkeys([*files, *module_files(spec)]))
 

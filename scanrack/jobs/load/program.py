@@ -212,7 +212,7 @@ def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_recor
         source = path.parent / file
         record = getattr(_execute(source, _read(source)), attribute, None)
         if not isinstance(record, module_records.ModuleRecord):
-            raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
+            raise ProgramError(f"{source}: no ModuleRecord named {attribute}")
         records[name] = replace(record, name=name)
     return records
 
@@ -230,8 +230,8 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     library = load_library("axis3601")
     state = library.types["AXIS_3601"]
     assert isinstance(state, Structure)
-    bound = {name: each for name, each in settings.items() if each.slot}
-    ideal = {name: each for name, each in settings.items() if not each.slot}
+    bound = {name: setting for name, setting in settings.items() if setting.slot}
+    ideal = {name: setting for name, setting in settings.items() if not setting.slot}
     return Axes(bound, ideal, state, library.add_ons["AMCI3601"])
 
 
@@ -394,15 +394,17 @@ def _whole(
 
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
-        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path} contains no program"]
-        more = len(refused) - REFUSALS_SHOWN
-        shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
-        raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
+        shown = [str(refusal) for refusal in refused[:REFUSALS_SHOWN]] or [f"{path} contains no program"]
+        hidden = len(refused) - REFUSALS_SHOWN
+        shown += [f"and {hidden} more: scanrack l5x {path} lists all"] * (hidden > 0)
+        raise ProgramError(
+            "\n".join(shown), *(Site(file=refusal.file, line=refusal.line) for refusal in refused)
+        )
     program.left_out = dict(report.stubs)
     if stubs.missing_tags and report.declared:
         declared = [f"{name} : {text}" for name, text in report.declared.items()]
         program.left_out["missing_tags"] = f"declare: {', '.join(declared)}"
-    program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
+    program.refused = [refusal.place for refusal in sorted(refused, key=lambda each: each.line)]
     return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
 
 
@@ -497,11 +499,11 @@ def _while_loading(path: Path, error: BaseException) -> ProgramError:
 
 
 def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
-    found = getattr(module, name, None)
-    if callable(found):
-        return found  # type: ignore[no-any-return]
-    if found is not None:
-        raise ProgramError(f"{path}: {name} is {type(found).__name__}, not a function")
+    builder = getattr(module, name, None)
+    if callable(builder):
+        return builder  # type: ignore[no-any-return]
+    if builder is not None:
+        raise ProgramError(f"{path}: {name} is {type(builder).__name__}, not a function")
     there = [
         key
         for key, value in vars(module).items()

@@ -48,7 +48,7 @@ def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
 
 
 def _note_axis(report: Report, axis: str, names: list[str]) -> None:
-    done, not_done = ([each for each in names if (each in IDEAL) is ideal] for ideal in (True, False))
+    done, not_done = ([name for name in names if (name in IDEAL) is ideal] for ideal in (True, False))
     if done:
         report.note(axis, f"{', '.join(done)} move an ideal axis, unless [axes] binds it to a 3601")
     if not_done:

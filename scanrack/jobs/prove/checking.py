@@ -55,15 +55,15 @@ class Opinion(NamedTuple):
 
 def solvers() -> list[Solver]:
     """Return the installed solvers: Python packages first, then programs."""
-    found = {
+    solvers_found = {
         name: Solver(f"{name} {distribution_version(package)}", answer)
         for name, package, answer in _PACKAGES
         if find_spec(name)
     }
     for name, words in _PROGRAMS.items():
-        if name not in found and shutil.which(name):
-            found[name] = Solver(name, partial(_program, words))
-    return list(found.values())
+        if name not in solvers_found and shutil.which(name):
+            solvers_found[name] = Solver(name, partial(_program, words))
+    return list(solvers_found.values())
 
 
 def check(folder: Path, solver: Solver) -> Opinion:
@@ -74,10 +74,10 @@ def check(folder: Path, solver: Solver) -> Opinion:
     """
     relation = (folder / "proof.smt2").read_text(encoding="utf-8").splitlines()
     roles = json.loads((folder / "proof.json").read_text(encoding="utf-8"))
-    for what, script in questions(relation, roles):
+    for question, script in questions(relation, roles):
         answer = solver.answer(script)
         if answer != "unsat":
-            return Opinion(solver.name, False, answer == "sat", f"{what}: {answer}")
+            return Opinion(solver.name, False, answer == "sat", f"{question}: {answer}")
     return Opinion(solver.name, True, False, "")
 
 
@@ -88,7 +88,7 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
         yield "ranges", script
     for part in roles["parts"]:
         contract, says = part["contract"], part["says"]
-        invariants = [each["term"] for each in part["invariants"]]
+        invariants = [invariant["term"] for invariant in part["invariants"]]
         for script in _inductive(relation, roles, invariants, contract):
             yield f"invariants of {says}", script
         base, step = (_Scans(relation, roles, first=first, more=part["k"]) for first in (True, False))
@@ -96,7 +96,7 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
         yield f"base of {says}", base.text([f"(or {some} false)"], contract)
         kept = [term for invariant in invariants for term in step.each(invariant)]
         *before, last = step.each(part["bad"])
-        unbroken = [f"(not {each})" for each in before]
+        unbroken = [f"(not {term})" for term in before]
         yield f"step of {says}", step.text([*kept, *unbroken, last], contract)
 
 
@@ -112,9 +112,9 @@ def _inductive(
     first = _Scans(relation, roles, first=True)
     yield first.text([_some_not(first.last(term) for term in terms)], contract)
     scans = _Scans(relation, roles, first=False)
-    before = [scans.last(each) for each in terms]
+    before = [scans.last(term) for term in terms]
     scans.add_next()
-    yield scans.text([*before, _some_not(scans.last(each) for each in terms)], contract)
+    yield scans.text([*before, _some_not(scans.last(term) for term in terms)], contract)
 
 
 class _Scans:
@@ -127,14 +127,14 @@ class _Scans:
 
     def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool, more: int = 0) -> None:
         self._relation, self._roles, self.count, self._lines = relation, roles, 0, [relation[0]]
-        initial = {name: each["initial"] for name, each in roles["states"].items()} | roles["late"]
+        initial = {name: state["initial"] for name, state in roles["states"].items()} | roles["late"]
         self._add(initial if first else {})
         for _ in range(more):
             self.add_next()
 
     def add_next(self) -> None:
         """Add a scan whose states are what the previous scan leaves."""
-        self._add({name: self.last(each["next"]) for name, each in self._roles["states"].items()})
+        self._add({name: self.last(state["next"]) for name, state in self._roles["states"].items()})
 
     def _add(self, given: Mapping[str, str]) -> None:
         number = self.count

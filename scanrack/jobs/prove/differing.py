@@ -88,34 +88,36 @@ def edited(
         ValueError: a file or a tag name is invalid, or no proof covers a program.
         OSError: a file can't be written.
     """
-    before, after = (_ladder(each) for each in (old, new))
+    before, after = (_ladder(path) for path in (old, new))
     job, logic = after
-    given = job.spec.prove
+    prove_spec = job.spec.prove
     bounds = bounds_of(job)
     layout = logic.build().layout
-    allowed = [_named(layout, each, "--may-differ") for each in only]
+    allowed = [_named(layout, text, "--may-differ") for text in only]
     places = [_named(layout, output, "--outputs") for output in outputs]
-    found = compare(
+    difference = compare(
         before[1],
         logic,
         bounds,
-        free=given.free,
-        written_outside=given.written_outside,
+        free=prove_spec.free,
+        written_outside=prove_spec.written_outside,
         is_output=lambda key: not places or any(_is_in(key, place) for place in places),
     )
-    held = {number.named(tag_text(layout, number.key)): number.value for number in found.held}
+    held = {number.named(tag_text(layout, number.key)): number.value for number in difference.held}
     changed = []
-    for each in (*found.changed, *([] if found.fault is None else [found.fault])):
-        may_differ = any(_is_in(each.key, one) for one in allowed)
-        changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may_differ))
-    names = tuple(found.removed), tuple(found.added)
-    return EditedSubject(found.compared, tuple(changed), *names, bounds, held, tuple(_left_open(found)))
+    for changed_tag in (*difference.changed, *([] if difference.fault is None else [difference.fault])):
+        may_differ = any(_is_in(changed_tag.key, place) for place in allowed)
+        changed.append(_with_scenario(job, before[1], layout, changed_tag, folder, allowed=may_differ))
+    names = tuple(difference.removed), tuple(difference.added)
+    return EditedSubject(
+        difference.compared, tuple(changed), *names, bounds, held, tuple(_left_open(difference))
+    )
 
 
 def _left_open(found: Difference) -> Iterator[str]:
     """Yield what the comparison does not cover, one sentence each."""
-    yield from (f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared)
-    yield from (f"nothing is known after {each}" for each in found.unfollowed)
+    yield from (f"elements of {array} from {MOST_OPEN:,} on are not compared" for array in found.uncompared)
+    yield from (f"nothing is known after {step}" for step in found.unfollowed)
 
 
 def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
@@ -130,12 +132,12 @@ def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
 def _named(layout: Layout, text: str, option: str) -> Place | Group:
     """Return the tag or element that an option names."""
     try:
-        found = Resolver(layout).named(text)
+        place = Resolver(layout).named(text)
     except LadderError as error:
         raise ValueError(f"{option} {text}: {error}") from None
-    if isinstance(found, Place) and found.bit is not None:
+    if isinstance(place, Place) and place.bit is not None:
         raise ValueError(f"{option} {text}: it is a bit of a number, which is compared as a whole: name that")
-    return found
+    return place
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
@@ -160,7 +162,7 @@ def _with_scenario(
     if found.scans:
         rack = None if is_fault else difference_on_rack(job, old, layout, found.scans, found.key)
         file = write_scenario(job, layout, name, found.scans, rack, folder)
-    inputs = tuple(_cased(layout, each) for each in found.inputs)
+    inputs = tuple(_cased(layout, input_) for input_ in found.inputs)
     return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed, rack)
 
 
@@ -174,13 +176,13 @@ def _cased(layout: Layout, text: str) -> str:
 def lines_of(found: EditedSubject) -> Iterator[str]:
     """Yield a line for each value that can differ, with its run."""
     yield _summary(found)
-    shown = [each for each in found.changed if each.steps]
-    width = max((len(each.name) for each in shown), default=0)
-    for each in shown:
-        yield from _lines_of_tag(each, width)
-    without_run = [each for each in found.changed if not each.steps]
+    shown = [changed for changed in found.changed if changed.steps]
+    width = max((len(changed.name) for changed in shown), default=0)
+    for tag in shown:
+        yield from _lines_of_tag(tag, width)
+    without_run = [changed for changed in found.changed if not changed.steps]
     for when in ("now", "later"):
-        names = [f"{each.name}{each.allowed_text}" for each in without_run if each.when == when]
+        names = [f"{changed.name}{changed.allowed_text}" for changed in without_run if changed.when == when]
         yield from _list_line(f"{when}, no run found within the limits:", names)
     yield from found.open
     yield from _list_line("only the old program has", found.removed)
@@ -193,7 +195,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
 
 def _summary(found: EditedSubject) -> str:
     """Return a sentence with the number of values that can differ."""
-    values = [each for each in found.changed if each.name != FAULT_NAME]
+    values = [tag for tag in found.changed if tag.name != FAULT_NAME]
     now = sum(value.now for value in values)
     others = "the others are not proved equal" if found.open else "all others are equal in every run"
     return f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
@@ -223,15 +225,15 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
         "compared": found.compared,
         "changed": [
             {
-                "tag": each.name,
-                "when": each.when,
-                "allowed": each.allowed,
-                "scans": scans_of(each.steps),
-                "depends_on": list(each.inputs),
-                "scenario": None if each.scenario is None else str(each.scenario),
-                "rack": None if each.rack is None else each.rack.to_json(),
+                "tag": tag.name,
+                "when": tag.when,
+                "allowed": tag.allowed,
+                "scans": scans_of(tag.steps),
+                "depends_on": list(tag.inputs),
+                "scenario": None if tag.scenario is None else str(tag.scenario),
+                "rack": None if tag.rack is None else tag.rack.to_json(),
             }
-            for each in found.changed
+            for tag in found.changed
         ],
         "removed": list(found.removed),
         "added": list(found.added),

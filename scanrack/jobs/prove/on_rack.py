@@ -96,7 +96,7 @@ def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
             truth = program.truth(routine)[rung]
             return None if truth is None else truth[place]
 
-        return lambda: {power(*each) for each in places} == {True, False}
+        return lambda: {power(*place) for place in places} == {True, False}
 
     return shows
 
@@ -120,7 +120,7 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
     job = replace(subject.job, logic=subject.program.program)
 
     def first(scenario: RackScenario) -> int | None:
-        return next((scan for scan, each in enumerate(_seen(job, scenario, shows)) if each), None)
+        return next((scan for scan, is_shown in enumerate(_seen(job, scenario, shows)) if is_shown), None)
 
     return _replayed(job, subject.problem.lowered.layout, scans, first)
 
@@ -137,7 +137,9 @@ def difference_on_rack(
 
     def first(scenario: RackScenario) -> int | None:
         both = zip(_values(replace(job, logic=old), scenario, tag), _values(job, scenario, tag), strict=False)
-        return next((scan for scan, (one, other) in enumerate(both) if one != other), None)
+        return next(
+            (scan for scan, (old_value, new_value) in enumerate(both) if old_value != new_value), None
+        )
 
     return _replayed(job, layout, scans, first)
 
@@ -149,8 +151,8 @@ def _replayed(
     if not job.spec.slot:
         return None
     period_ns = job.spec.scan_ns
-    tried = [on_scans_of(layout, scans, period_ns, inputs_first=each) for each in (False, True)]
-    if any(each.again for each in scans):
+    tried = [on_scans_of(layout, scans, period_ns, inputs_first=order) for order in (False, True)]
+    if any(model_scan.again for model_scan in scans):
         return OnRack(False, None, tried[0], why=TWO_RUNS)
     why = ""
     for scenario in tried:
@@ -163,9 +165,9 @@ def _replayed(
             return OnRack(True, scan, scenario, _not_given(scenario, first))
     if not why and tried[0].left_out:
         why = f"nothing sets {', '.join(tried[0].left_out)} there"
-    each = time_text(period_ns)
+    period = time_text(period_ns)
     return OnRack(
-        False, None, tried[0], why=why or f"scans of {each} do not show it; one of another length does"
+        False, None, tried[0], why=why or f"scans of {period} do not show it; one of another length does"
     )
 
 

@@ -72,9 +72,13 @@ class _ValueNotes(QuietListener):
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
         self._engine, self._problem = engine, subject.problem
         self._variables = variables_by_root(truths)
-        places = self._places_of(v for found in self._variables.values() for v in found)
-        given = {place.v for place in places}
-        self.left = [t for t in truths if all(v in given or _is_known(v) for v in self._variables[t])]
+        places = self._places_of(variable for variables in self._variables.values() for variable in variables)
+        known = {place.v for place in places}
+        self.left = [
+            truth
+            for truth in truths
+            if all(variable in known or _is_known(variable) for variable in self._variables[truth])
+        ]
         self.found: set[T] = set()
         self.stop: Callable[[], object] = lambda: None
         self._watch(places)
@@ -82,18 +86,20 @@ class _ValueNotes(QuietListener):
 
     def _places_of(self, variables: Iterable[T]) -> list[_Variable]:
         """Return where the variables are in memory; variables that are not modeled are left out."""
-        problem, found = self._problem, []
+        problem, places = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
-        for v in dict.fromkeys(variables):
-            key = problem.key_of.get(v.val, FIRST_SCAN)
-            leaf = None if key == FIRST_SCAN or v.val in problem.havocs else layout.find(key[0])
+        for variable in dict.fromkeys(variables):
+            key = problem.key_of.get(variable.val, FIRST_SCAN)
+            leaf = None if key == FIRST_SCAN or variable.val in problem.havocs else layout.find(key[0])
             if leaf is not None:
-                found.append(_Variable(v, memory.reader(leaf, key[1]), problem.role(v.val) == "state"))
-        return found
+                places.append(
+                    _Variable(variable, memory.reader(leaf, key[1]), problem.role(variable.val) == "state")
+                )
+        return places
 
     def _watch(self, places: Iterable[_Variable]) -> None:
         """From now on, note the values that decide the remaining truths."""
-        deciding = {v for t in self.left for v in self._variables[t]}
+        deciding = {variable for truth in self.left for variable in self._variables[truth]}
         self._places = [place for place in places if place.v in deciding]
         self._readers = [place.read for place in self._places]
         self._rows: list[list[Value]] = []
@@ -113,8 +119,8 @@ class _ValueNotes(QuietListener):
         if count < 1 or not self.left:
             return
         truths = BatchEvaluator(self.left, count)(self._values(count))
-        self.found |= {t for t, values in zip(self.left, truths, strict=True) if values.any()}
-        self.left = [t for t in self.left if t not in self.found]
+        self.found |= {truth for truth, values in zip(self.left, truths, strict=True) if values.any()}
+        self.left = [truth for truth in self.left if truth not in self.found]
         last = dict(zip(self._places, self._rows[-1], strict=True))
         self._watch(self._places)
         self._rows, self._times = [[last[place] for place in self._places]], self._times[-1:]
@@ -123,8 +129,8 @@ class _ValueNotes(QuietListener):
         """Return the values of variables before each scan of the block."""
         times, tick_ns = np.array(self._times, dtype=np.int64), self._problem.tick_ns
         columns = zip(self._places, zip(*self._rows, strict=True), strict=True)
-        found = {place.v.val: place.column(values, times, tick_ns) for place, values in columns}
-        return {DT: np.diff(times) // tick_ns, FIRST_SCAN_NAME: np.zeros(count, np.bool_), **found}
+        columns_by_name = {place.v.val: place.column(values, times, tick_ns) for place, values in columns}
+        return {DT: np.diff(times) // tick_ns, FIRST_SCAN_NAME: np.zeros(count, np.bool_), **columns_by_name}
 
 
 def _is_known(v: T) -> bool:

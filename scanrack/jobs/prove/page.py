@@ -64,17 +64,19 @@ def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Question
     if rows:
         yield _table(("property", "claim", "", ""), rows)
     watched = {claim.claim: claim for claim in subject.program.properties}
-    for each in results:
-        if each.answer.steps:
-            yield f'<h2 id="{escape(each.name)}">{escape(each.name)}</h2>'
-            yield _scans(subject, each.answer.steps)
-            if each.rack is not None:
-                yield f"<p>{escape(str(each.rack))}</p>"
-            yield drawn(subject.program.program, each.answer.scans, watched[each.answer.claim])
+    for proof_result in results:
+        if proof_result.answer.steps:
+            yield f'<h2 id="{escape(proof_result.name)}">{escape(proof_result.name)}</h2>'
+            yield _scans(subject, proof_result.answer.steps)
+            if proof_result.rack is not None:
+                yield f"<p>{escape(str(proof_result.rack))}</p>"
+            yield drawn(
+                subject.program.program, proof_result.answer.scans, watched[proof_result.answer.claim]
+            )
     yield "<h2>built-in questions</h2>"
     yield f"<pre>{escape(chr(10).join(question_lines(answers)))}</pre>"
     yield "<h2>assumed</h2>"
-    yield f"<ul>{''.join(f'<li>{escape(each)}</li>' for each in assumptions(subject, results))}</ul>"
+    yield f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in assumptions(subject, results))}</ul>"
 
 
 def parts_of_edit(found: EditedSubject) -> Iterator[str]:
@@ -94,7 +96,7 @@ def _row(result: Result) -> Sequence[str]:
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    head = "".join(f"<th>{each}</th>" for each in heads)
+    head = "".join(f"<th>{heading}</th>" for heading in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><tr>{head}</tr>{body}</table>"
 
@@ -103,8 +105,8 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
     return _table(
         ("scan", "what changes before it"),
         [
-            (str(number), f"<code>{escape(step_text(each, subject.job.spec))}</code>")
-            for number, each in enumerate(steps, start=1)
+            (str(number), f"<code>{escape(step_text(step, subject.job.spec))}</code>")
+            for number, step in enumerate(steps, start=1)
         ],
     )
 
@@ -126,15 +128,17 @@ def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) 
 
 
 def _grouped(rungs: Iterable[RungPlace]) -> dict[str, list[int]]:
-    found: dict[str, list[int]] = {}
+    numbers_by_name: dict[str, list[int]] = {}
     for name, number in rungs:
-        found.setdefault(name, []).append(number)
-    return found
+        numbers_by_name.setdefault(name, []).append(number)
+    return numbers_by_name
 
 
 def _deciding(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
     """Yield the rungs that write what a claim reads, then those that write what these read, and so on."""
-    drawable = {each.name: set(each.numbers) for each in debugger.program.routines if each.chart is None}
+    drawable = {
+        routine.name: set(routine.numbers) for routine in debugger.program.routines if routine.chart is None
+    }
     reads, writers = _cross_reference(debugger)
     queue = list(writers.get(watched.bit[0], ()))
     seen: set[RungPlace] = set()
@@ -168,5 +172,7 @@ def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dic
 def _around(path: str, writers: Iterable[str]) -> list[str]:
     """Return the written paths that share memory with a path: itself, its members, and what contains it."""
     return sorted(
-        each for each in writers if each == path or each.startswith(f"{path}.") or path.startswith(f"{each}.")
+        writer
+        for writer in writers
+        if writer == path or writer.startswith(f"{path}.") or path.startswith(f"{writer}.")
     )

@@ -136,25 +136,25 @@ def prove_all(
         OSError: a file can't be written.
     """
     claims = subject.program.properties
-    for number, each in enumerate(claims, start=1):
-        progress(each.claim.name, number, len(claims))
+    for number, claim in enumerate(claims, start=1):
+        progress(claim.claim.name, number, len(claims))
         start_ns = wall_ns()
-        found = answer(subject.problem, subject.program, each, limits)
-        if found.verdict:
+        result = answer(subject.problem, subject.program, claim, limits)
+        if result.verdict:
             spent_ns, used = wall_ns() - start_ns, in_use(subject.job)
-            proof = folder.save_proof(found.claim.name, found.verdict.certificates, used)
+            proof = folder.save_proof(result.claim.name, result.verdict.certificates, used)
             opinions = tuple(check(proof, other) for other in others)
-            yield Result(found, spent_ns, proof=proof, opinions=opinions)
+            yield Result(result, spent_ns, proof=proof, opinions=opinions)
             continue
-        if not found.steps:
-            yield Result(found, wall_ns() - start_ns)
+        if not result.steps:
+            yield Result(result, wall_ns() - start_ns)
             continue
-        rack = replay_on_rack(subject, claim_broken(subject, each), found.scans)
+        rack = replay_on_rack(subject, claim_broken(subject, claim), result.scans)
         layout = subject.problem.lowered.layout
-        file = write_scenario(subject.job, layout, found.claim.name, found.scans, rack, folder)
-        own = _at_own_time(subject, number - 1, found, rack, limits)
+        file = write_scenario(subject.job, layout, result.claim.name, result.scans, rack, folder)
+        own = _at_own_time(subject, number - 1, result, rack, limits)
         yield Result(
-            found, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
+            result, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
         )
 
 

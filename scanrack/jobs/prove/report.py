@@ -45,27 +45,31 @@ def own_time_text(result: Result) -> str:
 
 def detail_of(result: Result) -> str:
     """Return the detail of a verdict."""
-    found, verdict = result.answer, result.answer.verdict
+    answer, verdict = result.answer, result.answer.verdict
     if result.refused_by:
-        return "; ".join(f"{each.solver} refuses the proof, {each.why}" for each in result.refused_by)
-    if found.steps:
+        return "; ".join(
+            f"{refusal.solver} refuses the proof, {refusal.why}" for refusal in result.refused_by
+        )
+    if answer.steps:
         return f"{own_time_text(result)}scan {verdict.k:,}   {result.scenario}"
     if verdict.kind is VerdictKind.PROVED:
-        reached = "no run reaches it   " if not found else ""
-        proved = f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+        reached = "no run reaches it   " if not answer else ""
+        proved = f"{reached}{result.spent_ns / 1e9:.2f} s   ({answer.deciding:,} tags of {answer.tags:,})"
         return f"{proved}   {opinions_text(result.opinions)}".rstrip()
-    more = len(verdict.blame) - BLAME_SHOWN
+    hidden = len(verdict.blame) - BLAME_SHOWN
     reasons = "; ".join(verdict.blame[:BLAME_SHOWN])
-    return f"{reasons}; and {more:,} more" if more > 0 else reasons
+    return f"{reasons}; and {hidden:,} more" if hidden > 0 else reasons
 
 
 def opinions_text(opinions: Iterable[Opinion]) -> str:
     """Return the verdicts of other solvers on a proof as text; "" if there are none."""
-    each = [
-        f"{one.solver} confirms it" if one.confirmed else f"{one.solver} does not confirm it: {one.why}"
-        for one in opinions
+    texts = [
+        f"{opinion.solver} confirms it"
+        if opinion.confirmed
+        else f"{opinion.solver} does not confirm it: {opinion.why}"
+        for opinion in opinions
     ]
-    return "; ".join(each)
+    return "; ".join(texts)
 
 
 def below(subject: ProofSubject, result: Result) -> Iterator[str]:
@@ -106,8 +110,8 @@ def question_lines(answers: Questions) -> Iterator[str]:
     """Yield the results of the built-in questions; findings are in program order."""
     if count := sum(answers.counts.values()):
         yield questions_text(count)
-    for each in answers.found:
-        yield from found_lines(each)
+    for answer in answers.found:
+        yield from found_lines(answer)
     if left := open_text(answers):
         yield left
 
@@ -130,15 +134,15 @@ def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
 def held_text(held: Mapping[str, Any]) -> str:
     """Return the held numbers as one line, by name; only the first ones if there are many."""
     shown = [f"{name} = {value}" for name, value in sorted(held.items())]
-    more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
-    return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}"
+    hidden = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
+    return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *hidden])}"
 
 
 def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
     """Return the answers as JSON values, with times in ns and scans numbered from 1."""
     return {
         "properties": [_row(result) for result in results],
-        "found": [_found(each) for each in answers.found],
+        "found": [_found(answer) for answer in answers.found],
         "asked": dict(sorted(answers.counts.items())),
         "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
@@ -148,24 +152,24 @@ def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions
 
 
 def _row(result: Result) -> dict[str, Any]:
-    found, verdict, site = result.answer, result.answer.verdict, result.answer.claim.site
+    answer, verdict, site = result.answer, result.answer.verdict, result.answer.claim.site
     return {
         "name": result.name,
-        "claim": found.claim.sentence,
+        "claim": answer.claim.sentence,
         "routine": site.routine,
         "number": site.rung,
         "verdict": result.word,
         "spent_ns": result.spent_ns,
         "k": verdict.k,
-        "values": found.deciding,
-        "tags": found.tags,
+        "values": answer.deciding,
+        "tags": answer.tags,
         "invariants": list(verdict.invariants),
-        "held": dict(found.held),
-        "assumed": list(found.assumed),
+        "held": dict(answer.held),
+        "assumed": list(answer.assumed),
         "blame": list(verdict.blame),
-        "advice": found.advice,
-        "scans": scans_of(found.steps),
-        "end": list(found.end),
+        "advice": answer.advice,
+        "scans": scans_of(answer.steps),
+        "end": list(answer.end),
         "scenario": None if result.scenario is None else str(result.scenario),
         "rack": None if result.rack is None else result.rack.to_json(),
         "at_own_time": None if result.at_own_time is None else result.at_own_time.verdict.kind,

@@ -58,19 +58,19 @@ def on_scans_of(
         inputs_first: of the scans that replace a long one, inputs change before the first, not the last.
     """
     orders: list[tuple[int, Action]] = []
-    at = 0
-    for number, each in enumerate(scans):
-        count = max(1, round(each.ms * 1_000_000 / scan_ns)) if number else 0
-        first = at + (1 if inputs_first and number else count)
-        if each.turned:
+    begin = 0
+    for number, model_scan in enumerate(scans):
+        count = max(1, round(model_scan.ms * 1_000_000 / scan_ns)) if number else 0
+        first = begin + (1 if inputs_first and number else count)
+        if model_scan.turned:
             count = max(count, 2)
-            orders.append((at + 1, Mode("program")))
-            orders.append((at + count, Mode("run")))
-            first = at + count
-        orders += [(first, order) for order in _orders(layout, each.inputs)]
-        at += count
+            orders.append((begin + 1, Mode("program")))
+            orders.append((begin + count, Mode("run")))
+            first = begin + count
+        orders += [(first, order) for order in _orders(layout, model_scan.inputs)]
+        begin += count
     left_out = {tag_text(layout, key) for scan in scans for key in scan.inputs if not _is_set(layout, key)}
-    return RackScenario(tuple(orders), at + 1, tuple(sorted(left_out)))
+    return RackScenario(tuple(orders), begin + 1, tuple(sorted(left_out)))
 
 
 def _is_set(layout: Layout, key: Key) -> bool:
@@ -93,8 +93,8 @@ def step_text(step: ScenarioStep, spec: RackSpec) -> str:
     words = {slot.number: slot.words for slot in spec.slot}
     texts = []
     for name, value in step.changes:
-        found = _WORD.fullmatch(name)
-        bits = [] if found is None else _bits(words.get(int(found[1])), int(found[2]), int(value))
+        match = _WORD.fullmatch(name)
+        bits = [] if match is None else _bits(words.get(int(match[1])), int(match[2]), int(value))
         texts.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
     return step.text(texts)
 

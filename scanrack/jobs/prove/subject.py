@@ -58,17 +58,17 @@ def subject_of_job(
         ValueError: no proof covers something in the program, which the message names.
     """
     program = with_monitors(job)
-    given = job.spec.prove
+    prove_spec = job.spec.prove
     bounds = bounds or bounds_of(job)
     rows = list(_contracts(job, program, bounds))
     problem = ProgramSystem(
         program.program,
         bounds,
-        free=given.free,
-        written_outside=given.written_outside,
+        free=prove_spec.free,
+        written_outside=prove_spec.written_outside,
         assume=program.assume,
         contracts=[contract for contract, _ in rows],
-        happens=given.happens,
+        happens=prove_spec.happens,
         beside=beside,
     )
     return ProofSubject(job.rack_file.stem, job, program, problem, tuple(sentence for _, sentence in rows))

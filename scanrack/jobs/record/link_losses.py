@@ -27,7 +27,7 @@ class LinkChange:
 def link_changes(events: Iterable[TraceEvent], slot: int) -> list[LinkChange]:
     """Return the state of the link to a module at each change of the module's lights, in order."""
     return [
-        LinkChange(each.scan, each.now_ns, each.fields.get("module") != Light.OFF.value)
-        for each in events
-        if each.topic == INDICATORS and each.fields.get("slot") == slot
+        LinkChange(event.scan, event.now_ns, event.fields.get("module") != Light.OFF.value)
+        for event in events
+        if event.topic == INDICATORS and event.fields.get("slot") == slot
     ]

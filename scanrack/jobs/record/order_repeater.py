@@ -50,7 +50,7 @@ def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
     known = list(events)
     orders = [event for event in known if event.topic == ORDERS.name]
     brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
-    lost = [each for each in known if is_edit(each) and not is_edit_with_files(each.topic, each.fields)]
+    lost = [order for order in known if is_edit(order) and not is_edit_with_files(order.topic, order.fields)]
     return [event.scan for event in lost if event.scan not in brought]
 
 

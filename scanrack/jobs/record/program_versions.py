@@ -124,7 +124,11 @@ class ProgramVersions:
 
     def up_to(self, number: int) -> ProgramVersions:
         """Return the programs up to a number for a branch; none of them is loaded yet."""
-        known = {each: edition for each, edition in self._known.items() if each <= number}
+        known = {
+            edition_number: edition
+            for edition_number, edition in self._known.items()
+            if edition_number <= number
+        }
         branch = ProgramVersions(self._folder, self._rack, known)
         branch._used = set(self._used)
         return branch
@@ -186,7 +190,7 @@ def edits_of(trace: Trace) -> list[AppliedAction]:
         if number := edit_number(name):
             starts.setdefault(number, span.offset)
     edits = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
-    return [each for each in edits if each is not None]
+    return [edit for edit in edits if edit is not None]
 
 
 def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
@@ -194,9 +198,9 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
         if section.span.offset > offset and trace.may_contain(section, topics):
-            for each in orders_of(trace.events_in(section, topics)):
-                if isinstance(each.order, Edit) and each.order.number == number:
-                    return each
+            for order in orders_of(trace.events_in(section, topics)):
+                if isinstance(order.order, Edit) and order.order.number == number:
+                    return order
     return None
 
 
@@ -217,9 +221,9 @@ def versions_of(
     files = attached_files(trace)
     rack = trace.head.metadata.get("rack_file", "")
     known = {}
-    for each in edits:
-        if isinstance(each.order, Edit):
-            number, program = each.order.number, each.order.program
+    for edit in edits:
+        if isinstance(edit.order, Edit):
+            number, program = edit.order.number, edit.order.program
             known[number] = _recorded(files, number, rack, program, trust=trust)
     editions = ProgramVersions(folder, None, known)
     editions.follow(job)
@@ -249,5 +253,5 @@ def forget(folders: Iterable[Path]) -> None:
 
 def folders_of(job: LoadedRack) -> set[Path]:
     """Return the folders in which a job's Python finds modules."""
-    stubs = {(job.folder / each).parent.resolve() for each in job.stub_files}
+    stubs = {(job.folder / stub_file).parent.resolve() for stub_file in job.stub_files}
     return {job.rack_file.parent.resolve(), job.program.parent.resolve(), *stubs}

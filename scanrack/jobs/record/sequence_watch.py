@@ -46,7 +46,7 @@ def declared_axes(logic: ScanLogic) -> dict[int, str]:
     from scanrack.ladder.python.axis3601 import Axis3601  # not needed without sequences
 
     parts = parts_of(logic)
-    return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
+    return {part.slot: part.declared.spot for part in parts if isinstance(part, Axis3601)}
 
 
 def standing(sequence: Waiting, scan: int) -> Step:
@@ -75,7 +75,7 @@ class WatchesSequences:
 
     def watch(self, sequences: tuple[Waiting, ...]) -> None:
         """Watch the sequences of an edited program instead."""
-        self._watched = [_SequenceState(each) for each in sequences]
+        self._watched = [_SequenceState(sequence) for sequence in sequences]
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass on an event."""
@@ -83,11 +83,11 @@ class WatchesSequences:
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Report sequences that have made a step, and pass on the scan."""
-        for each in self._watched:
-            resumed = each.sequence.resumed
-            if resumed != each.resumed:
-                each.resumed = resumed
-                step = each.step(scan)
+        for state in self._watched:
+            resumed = state.sequence.resumed
+            if resumed != state.resumed:
+                state.resumed = resumed
+                step = state.step(scan)
                 if step is not None:
                     self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
         self._listener.scan(scan, now_ns, flags)
@@ -98,8 +98,8 @@ class WatchesSequences:
         watched, listeners_own = self._watched, None if self._rows is None else self._rows.look
 
         def look() -> bool:
-            for each in watched:
-                if each.sequence.resumed != each.resumed:
+            for state in watched:
+                if state.sequence.resumed != state.resumed:
                     return True
             return listeners_own is not None and listeners_own()
 

@@ -64,12 +64,14 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
         ValueError: a pattern matches nothing, or matches a value that can't be recorded.
     """
     known = list(_all_values(namespace))
-    names = NamesByPattern(each.name for each in known)
+    names = NamesByPattern(tag.name for tag in known)
     chosen: dict[str, NamedValue] = {}
     for pattern in patterns:
         matches = [known[place] for place in names.places(pattern)]
         matches = matches or [_at_address(namespace, known, pattern)]
-        chosen.update((each.name, each) for each in matches if each.name not in chosen)
+        chosen.update(
+            (matching_tag.name, matching_tag) for matching_tag in matches if matching_tag.name not in chosen
+        )
     return list(chosen.values())
 
 
@@ -86,7 +88,7 @@ def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text:
             raise ValueError(
                 f"tag {text!r} is {type(value).__name__}; recorded are bool, int, float, str and Enum"
             )
-    close = get_close_matches(text, [each.name for each in known], 1)
+    close = get_close_matches(text, [tag.name for tag in known], 1)
     hint = f"; did you mean {close[0]}?" if close else ""
     raise ValueError(f"no tag matches {text!r}{hint}")
 
@@ -117,11 +119,18 @@ def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
     """Yield the fields of a logic: from the body of its class, and from the instance."""
     hints = _hints(logic)
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
-    fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
-    for each in dict.fromkeys([*fields, *vars(logic)]):
-        if not each.startswith("_"):
-            inner = getattr(logic, each)
-            yield from _below(f"{name}.{each}", hints.get(each), inner, DEPTH - 1, frozenset({id(logic)}))
+    fields = {
+        field_name: value
+        for body in bodies
+        for field_name, value in body.items()
+        if not hasattr(value, "__get__")
+    }
+    for attribute in dict.fromkeys([*fields, *vars(logic)]):
+        if not attribute.startswith("_"):
+            inner = getattr(logic, attribute)
+            yield from _below(
+                f"{name}.{attribute}", hints.get(attribute), inner, DEPTH - 1, frozenset({id(logic)})
+            )
 
 
 def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:
@@ -132,10 +141,12 @@ def _below(name: str, hint: object, value: object, depth: int, above: frozenset[
     elif depth and _is_own(value) and id(value) not in above:
         hints = _hints(value)
         names = dict.fromkeys([*hints, *getattr(value, "__dict__", ())])
-        for each in names:
-            if not each.startswith("_") and hasattr(value, each):
-                inner = getattr(value, each)
-                yield from _below(f"{name}.{each}", hints.get(each), inner, depth - 1, above | {id(value)})
+        for attribute in names:
+            if not attribute.startswith("_") and hasattr(value, attribute):
+                inner = getattr(value, attribute)
+                yield from _below(
+                    f"{name}.{attribute}", hints.get(attribute), inner, depth - 1, above | {id(value)}
+                )
 
 
 def _named(name: str, hint: object, value: object) -> NamedValue | None:
@@ -145,7 +156,7 @@ def _named(name: str, hint: object, value: object) -> NamedValue | None:
         return NamedValue(name, "LINT", f"{name}._value_")
     if issubclass(kind, Enum):
         return NamedValue(name, "ENUM", name, tuple(kind))
-    plain = next((PLAIN_TYPES[each] for each in kind.__mro__ if each in PLAIN_TYPES), None)
+    plain = next((PLAIN_TYPES[base] for base in kind.__mro__ if base in PLAIN_TYPES), None)
     return None if plain is None else NamedValue(name, plain, name)
 
 

@@ -116,11 +116,11 @@ class ProgramTags:
     ) -> None:
         texts = texts or TextCodes([])
         self.texts = texts
-        self.plan: TagPlan = plan_of([each.tag for each in recorded])
+        self.plan: TagPlan = plan_of([recorded_tag.tag for recorded_tag in recorded])
         self.pending: Pending = texts.pending
         self._images = memoryview(memory).tobytes
         self._refused: set[str] = set()
-        by_name = {each.tag.name: each for each in recorded}
+        by_name = {recorded_tag.tag.name: recorded_tag for recorded_tag in recorded}
         order = [by_name[field.tag.name] for field in self.plan.fields]
         own, sources = _services(order, texts, in_cells=bool(cells))
         own |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
@@ -140,13 +140,13 @@ class ProgramTags:
     def _slowly(self) -> bytes:
         """Return images and tags; replace a value that does not fit by 0, with one event per tag."""
         parts = [self._images()]
-        for read, each in zip(self._single, self.plan.fields, strict=True):
-            form = Struct("<" + each.letters)
+        for read, recorded_field in zip(self._single, self.plan.fields, strict=True):
+            form = Struct("<" + recorded_field.letters)
             try:
                 parts.append(form.pack(*read()))
             except Exception as error:
                 parts.append(bytes(form.size))
-                self._refuse(each.tag, error)
+                self._refuse(recorded_field.tag, error)
         return b"".join(parts)
 
     def _refuse(self, tag: Tag, error: Exception) -> None:
@@ -193,7 +193,7 @@ class WatchedTags:
 def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
     """Return a tag with its expression in an edited program."""
     try:
-        matching = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
+        matching = [match for match in map(_recorded, values.matching(tag.name)) if match.tag == tag]
     except LadderError:
         matching = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
@@ -201,7 +201,7 @@ def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
 
 
 def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
-    return [_recorded(each) for each in tag_values(engine.lowered.layout, patterns)]
+    return [_recorded(tag_value) for tag_value in tag_values(engine.lowered.layout, patterns)]
 
 
 def _recorded(value: TagValue) -> RecordedTag:
@@ -224,10 +224,12 @@ def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> Pro
         return ProgramTags(_of_ladder(engine, patterns), engine.memory.cells, {}, memory)
     namespace = namespace_of(logic)
     recorded = []
-    for each in named_values(namespace, patterns):
-        names = tuple(member.name for member in each.members)
-        codes = {member.value: code for code, member in enumerate(each.members)}
-        recorded.append(RecordedTag(Tag(each.name, each.type, names=names), each.source, codes))
+    for named_value in named_values(namespace, patterns):
+        names = tuple(member.name for member in named_value.members)
+        codes = {member.value: code for code, member in enumerate(named_value.members)}
+        recorded.append(
+            RecordedTag(Tag(named_value.name, named_value.type, names=names), named_value.source, codes)
+        )
     return ProgramTags(recorded, {}, namespace, memory)
 
 
@@ -237,17 +239,17 @@ def _services(
     """Return the variables that the generated functions need, and the expressions."""
     own: dict[str, object] = {}
     sources = []
-    for number, each in enumerate(recorded):
+    for number, recorded_tag in enumerate(recorded):
         name = f"__value{number}"
-        if each.tag.type == TEXT:
-            value = TextValue(each.tag.name, texts)
+        if recorded_tag.tag.type == TEXT:
+            value = TextValue(recorded_tag.tag.name, texts)
             own[name] = value.of_string if in_cells else value.of_text
-            sources.append(f"{name}({each.source})")
-        elif each.tag.type == "ENUM":
-            own[name] = each.codes
-            sources.append(f"{name}[{each.source}._value_]")
+            sources.append(f"{name}({recorded_tag.source})")
+        elif recorded_tag.tag.type == "ENUM":
+            own[name] = recorded_tag.codes
+            sources.append(f"{name}[{recorded_tag.source}._value_]")
         else:
-            sources.append(each.source)
+            sources.append(recorded_tag.source)
     return own, sources
 
 
@@ -267,4 +269,4 @@ def _functions(
 
 
 def _code_in(code: CodeType) -> list[CodeType]:
-    return [each for each in code.co_consts if isinstance(each, CodeType)]
+    return [constant for constant in code.co_consts if isinstance(constant, CodeType)]

@@ -135,15 +135,17 @@ class InputReplay:
         if self._events != len(events):  # a recording may grow
             self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
         self.expect(self.orders.given, {slot: link_changes(events, slot) for slot in self._modules})
-        self._by_watchdog = any(each.fields.get("cause") == Cause.WATCHDOG.value for each in events)
+        self._by_watchdog = any(event.fields.get("cause") == Cause.WATCHDOG.value for event in events)
 
     def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
         """Take the orders and, by slot, the changes of links that are still to come."""
         now_ns = self.view.now_ns if self.row >= 0 else -1
-        ahead = ((slot, each) for slot, changes in links.items() for each in changes if each.now_ns > now_ns)
+        ahead = (
+            (slot, change) for slot, changes in links.items() for change in changes if change.now_ns > now_ns
+        )
         self._links = deque(sorted(ahead, key=lambda each: each[1].now_ns))
         self._orders = deque(
-            sorted((each for each in orders if each.scan > self.scan), key=lambda each: each.scan)
+            sorted((order for order in orders if order.scan > self.scan), key=lambda each: each.scan)
         )
 
     def hold(self, slot: int, image: bytes) -> None:

@@ -47,9 +47,9 @@ class TagOrders:
         read = orders_of(events)
         kinds = (Write, Force, Unforce, Edit) if edits else (Write, Force, Unforce)
         orders = read if is_session else [*_of_forces(events), *read]
-        self.given = [each for each in orders if isinstance(each.order, kinds)]
+        self.given = [order for order in orders if isinstance(order.order, kinds)]
         self._recording, self._may_lack_values = recording, bool(events) and not is_session
-        repeated = {each.scan for each in self.given if isinstance(each.order, Edit)}
+        repeated = {order.scan for order in self.given if isinstance(order.order, Edit)}
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in repeated]
 
     @property

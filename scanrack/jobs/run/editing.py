@@ -191,8 +191,8 @@ class RunProgram:
         if isinstance(before, Logic) and Fields(lambda: before).forces:
             cpu.tags_from_outside({})
         self._edits += 1
-        for each in self._followers:
-            each.watch(waiting_in(logic))
+        for follower in self._followers:
+            follower.watch(waiting_in(logic))
         try:
             if isinstance(before, AttachedLogic):
                 before.__close_logic__()
@@ -206,7 +206,7 @@ def _value_names(logic: ScanLogic) -> tuple[str, ...]:
     from ..record.tag_names import named_values, namespace_of
 
     try:
-        return tuple(each.name for each in named_values(namespace_of(logic), ["*"]))
+        return tuple(named_value.name for named_value in named_values(namespace_of(logic), ["*"]))
     except ValueError:
         return ()
 

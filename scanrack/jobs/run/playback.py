@@ -88,11 +88,11 @@ class Playback(Cpu):
     def housekeeping(self) -> None:
         """Request the mode and forces of the next scan, and move on to it."""
         self._row += 1
-        more = self._row < self._rows
-        if more:
+        has_more = self._row < self._rows
+        if has_more:
             self._ask_for(self._row)
         super().housekeeping()
-        if more:
+        if has_more:
             self._turn_to(self._row)
 
     def _turn_to(self, row: int) -> None:
@@ -187,7 +187,7 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     """
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []
-    for each in stimuli:
-        let_go = each.energized is None and not bare.fed_inputs & each.input.value
-        entries.append(TimelineEntry(each.at_ns, each.input, False if let_go else each.energized))
+    for stimulus in stimuli:
+        let_go = stimulus.energized is None and not bare.fed_inputs & stimulus.input.value
+        entries.append(TimelineEntry(stimulus.at_ns, stimulus.input, False if let_go else stimulus.energized))
     return replace(bare, timeline=tuple(entries))

@@ -63,7 +63,7 @@ class RetainedMemory:
 
     def begin(self) -> list[str]:
         """Load the retained tags; return a sentence for each tag that was ignored."""
-        return [f"{self.path}: {each}" for each in self._said]
+        return [f"{self.path}: {sentence}" for sentence in self._said]
 
     def end(self) -> None:
         """Write the current tags.

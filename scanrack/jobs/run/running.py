@@ -161,7 +161,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(each, cpu.scan)) for each in waiting_in(self.program.logic)]
+            self.steps = [str(standing(sequence, cpu.scan)) for sequence in waiting_in(self.program.logic)]
 
 
 def _frozen_collector() -> AbstractContextManager[None]:

@@ -134,7 +134,7 @@ def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiri
     wirings = dict.fromkeys(addresses, Wiring())
     for text in thumbwheels:
         address, _, digits = text.rpartition(":")
-        chosen = [each for each in addresses if not address or str(each) == address]
+        chosen = [unit_address for unit_address in addresses if not address or str(unit_address) == address]
         if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
             raise ValueError(f"--thumbwheel {text}: must be up to 7 digits, or ADDRESS:DIGITS")
         wirings[chosen[0]] = Wiring(True, int(digits))

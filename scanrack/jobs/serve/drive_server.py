@@ -102,9 +102,9 @@ class EnipPort:
         Args:
             advance: advances the drive to the current instant.
         """
-        for each in (self._io, self._list):
-            if ready is each:
-                self._take_datagrams(each, advance)
+        for listener in (self._io, self._list):
+            if ready is listener:
+                self._take_datagrams(listener, advance)
                 return
         for connection, data in self._listener.take(ready):
             if not data:
@@ -163,15 +163,15 @@ class EnipPort:
 
     def drop_all(self) -> None:
         """End all connections."""
-        for each in list(self._sessions):
-            self._end(each)
+        for session in list(self._sessions):
+            self._end(session)
         self.adapter.end()
 
     def close(self) -> None:
         """End all connections and stop listening."""
-        for each in self._udp:
-            self._selector.unregister(each)
-            each.close()
+        for listener in self._udp:
+            self._selector.unregister(listener)
+            listener.close()
         self._listener.close()
 
 
@@ -214,7 +214,9 @@ class DriveServer(Server):
                 self._enip.take(key.fileobj, self._advance)
             elif self._modbus is not None:
                 for connection, requests in self._modbus.take(key.fileobj):
-                    self._modbus.send(connection, b"".join(reply_to(each, self._answer) for each in requests))
+                    self._modbus.send(
+                        connection, b"".join(reply_to(request, self._answer) for request in requests)
+                    )
         if self._enip is not None:
             self._enip.produce(self._advance)
         self._advance()

@@ -60,10 +60,10 @@ class DriveService(LineService):
         self._server: DriveServer | None = None
         slots = _slots(model, machines, axes)
         flash = _flash(model, memory, axes)
-        self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
+        self.axes = [_drive(model, slots.get(axis), flash[axis - 1]) for axis in range(1, axes + 1)]
         self.registers = DriveRegisters(self.axes)
         self._scanned = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
-        self.units = [self._unit(at, drive) for at, drive in enumerate(self.axes, 1)]
+        self.units = [self._unit(axis, drive) for axis, drive in enumerate(self.axes, 1)]
         if memory is not None:
             memory.follow([partial(getattr, axis, "memory") for axis in self.axes])
 
@@ -106,7 +106,7 @@ class DriveService(LineService):
 
     def _adapter(self) -> DriveAdapter:
         if self._scanned is None:
-            known = ", ".join(each.title for each in MODELS.values() if each.identity is not None)
+            known = ", ".join(model.title for model in MODELS.values() if model.identity is not None)
             raise ValueError(
                 f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
             )
@@ -167,9 +167,13 @@ def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence
         return [None] * axes
     memory.check_number(axes)
     build = options_of(model).of(None).build
-    flash = [each for each in memory.known if isinstance(each, DriveMemory)]
-    for number, each in enumerate(flash):
-        for rule in () if each.configuration is None else broken_rules(each.configuration, model, build):
+    flash = [record for record in memory.known if isinstance(record, DriveMemory)]
+    for number, drive_memory in enumerate(flash):
+        for rule in (
+            ()
+            if drive_memory.configuration is None
+            else broken_rules(drive_memory.configuration, model, build)
+        ):
             raise ValueError(f"{memory.path}: units.{number}.configuration: {rule.text} [{rule.id}]")
     return flash
 

@@ -122,11 +122,13 @@ class ServedLine(LineService):
             ValueError: the unit or fault is unknown.
         """
         address, colon, fault = text.replace(" ", "").rpartition(":")
-        chosen = [each for number, each in self._faulty.items() if not colon or str(number) == address]
+        chosen = [
+            faulty_unit for number, faulty_unit in self._faulty.items() if not colon or str(number) == address
+        ]
         if not chosen:
             raise ValueError(f"{text!r} is no fault of a unit: must be FAULT, or ADDRESS:FAULT")
-        for each in chosen if not colon else chosen[:1]:
-            each.set(fault)
+        for unit in chosen if not colon else chosen[:1]:
+            unit.set(fault)
 
     @override
     def server(

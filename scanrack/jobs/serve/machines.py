@@ -63,7 +63,7 @@ class DeviceOnMachine(ControllerDevice):
     def next_wake_ns(self) -> int | None:
         """Instant of the next event on the line, in the controller or at the machine, ns; None if none."""
         known = (self._device.next_wake_ns, self._plant.machine.next_change_ns(self._now_ns))
-        return min((each for each in known if each is not None), default=None)
+        return min((time_ns for time_ns in known if time_ns is not None), default=None)
 
     @override
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -146,7 +146,7 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
     """
     slots = load_rack_file(file).spec.slot
     for module in modules:
-        matching = [each for each in slots if each.module == module]
+        matching = [slot for slot in slots if slot.module == module]
         if len(matching) == 1:
             return matching[0]
         if matching:

@@ -115,12 +115,12 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         for unit, known in zip(units, self.known, strict=False):
             assert not isinstance(known, DriveMemory)
             _restore(known.addressed(unit.address) if addressed else known, unit.device)
-        self.follow([_reader(each.device) for each in units])
+        self.follow([_reader(served_unit.device) for served_unit in units])
 
     @property
     def addresses(self) -> list[int]:
         """Addresses of the controllers in the file, in file order; empty without a file and for drives."""
-        return [each.address for each in self.known if not isinstance(each, DriveMemory)]
+        return [record.address for record in self.known if not isinstance(record, DriveMemory)]
 
     def check_number(self, units: int) -> None:
         """Raise ValueError if there is a file with a different number of units."""
@@ -147,7 +147,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         data = {
             "format": FORMAT,
             "controller": self._controller,
-            "units": [each.model_dump(mode="json") for each in units],
+            "units": [unit.model_dump(mode="json") for unit in units],
         }
         with new_file(self.path, MEMORY, used=self._used, locked=True) as file:
             file.write(json.dumps(data, indent=1).replace("{\n ", "{", 1) + "\n")

@@ -75,8 +75,8 @@ class ExternalPlc(QuietListener):
     def __call__(self, scan: LogicScan) -> None:
         """Copy the words that the PLC wrote last into the output image, all at once."""
         outputs = scan.slot[self.slot].outputs
-        for at, word in enumerate(self.words.outputs):
-            outputs[at] = signed_word(word)
+        for word_index, word in enumerate(self.words.outputs):
+            outputs[word_index] = signed_word(word)
 
     def answer(self, pdu: bytes) -> bytes:
         """Answer a Modbus request between two scans."""
@@ -144,7 +144,7 @@ def remote_job(
             rack = str(Path(folder) / "remote-io.toml")
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
-        number = _slot_of({each.number: each.module for each in spec.slot}, slot)
+        number = _slot_of({slot_spec.number: slot_spec.module for slot_spec in spec.slot}, slot)
         silence_ns = exact_ns(silence_ms, "ms", "--silence")
         plc = ExternalPlc(number, spec.words[number], silence_ns, whole=whole)
         yield load_rack(rack, plc), plc

@@ -75,11 +75,11 @@ def _diagnosis(
 
 def examined() -> list[Diagnosis]:
     """Examine the installation; return the lines of the report in order."""
-    return [each for part in PARTS for each in part()]
+    return [check for part in PARTS for check in part()]
 
 
 def _python() -> Iterator[Diagnosis]:
-    oldest, newest = (".".join(map(str, each)) for each in PYTHONS)
+    oldest, newest = (".".join(map(str, version)) for version in PYTHONS)
     fits = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
     mend = "" if fits else f"use Python {oldest} to {newest}"
     text = f"{platform.python_version()} in {sys.executable}"
@@ -116,7 +116,7 @@ def _required(extra: str) -> list[str]:
 
 def _missing(extra: str) -> str:
     """Return the required distributions that are not installed, see `_required`."""
-    return ", ".join(each for each in _required(extra) if not _installed(each))
+    return ", ".join(requirement for requirement in _required(extra) if not _installed(requirement))
 
 
 def _installed(distribution: str) -> bool:
@@ -126,7 +126,7 @@ def _installed(distribution: str) -> bool:
 def _ports() -> Iterator[Diagnosis]:
     from serial.tools.list_ports import comports
 
-    devices = sorted(each.device for each in comports())
+    devices = sorted(port.device for port in comports())
     if not devices:
         mend = "plug in the adapter of a controller; simulated ones need none"
         yield Diagnosis("serial ports", Health.ABSENT, "there is none", mend)
@@ -139,10 +139,10 @@ def _ports() -> Iterator[Diagnosis]:
 def _real_time() -> Iterator[Diagnosis]:
     with real_time() as outcomes:
         granted = list(outcomes)
-    for each in granted:
-        state = Health.ABSENT if each.refusal else Health.GOOD
-        text = f"{each.name}: {each.refusal}" if each.refusal else each.name
-        yield Diagnosis("real time", state, text, each.advice)
+    for permission in granted:
+        state = Health.ABSENT if permission.refusal else Health.GOOD
+        text = f"{permission.name}: {permission.refusal}" if permission.refusal else permission.name
+        yield Diagnosis("real time", state, text, permission.advice)
 
 
 def _browser() -> Iterator[Diagnosis]:

@@ -34,7 +34,7 @@ class ProjectError(ValueError):
 
 def example_names() -> list[str]:
     """Return the names of the examples that come with the package, in order."""
-    return sorted(each.name for each in _examples().iterdir() if each.is_dir() and _racks(each))
+    return sorted(folder.name for folder in _examples().iterdir() if folder.is_dir() and _racks(folder))
 
 
 def new_project(folder: Path, logic: str = "python", example: str | None = None) -> list[Path]:
@@ -52,7 +52,7 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
     _refuse_what_is_there(folder)
     folder.mkdir(parents=True, exist_ok=True)
     racks = _racks(source)
-    written = [_written(folder, each, racks) for each in _in_order(source, racks)]
+    written = [_written(folder, name, racks) for name in _in_order(source, racks)]
     note = folder / FILE_OF_NEXT
     with note.open("x", encoding="utf-8", newline="\n") as file:
         file.write(_next_steps(str(racks[0])))
@@ -85,24 +85,24 @@ def _example(name: str) -> Traversable:
 def _refuse_what_is_there(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise ProjectError(f"{folder} is a file: a new project takes a new or empty folder")
-    if there := sorted(each.name for each in folder.iterdir()) if folder.is_dir() else []:
+    if there := sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []:
         shown = ", ".join(there[:3]) + (", ..." if len(there) > 3 else "")
         raise ProjectError(f"{folder} has {shown} in it: a new project takes a new or empty folder")
 
 
 def _racks(source: Traversable) -> list[str]:
-    return sorted(each.name for each in source.iterdir() if each.name.endswith(".toml"))
+    return sorted(path.name for path in source.iterdir() if path.name.endswith(".toml"))
 
 
 def _in_order(source: Traversable, racks: list[str]) -> Iterator[Traversable]:
     """Yield the files of a folder, rack files first."""
-    rest = (
-        each
-        for each in sorted(source.iterdir(), key=lambda each: each.name)
-        if each.is_file() and each.name not in racks and not each.name.endswith((EXPECTED, ".pyc"))
+    others = (
+        path
+        for path in sorted(source.iterdir(), key=lambda each: each.name)
+        if path.is_file() and path.name not in racks and not path.name.endswith((EXPECTED, ".pyc"))
     )
     yield from (source / name for name in racks)
-    yield from rest
+    yield from others
 
 
 def _written(folder: Path, source: Traversable, racks: list[str]) -> Path:

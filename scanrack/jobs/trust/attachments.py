@@ -77,7 +77,7 @@ def files_of(job: LoadedRack) -> dict[str, Path]:
 
 
 def files_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the other files of a job: modules, stubs, unit programs, and racks and panel beside it."""
+    """Return a job's other files: modules, stubs, unit programs, panel, and other racks in the folder."""
     panel = Path(panel_name(str(job.rack_file)))
     shown = {panel.name: panel} if _is_input(panel) else {}
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}
@@ -94,7 +94,7 @@ def _is_input(path: Path) -> bool:
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:
     """Return the files of other racks in this rack's folder, by path relative to it."""
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
         other: LoadedRack = rack.job
         program = relative(other.program, other.folder)
@@ -102,8 +102,8 @@ def _racks_beside(job: LoadedRack) -> dict[str, Path]:
         named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
         folder = relative(other.folder, job.folder)
         inside = {name: path for name, path in named.items() if not _leads_out(name)}
-        found |= {PurePosixPath(folder, name).as_posix(): path for name, path in inside.items()}
-    return {name: path for name, path in found.items() if not _leads_out(name)}
+        files |= {PurePosixPath(folder, name).as_posix(): path for name, path in inside.items()}
+    return {name: path for name, path in files.items() if not _leads_out(name)}
 
 
 def _leads_out(name: str) -> bool:
@@ -119,13 +119,13 @@ def _imported(job: LoadedRack) -> dict[str, Path]:
     """
     stubs = [(job.folder / path, Path(path).as_posix()) for path in job.stub_files]
     roots = [(job.rack_file, job.rack_file.name), (job.program, program_name(job)), *stubs]
-    given = [path.resolve() for path, _ in roots]
+    main_files = [path.resolve() for path, _ in roots]
     names = [PurePosixPath(name) for _, name in roots]
-    found: dict[str, Path] = {}
-    for own, name in zip(given, names, strict=True):
+    files: dict[str, Path] = {}
+    for own, name in zip(main_files, names, strict=True):
         if own.suffix == PYTHON:
-            found.update((f"{name.parent / place}", path) for _, place, path in _modules_of(own.parent))
-    return {name: found[name] for name in sorted(found) if found[name] not in given}
+            files.update((f"{name.parent / place}", path) for _, place, path in _modules_of(own.parent))
+    return {name: files[name] for name in sorted(files) if files[name] not in main_files}
 
 
 def _unit_programs(job: LoadedRack) -> dict[str, Path]:
@@ -136,10 +136,10 @@ def _unit_programs(job: LoadedRack) -> dict[str, Path]:
 
 def _stub_functions(job: LoadedRack) -> dict[str, Path]:
     """Return the Python files of stubs, each once, except the program."""
-    given = (job.rack_file.resolve(), job.program.resolve())
-    paths = [Path(each) for each in job.stub_files]
+    excluded = (job.rack_file.resolve(), job.program.resolve())
+    paths = [Path(stub_path) for stub_path in job.stub_files]
     return {
-        path.as_posix(): job.folder / path for path in paths if (job.folder / path).resolve() not in given
+        path.as_posix(): job.folder / path for path in paths if (job.folder / path).resolve() not in excluded
     }
 
 
@@ -154,9 +154,9 @@ def forget_imported(folder: Path) -> None:
     Args:
         folder: an absolute path without symbolic links.
     """
-    ours = __name__.partition(".")[0]
+    package = __name__.partition(".")[0]
     for name, _place, _path in _modules_of(folder):
-        if name.partition(".")[0] != ours:
+        if name.partition(".")[0] != package:
             del sys.modules[name]
 
 
@@ -216,8 +216,8 @@ def _recorded(trace: Trace, key: str) -> str:
     """Return a metadata entry that names a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
-        what = key.replace("_", " ")
-        raise ValueError(f"the trace does not say what its {what} is: it can't be run without one")
+        subject = key.replace("_", " ")
+        raise ValueError(f"the trace does not say what its {subject} is: it can't be run without one")
     return address
 
 
@@ -274,8 +274,8 @@ def _take_out(
         for name, data in attached_files(trace).items()
         if name not in _NOT_OF_THE_RUN and not edit_number(name)
     }
-    given = RunFiles(address_name(rack), None if program is None else address_name(program), retained)
-    trusted = admitted(files, given, trust=trust)
+    run_files = RunFiles(address_name(rack), None if program is None else address_name(program), retained)
+    trusted = admitted(files, run_files, trust=trust)
     _check_alone(folder, trusted)
     extract(trusted, folder)
 

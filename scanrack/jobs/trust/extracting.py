@@ -70,7 +70,7 @@ def check_names(names: Iterable[str]) -> None:
 
 def attached_files(trace: Trace) -> dict[str, bytes]:
     """Return the files in a trace, by name."""
-    return {each.name: each.data for each in trace.attachments()}
+    return {attachment.name: attachment.data for attachment in trace.attachments()}
 
 
 def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:

@@ -67,7 +67,7 @@ def launch(
         environment: environment variables of the helper; None = ours.
         own_session: whether to shield it from the terminal's Ctrl-C; Windows' Ctrl-Break never ends it.
     """
-    path = [each for each in sys.path if each]  # "" is the current folder
+    path = [entry for entry in sys.path if entry]  # "" is the current folder
     allowed = limits()
     words = [*path, allowed.chunk_bytes, allowed.records, len(handed), main, *arguments]
     python, environment = _python(environment)
@@ -77,13 +77,13 @@ def launch(
         stdout=stdout,
         stderr=stderr,
         env=environment,
-        pass_fds=[] if sys.platform == "win32" else [int(_ticket(each, 0)[1]) for each in handed],
+        pass_fds=[] if sys.platform == "win32" else [int(_ticket(resource, 0)[1]) for resource in handed],
         start_new_session=own_session,
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if own_session else 0,
     )
     if process.stdin is not None and handed:
         with suppress(OSError), process.stdin as tickets:  # a dead process is noticed later
-            tickets.write(pickle.dumps([_ticket(each, process.pid) for each in handed]))
+            tickets.write(pickle.dumps([_ticket(resource, process.pid) for resource in handed]))
         process.stdin = None  # for `communicate`
     return process
 
@@ -121,18 +121,18 @@ def _taken(ticket: Ticket) -> Handed:
         return SharedMemory(size, place)
     if sys.platform == "win32":
         assert isinstance(place, bytes)
-        found = socket.fromshare(place)
+        received = socket.fromshare(place)
     else:
-        found = socket.socket(fileno=int(place))
-    return found
+        received = socket.socket(fileno=int(place))
+    return received
 
 
 def _flags() -> list[str]:
     """Return Python's options: no search of the current folder, and the same ignored warnings as here."""
     if sys.flags.isolated:
         return ["-I"]
-    given = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}
-    return ["-P", *(option for option, on in given.items() if on)]
+    flags = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}
+    return ["-P", *(option for option, on in flags.items() if on)]
 
 
 def begin(words: list[str]) -> None:

@@ -112,8 +112,8 @@ def _named_in_rack(
             program = split_address(str(_rack_in(files, other).program))[0]
             place = checked_name(f"{PurePosixPath(other).parent / program}")
             forms[place] = program_form(PurePosixPath(place))
-            more, others = _named_in_rack(files, other, seen)
-            named += more
+            nested, others = _named_in_rack(files, other, seen)
+            named += nested
             forms |= others
     return named, forms
 

@@ -109,7 +109,7 @@ class Acts:
             if not act.orders:
                 return None
             steps += [*act.orders, parse_duration(BETWEEN)]
-        return [{"wait_ns": each} if isinstance(each, int) else actions.message_of(each) for each in steps]
+        return [{"wait_ns": step} if isinstance(step, int) else actions.message_of(step) for step in steps]
 
     def as_json(self) -> dict[str, object]:
         """Return the result as JSON values."""
@@ -135,13 +135,13 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
         texts = {act.text for act in chosen}
-        if tries == MOST_TRIES or any(each <= texts for each in known):
+        if tries == MOST_TRIES or any(known_texts <= texts for known_texts in known):
             continue
         tries += 1
-        found = _tried(bench, chosen, tag, requested)
-        if found is not None:
+        outcome = _tried(bench, chosen, tag, requested)
+        if outcome is not None:
             known.append(texts)
-            yield Acts(tag, requested, chosen, *found, tries)
+            yield Acts(tag, requested, chosen, *outcome, tries)
     if not known:
         yield Acts(tag, requested, None, 0, "", tries)
 
@@ -149,7 +149,9 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
 def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
     """Yield no act, each act, and each pair of acts on two objects; pairs that end with a button first."""
     for count in range(MOST_ACTS + 1):
-        chosen = [each for each in permutations(acts, count) if len({act.on for act in each}) == count]
+        chosen = [
+            ordering for ordering in permutations(acts, count) if len({act.on for act in ordering}) == count
+        ]
         yield from sorted(
             chosen, key=lambda each: [act.is_press for act in each] != [False] * (count - 1) + [True]
         )
@@ -173,7 +175,7 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
         if bench.now_ns >= limit:
             return ""
         bench.run_for(LOOKS)
-    stimuli = [each.text for each in bench.events[noted:] if each.kind == "stimulus"]
+    stimuli = [event.text for event in bench.events[noted:] if event.kind == "stimulus"]
     return f"{bench.now_ns - begun} {stimuli[0] if stimuli else ''}"
 
 
@@ -190,19 +192,19 @@ def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
 
 
 def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
-    for each in link.walk():
-        terminal = _TERMINAL.search(each.text)
-        slot = _SLOT.match(each.text)
-        if each.kind == "force":
-            yield _of_force(each.name)
-        elif each.kind == "mode":
+    for cause in link.walk():
+        terminal = _TERMINAL.search(cause.text)
+        slot = _SLOT.match(cause.text)
+        if cause.kind == "force":
+            yield _of_force(cause.name)
+        elif cause.kind == "mode":
             turn = actions.Mode("run")
             yield Act("turn the key to run", "the key", lambda bench: bench.run_mode(), orders=(turn,))
-        elif each.kind in ("input", "operator") and terminal is not None:
+        elif cause.kind in ("input", "operator") and terminal is not None:
             yield from _of_input(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
-        elif each.kind == "operator" and isinstance(each.value, bool):
-            yield _of_tag(each.name, not each.value)
-        elif each.kind == "incident" and slot is not None:
+        elif cause.kind == "operator" and isinstance(cause.value, bool):
+            yield _of_tag(cause.name, not cause.value)
+        elif cause.kind == "incident" and slot is not None:
             yield _of_link(int(slot[1]))
 
 
@@ -240,7 +242,7 @@ def _of_panels(bench: Rack) -> Iterator[Act]:
 
 def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
     """Yield the acts on an input that the machine does not operate."""
-    slot = next(each for each in bench.spec.slot if each.number == number)
+    slot = next(slot_spec for slot_spec in bench.spec.slot if slot_spec.number == number)
     own = ""  # the name of a drive's terminal
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
         if slot.machine.fed_inputs & INPUT_NAMES[name].value:
@@ -249,14 +251,14 @@ def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
         is_on = name in bench.slot[number].energized
     else:
         is_on = bool(bench[f"slot{number}.input.{name}"])
-    at = f"{name} (slot {number}{own and ' '}{own})"
-    off, on = (actions.Press(number, name, each) for each in (False, True))
+    terminal = f"{name} (slot {number}{own and ' '}{own})"
+    off, on = (actions.Press(number, name, closed) for closed in (False, True))
     if is_on:
-        yield Act(f"open {at}", at, _by_hand(off), orders=(off,))
+        yield Act(f"open {terminal}", terminal, _by_hand(off), orders=(off,))
         return
     press = (on, parse_duration(PRESS), off)
-    yield Act(f"press {at} for {PRESS}", at, _by_hand(*press), True, press)
-    yield Act(f"close {at}", at, _by_hand(on), orders=(on,))
+    yield Act(f"press {terminal} for {PRESS}", terminal, _by_hand(*press), True, press)
+    yield Act(f"close {terminal}", terminal, _by_hand(on), orders=(on,))
 
 
 def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
@@ -264,11 +266,11 @@ def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
 
     def do(bench: Any) -> None:
         hands = OperatorActions(bench.cpu, bench.cpu.rack, None)
-        for each in steps:
-            if isinstance(each, int):
-                bench.run_for(f"{each} ns")
+        for step in steps:
+            if isinstance(step, int):
+                bench.run_for(f"{step} ns")
             else:
-                hands.act(each, bench.now_ns, bench.scans)
+                hands.act(step, bench.now_ns, bench.scans)
 
     return do
 

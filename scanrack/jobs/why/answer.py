@@ -104,12 +104,12 @@ class Why:
         """
         row, debugger = self.row, self.debugger
         if debugger is not None and (text in debugger.tags or not self.means_image(text)):
-            found = self._chains(deep).of_tag(text, row)
-            return found or self._since_power_up(text, debugger.tags[text])
+            cause = self._chains(deep).of_tag(text, row)
+            return cause or self._since_power_up(text, debugger.tags[text])
         if self.means_image(text):
             place = self.place(text)
-            found = self._chains(deep).of_bits(Bits.at(place), text, row)
-            return found or self._since_power_up(text, self._value(place))
+            cause = self._chains(deep).of_bits(Bits.at(place), text, row)
+            return cause or self._since_power_up(text, self._value(place))
         if self.load is None:
             self.place(text)  # raises ValueError
         return self._chain_of_name(text, deep)
@@ -151,20 +151,24 @@ class Why:
         if place.image == "I":
             value = place.bit is None or not self._value(place) if requested is None else requested
             return of_input(text, value, self._terminal(place.slot, place.word, place.bit))
-        at = self._offset(place.slot, place.word)
+        offset = self._offset(place.slot, place.word)
 
         def read() -> Value:
-            word = int.from_bytes(trials.block()[at : at + 2], "little", signed=True)
+            word = int.from_bytes(trials.block()[offset : offset + 2], "little", signed=True)
             return word if place.bit is None else bool(word >> place.bit & 1)
 
         return trials.of(text, lambda _logic: read, requested, chains.name)
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
         """Return the name of a terminal or an analog input; None for what a module reports."""
-        found = next(each for each in self.recording.slots if each.number == slot)
-        if found.words.modes is None:
+        slot_info = next(candidate for candidate in self.recording.slots if candidate.number == slot)
+        if slot_info.words.modes is None:
             return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
-        named = [name for name, at in found.words.bits("I", word) if at == bit and shows_input(found, name)]
+        named = [
+            name
+            for name, signal in slot_info.words.bits("I", word)
+            if signal == bit and shows_input(slot_info, name)
+        ]
         return f"slot {slot} input {named[0]}" if named else None
 
     def _chains(self, deep: bool) -> RackChain:
@@ -188,18 +192,18 @@ class Why:
         assert isinstance(chains, ProgramChain)
         names = chains.names
         own = names.own(text)
-        found: CauseLink | None = None
+        cause: CauseLink | None = None
         if own in names.addresses:
-            found = chains.of_bits(Bits.at(self.place(names.addresses[own])), own, self.row)
+            cause = chains.of_bits(Bits.at(self.place(names.addresses[own])), own, self.row)
         elif own in names.sequences:
-            found = chains.of_sequence(own, self.row)
+            cause = chains.of_sequence(own, self.row)
         elif own in names.axes:
-            found = chains.of_module(names.axes[own], own, self.row)
+            cause = chains.of_module(names.axes[own], own, self.row)
         else:
-            found = chains.of_value(text, self.row)
+            cause = chains.of_value(text, self.row)
             if text not in chains.present:
                 chains.refuse(text)
-        return found or self._since_power_up(text, chains.present.get(text))
+        return cause or self._since_power_up(text, chains.present.get(text))
 
     def _since_power_up(self, text: str, value: object) -> CauseLink:
         """Return the link of a value that has not changed and of which nothing else is known."""
@@ -216,16 +220,16 @@ class Why:
         for slot in self.recording.slots:
             lines += self._of_slot(slot)
             for row, words in last[slot.number]:
-                lines += [f"  {each}" for each in self._of_words(slot, row, words, again)]
+                lines += [f"  {line}" for line in self._of_words(slot, row, words, again)]
         return "\n".join(lines)
 
     # --- the words of a slot
 
     def _on_record(self, slot: int, row: int) -> Iterator[str]:
         scan = self.recording.numbers[row]
-        for each in self.past.events:
-            if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
-                yield f"  {event_text(each)}"
+        for event in self.past.events:
+            if event.scan == scan and event.fields.get("slot", 0) == slot and event.topic != "/texts":
+                yield f"  {event_text(event)}"
 
     def _again(self, rows: frozenset[int], last: int) -> TracedRun | None:
         if self.load is None or self.spec is None:
@@ -244,8 +248,8 @@ class Why:
         elif not again.explains(row):
             yield f"{head}: {again.no_line(self.past)}"
         else:
-            at = self._offset(slot, word)
-            made = [each for each in again.changes.get(row, ()) if _differs(each, at)]
+            offset = self._offset(slot, word)
+            made = [change for change in again.changes.get(row, ()) if _differs(change, offset)]
             yield from self._lines_of_changes(head, made, row, slot)
 
     def _rung(self, slot: int, word: int, row: int) -> str:
@@ -260,7 +264,7 @@ class Why:
         self, head: str, made: Sequence[TracedChange], row: int, slot: int = 0
     ) -> Iterator[str]:
         """Yield sentences about the last of the given changes in a scan, with the names of `slot`."""
-        sent = [each for each in made[-1].senders if each.slot == slot] if made else []
+        sent = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
         if sent:
             self.lines.append(sent[0].line)
             yield from sender_lines(head, sent[0])
@@ -284,7 +288,7 @@ class Why:
         else:
             head = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
         yield f"slot {slot.number}: {head[0]}"
-        yield from (f"  {each}" for each in head[1:])
+        yield from (f"  {line}" for line in head[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
         """Yield the scans that last changed an output word, each with its words, latest first."""
@@ -299,14 +303,14 @@ class Why:
         now = self.past.words(slot.number, "out", row)
         before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(now)
         formats = NumberFormats()
-        for each in self.past.events:
-            formats.note(each.scan, each.fields)
+        for event in self.past.events:
+            formats.note(event.scan, event.fields)
         reader = formats.reader(slot.number, self.recording.numbers[row])
-        what = module_text(slot, "out", before, now, reader)
+        change = module_text(slot, "out", before, now, reader)
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
-        head = f"output {names} since {self.past.when(row)}: {what}"
-        found = self._by_line(head, row, again, slot.number, words[0])
-        return [line for each in found for line in each.splitlines()]
+        head = f"output {names} since {self.past.when(row)}: {change}"
+        texts = self._by_line(head, row, again, slot.number, words[0])
+        return [line for text in texts for line in text.splitlines()]
 
     def _value(self, place: Address) -> Value:
         word = self.past.words(place.slot, _side(place), self.row)[place.word]
@@ -330,5 +334,5 @@ def _side(place: Address) -> str:
 
 def _differs(change: TracedChange, at: int) -> bool:
     """Return whether a change affects the word at an offset in the memory block."""
-    before, after = (each[0][at : at + 2] for each in (change.before, change.after))
+    before, after = (state[0][at : at + 2] for state in (change.before, change.after))
     return bool(before != after)

@@ -43,7 +43,7 @@ _SWITCHED = {"rule", "home", "registration"}
 _CUT = {"cut short", "found no home", "stopped by the external input"}
 """Outcomes of a move that its command does not explain."""
 
-_INCIDENTS = {each.value for each in FaultKind}
+_INCIDENTS = {kind.value for kind in FaultKind}
 
 _BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 _ERRORS = StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.INPUT_ERROR | StatusMsw.HOME_INVALID
@@ -106,15 +106,15 @@ class RackChain:
     def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the link of what overrides the program or module in a scan; None if nothing does."""
         recording, scan = self.recording, self.recording.numbers[row]
-        found = forced(recording.events, scan, spellings(bits.address))
-        if found is None and bits.image == "out":
-            found = of_cpu(recording, row)
-        elif found is None:
-            found = of_link(recording, self.slot(bits.slot), scan)
-        if found is None:
+        outranking = forced(recording.events, scan, spellings(bits.address))
+        if outranking is None and bits.image == "out":
+            outranking = of_cpu(recording, row)
+        elif outranking is None:
+            outranking = of_link(recording, self.slot(bits.slot), scan)
+        if outranking is None:
             return None
-        link = self._outranked(found, name, self.value(bits, row))
-        if found.kind != "mode":
+        link = self._outranked(outranking, name, self.value(bits, row))
+        if outranking.kind != "mode":
             return link
         changed = Past(recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
         if changed is None:
@@ -127,7 +127,7 @@ class RackChain:
 
     def slot(self, number: int) -> SlotInfo:
         """Return a slot of the recording."""
-        return next(each for each in self.recording.slots if each.number == number)
+        return next(slot_info for slot_info in self.recording.slots if slot_info.number == number)
 
     @property
     def chains(self) -> Chains:
@@ -185,11 +185,11 @@ class RackChain:
     def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
         """Explain a ladder program's input that has not changed."""
         slot = cell.leaf.slot
-        if slot is None or all(each.number != slot for each in self.recording.slots):
+        if slot is None or all(slot_info.number != slot for slot_info in self.recording.slots):
             return None
         if not cell.leaf.is_image:
-            found = of_link(self.recording, self.slot(slot), scan)
-            return self._outranked(found, name, value) if found else None
+            loss = of_link(self.recording, self.slot(slot), scan)
+            return self._outranked(loss, name, value) if loss else None
         row = bisect_left(self.recording.numbers, scan)
         if row == len(self.recording.numbers):
             return None
@@ -204,16 +204,16 @@ class RackChain:
             cell = self._cell(bits) if self.maker is not None else None
             return self.chains.of_cell(cell, name, self.recording.numbers[row]) if cell else None
         value = self.value(bits, row)
-        at = 0, self.recording.times[0]
+        when = 0, self.recording.times[0]
         if slot.words.modes is not None and not slot.is_stepper and not self._is_terminal(slot, bits):
             state = waits(SlotPast(Past(self.recording, row), slot))[0]
-            return CauseLink("module", name, value, *at, f"slot {slot.number}: {state}")
+            return CauseLink("module", name, value, *when, f"slot {slot.number}: {state}")
         row_of = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
         if bits.address.bit is None or (slot.is_stepper and row_of is None):
             return None
         if row_of is None or row_of.origin is Origin.TERMINAL:
             text = f"{self._terminal(slot, bits)}, never {'off' if value else 'on'}"
-            return CauseLink("input", name, value, *at, text)
+            return CauseLink("input", name, value, *when, text)
         return self._of_module_at_rest(bits, name, row, row_of)
 
     def _of_module_at_rest(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
@@ -225,7 +225,7 @@ class RackChain:
         state = waits(past)[0]
         if value or not cause.commands or not is_idle(past):
             return CauseLink(**parts, text=f"slot {slot.number}: {state}")
-        masks = [each.value for each in CommandMsw if each & cause.commands]
+        masks = [bit.value for bit in CommandMsw if bit & cause.commands]
         unsent = (self._never_sent(slot, mask, row) for mask in masks)
         causes = [(link,) for link in unsent if link is not None]
         return linked(causes[:1], **parts, text=f"{cause.off} [{cause.rules[0]}]")
@@ -261,15 +261,20 @@ class RackChain:
         """Explain a consumed tag by the rack that produces it."""
         chains, path = self.chains, origin.cell.leaf.path
         now_ns, program = chains.causes.now_ns(origin.scan), self.program
-        each = next(each for each in chains.lowered.connections if _is_in(path, each.tag))
+        connection = next(
+            candidate for candidate in chains.lowered.connections if _is_in(path, candidate.tag)
+        )
         if program is None:
             return None
-        found = chain_of_partner(program, path, each.rpi_ns, now_ns, self._of_other)
-        if found is None:
+        partner_link = chain_of_partner(program, path, connection.rpi_ns, now_ns, self._of_other)
+        if partner_link is None:
             return None
         parts = {"name": name, "value": value, "scan": origin.scan, "now_ns": now_ns}
         return linked(
-            [(found,)], kind="partner", **parts, text=f"a sample of {program.stubs[each.tag.upper()]}"
+            [(partner_link,)],
+            kind="partner",
+            **parts,
+            text=f"a sample of {program.stubs[connection.tag.upper()]}",
         )
 
     def _of_other(
@@ -287,8 +292,8 @@ class RackChain:
         """Return the name of a bit in its module, such as `slot1.status.MOVE_COMPLETE`; None without one."""
         place = bits.address.image, bits.word, bits.address.bit
         for group, named in self.slot(bits.slot).words.groups.items():
-            for name, at in named.items():
-                if at == place:
+            for name, signal in named.items():
+                if signal == place:
                     return f"slot{bits.slot}.{group}.{name}"
         return None
 
@@ -310,7 +315,7 @@ class RackChain:
     ) -> CauseLink:
         """Return the link for a change of an image."""
         return linked(
-            [(each,) for each in causes],
+            [(cause,) for cause in causes],
             kind=kind,
             name=name,
             value=self.value(bits, row),
@@ -329,11 +334,11 @@ class RackChain:
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain a change of an output by the program, here a ladder program."""
-        found = None
+        link = None
         if self.maker is not None:
             cell = self._cell(bits)
-            found = cell and self.chains.of_cell(cell, name, self.recording.numbers[row])
-        return found or self.link("unknown", bits, name, row, "no program is known that wrote it")
+            link = cell and self.chains.of_cell(cell, name, self.recording.numbers[row])
+        return link or self.link("unknown", bits, name, row, "no program is known that wrote it")
 
     def _cell(self, bits: Bits) -> Cell | None:
         images = self.chains.lowered.layout.images
@@ -346,7 +351,7 @@ class RackChain:
     def _events(self, row: int, slot: int | None = None) -> list[TraceEvent]:
         scan = self.recording.numbers[row]
         events = self._events_by_scan.get(scan, [])
-        return [each for each in events if slot is None or each.fields.get("slot", 0) == slot]
+        return [event for event in events if slot is None or event.fields.get("slot", 0) == slot]
 
     def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain a change of an input image: an action on the module, a terminal, or the module itself."""
@@ -364,19 +369,19 @@ class RackChain:
 
     def _events_of_bits(self, slot: SlotInfo, bits: Bits, row: int) -> list[TraceEvent]:
         """Return a module's events in a scan that name these bits; if none does, those that name no bit."""
-        known = [each for each in self._events(row, slot.number) if each.topic == "/events"]
+        known = [event for event in self._events(row, slot.number) if event.topic == "/events"]
         names = set(self._names(slot, bits))
-        own = [each for each in known if names.intersection(_named(each))]
-        return own or [each for each in known if not _named(each)]
+        own = [event for event in known if names.intersection(_named(event))]
+        return own or [event for event in known if not _named(event)]
 
     def _switches(self, slot: SlotInfo, events: Sequence[TraceEvent], row: int) -> list[CauseLink]:
         """Return the inputs that caused a module's events, or what cut its motion short."""
-        cut = next((each for each in events if each.fields.get("outcome") in _CUT), None)
+        cut = next((event for event in events if event.fields.get("outcome") in _CUT), None)
         if cut is None and not any(map(_may_be_switched, events)):
             return []
         cut_row = self._cut_row(cut, row)
-        found = list(self._terminals(slot, cut_row))
-        return found if found or cut is None else list(self._interruption(slot, cut_row))
+        terminals = list(self._terminals(slot, cut_row))
+        return terminals if terminals or cut is None else list(self._interruption(slot, cut_row))
 
     def _cut_row(self, cut: TraceEvent | None, row: int) -> int:
         """Return the row in which a motion was cut short; an adapter shows its end in a later scan."""
@@ -393,11 +398,11 @@ class RackChain:
         if answered is not None:
             yield answered
             return
-        rules = [each for each in self._events(row, slot.number) if each.fields.get("kind") == "rule"]
+        rules = [event for event in self._events(row, slot.number) if event.fields.get("kind") == "rule"]
         if rules:
             parts = {"kind": "module", "name": f"slot {slot.number}", "value": None}
-            at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
-            yield linked([], **parts, **at, text=event_text(rules[0]))
+            moment = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+            yield linked([], **parts, **moment, text=event_text(rules[0]))
 
     def _of_bit(self, bits: Bits, row: int) -> str:
         """Return the meaning of a bit's change, by the row; "" for a word."""
@@ -432,24 +437,24 @@ class RackChain:
         before = past.words(slot.number, "in", row - 1) if row else (0,) * len(now)
         if any(slot.words.configures("in", words) for words in (before, now)):
             return  # in a configuration the words do not show terminals
-        for name, at in slot.words.groups.get("status", {}).items():
-            if (now[at.word] ^ before[at.word]) >> at.bit & 1 and shows_input(slot, name):
-                bits = Bits(slot.number, "in", at.word, 1 << at.bit)
+        for name, signal in slot.words.groups.get("status", {}).items():
+            if (now[signal.word] ^ before[signal.word]) >> signal.bit & 1 and shows_input(slot, name):
+                bits = Bits(slot.number, "in", signal.word, 1 << signal.bit)
                 yield self._of_change(bits, f"slot{slot.number}.status.{name}", row)
 
     def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
         """Yield the outside actions on a module in a scan, each as its kind and a sentence."""
-        at, scan = self._terminal(slot, bits), self.recording.numbers[row]
-        for each in self._events_by_scan.get(scan, []):
-            text = str(each.fields.get("text", ""))
-            if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
-                if _is_for(each, slot, bits):
-                    yield "operator", f"{at}: {text}"
-            elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
-                if each.fields.get("name") in _INCIDENTS:
+        terminal, scan = self._terminal(slot, bits), self.recording.numbers[row]
+        for event in self._events_by_scan.get(scan, []):
+            text = str(event.fields.get("text", ""))
+            if event.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
+                if _is_for(event, slot, bits):
+                    yield "operator", f"{terminal}: {text}"
+            elif event.topic == "/stimuli" and event.fields.get("slot", 0) == slot.number:
+                if event.fields.get("name") in _INCIDENTS:
                     yield "incident", f"slot {slot.number}: {text}"
-                elif _is_of(str(each.fields.get("name")), slot, bits):
-                    yield "input", f"{at}: {text}"
+                elif _is_of(str(event.fields.get("name")), slot, bits):
+                    yield "input", f"{terminal}: {text}"
 
     def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
         """Whether bits are inputs of the module, and not what it reports."""
@@ -483,10 +488,10 @@ class RackChain:
             yield answered
             return
         if not slot.is_stepper:
-            found = started(SlotPast(past, slot))
-            if found is not None:
-                at = slot.words.groups["command"][found[0]]
-                yield self._output(Bits(slot.number, "out", 0, 1 << at.bit), slot, found[1])
+            move = started(SlotPast(past, slot))
+            if move is not None:
+                command_bit = slot.words.groups["command"][move[0]]
+                yield self._output(Bits(slot.number, "out", 0, 1 << command_bit.bit), slot, move[1])
             return
         if bits.word or bits.mask & (_BY_MOTION | _RATES):
             for changed, begun in islice(SlotPast(past, slot).rises(MOTIONS.value), 1):
@@ -515,8 +520,8 @@ class RackChain:
     def _events_by_scan(self) -> dict[int, list[TraceEvent]]:
         if self._events_of_scans is None:
             self._events_of_scans = {}
-            for each in self.recording.events:
-                self._events_of_scans.setdefault(each.scan, []).append(each)
+            for event in self.recording.events:
+                self._events_of_scans.setdefault(event.scan, []).append(event)
         return self._events_of_scans
 
 
@@ -531,7 +536,7 @@ def _is_in(path: str, tag: str) -> bool:
 
 def _named(event: TraceEvent) -> list[str]:
     bits = event.fields.get("bits")
-    return [str(each) for each in bits] if isinstance(bits, list) else []
+    return [str(bit) for bit in bits] if isinstance(bits, list) else []
 
 
 def _may_be_switched(event: TraceEvent) -> bool:
@@ -541,8 +546,8 @@ def _may_be_switched(event: TraceEvent) -> bool:
 
 def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus is on the given bits of an input image."""
-    names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
-    inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
+    names = [bit_name.lower() for bit_name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+    inputs = any(bit_name in (name.lower(), f"in_{name.lower()}") for bit_name in names)
     return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(is_input_name, names)))
 
 

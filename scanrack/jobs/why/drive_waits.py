@@ -43,15 +43,19 @@ CLEARED_BY = {
 
 def drive_waits(past: SlotPast) -> list[str]:
     """Return what a module waits for, as sentences."""
-    state = next(state for each in _STATES if (state := each(past)) is not None)
+    state = next(state for state_of in _STATES if (state := state_of(past)) is not None)
     return [state, *_errors(past)]
 
 
 def places_on(past: SlotPast, image: str) -> dict[str, BitPlace]:
     """Return the named bits of an image, "I" or "O", that are on now."""
     words = past.inputs if image == "I" else past.out
-    named = (each for names in past.slot.words.groups.values() for each in names.items())
-    return {name: at for name, at in named if at.image == image and words[at.word] >> at.bit & 1}
+    named = (item for names in past.slot.words.groups.values() for item in names.items())
+    return {
+        name: signal
+        for name, signal in named
+        if signal.image == image and words[signal.word] >> signal.bit & 1
+    }
 
 
 def _on(past: SlotPast, name: str) -> bool:
@@ -68,8 +72,8 @@ def _number(past: SlotPast, name: str, words: Sequence[int]) -> str:
     quantity, formats = past.slot.words.quantity(name), NumberFormats()
     if quantity is None:
         return "?"
-    for each in past.past.events:
-        formats.note(each.scan, each.fields)
+    for event in past.past.events:
+        formats.note(event.scan, event.fields)
     return f"{formats.value(past.slot.number, past.past.scan, quantity, words):,}"
 
 
@@ -108,11 +112,11 @@ def _moves(past: SlotPast) -> str | None:
     if way is None:
         return None
     how = "".join(f", {name.lower()}" for name in ("ACCELERATING", "DECELERATING") if _on(past, name))
-    found = started(past)
+    move = started(past)
     state = f"moving {way}{how}, {_at(past)}"
-    if found is None:
+    if move is None:
         return f"{state}, since before the recording"
-    name, row = found
+    name, row = move
     target = f", its target is {_number(past, 'target', past.words_at('out', row))}"
     end = target if name == "ABSOLUTE_MOVE" else ""
     return f"{state}: {name} since {past.past.when(row)}; MOVE_COMPLETE not yet{end}"
@@ -121,7 +125,7 @@ def _moves(past: SlotPast) -> str | None:
 def started(past: SlotPast) -> tuple[str, int] | None:
     """Return the command bit that began the last motion, and its row; None if none is recorded."""
     places = past.slot.words.groups.get("command", {})
-    moves = {name: 1 << at.bit for name, at in places.items() if name in MOVES}
+    moves = {name: 1 << signal.bit for name, signal in places.items() if name in MOVES}
     begun = (
         (name, row) for row, new in past.rises(sum(moves.values())) for name in moves if new & moves[name]
     )
@@ -155,7 +159,7 @@ def _command_on(past: SlotPast) -> str | None:
 def _commands(past: SlotPast) -> dict[str, int]:
     """Return the command bits that are on, by name."""
     command, on = past.slot.words.groups.get("command", {}), places_on(past, "O")
-    return {name: 1 << at.bit for name, at in on.items() if name in command and at.word == 0}
+    return {name: 1 << signal.bit for name, signal in on.items() if name in command and signal.word == 0}
 
 
 def command_on(past: SlotPast, commands: Mapping[str, int], rest: str) -> str:
@@ -207,8 +211,8 @@ def _errors(past: SlotPast) -> Iterator[str]:
 
 def _cause(past: SlotPast, name: str) -> str:
     """Return the recorded rule that set a bit."""
-    for each in reversed(past.past.rules(past.slot.number)):
-        named = each.fields.get("bits")
+    for rule in reversed(past.past.rules(past.slot.number)):
+        named = rule.fields.get("bits")
         if isinstance(named, list) and name in named:
-            return event_text(each)
+            return event_text(rule)
     return "no rule is recorded that set it"

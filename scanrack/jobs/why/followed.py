@@ -79,12 +79,12 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
     lowered = debugger.engine.lowered
     if debugger.interpreted or lowered.written_inputs or lowered.connections or recording.numbers[0]:
         return False
-    if any(is_edit(each) or each.topic in ("/orders", "/forces") for each in recording.events):
+    if any(is_edit(event) or event.topic in ("/orders", "/forces") for event in recording.events):
         return False
     if not any(flag & UNUSUAL for flag in recording.distinct_flags):
         return True
     # a connection fault counts as set from outside before the next scan
-    links = {each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
+    links = {scan + by for scan in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
     for columns in recording.scans.chunks():
         if not links.issuperset(columns.scan[(columns.flags & int(UNUSUAL)) != 0].tolist()):
             return False
@@ -106,9 +106,9 @@ def follow(
     """
     inputs = _RecordedInputs(recording, debugger)
     if until is None and snapshots and inputs.are_of_every_scan():
-        found = _from_snapshot(inputs, debugger, last, snapshots)
-        if found is not None:
-            return found
+        run = _from_snapshot(inputs, debugger, last, snapshots)
+        if run is not None:
+            return run
     return _run(inputs, debugger, 0, last, until)
 
 
@@ -118,20 +118,20 @@ def _from_snapshot(
     """Run from the latest snapshot before a row. If that fails, reset the program and return None."""
     memory = debugger.engine.memory
     begin, saved = snapshot(memory), SavedValues(memory)
-    found: RungsRun | None = None
+    run: RungsRun | None = None
     try:
         texts = {scan: text for scan, text in snapshots.items() if 0 < scan <= last}
         values = dict(zip(texts, saved.all_of([*texts.values()]), strict=True))
         past = RecordedPast({0: begin, **values}, inputs.between, inputs.plain, last)
         start = next(past.snapshots(last))
         debugger.go_to(past, start)
-        found = _run(inputs, debugger, start, last)
+        run = _run(inputs, debugger, start, last)
     except (ArithmeticError, LookupError, TypeError, ValueError):
         pass  # no run of the program produces these values, so all scans are run below
-    if found is None or found.departs is not None:
+    if run is None or run.departs is not None:
         debugger.start_again(begin)
         return None
-    return found
+    return run
 
 
 def _run(
@@ -197,7 +197,7 @@ class _RecordedInputs:
         number = first // CHUNK_SCANS
         columns = self.recording.scans.chunk(number)
         rows = slice(first - CHUNK_SCANS * number, last + 1 - CHUNK_SCANS * number)
-        if not first or rows.stop > CHUNK_SCANS or any(first <= each <= last for each in self._faults):
+        if not first or rows.stop > CHUNK_SCANS or any(first <= fault <= last for fault in self._faults):
             return None
         spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
@@ -225,12 +225,12 @@ def _faults(debugger: Debugger) -> list[Leaf]:
 
 def _link_faults(recording: PackedTrace, leaves: Sequence[Leaf]) -> Mapping[int, tuple[Write, ...]]:
     """Return the connection faults that changed before each scan; -1 means that a module does not answer."""
-    found: dict[int, tuple[Write, ...]] = {}
+    writes_by_scan: dict[int, tuple[Write, ...]] = {}
     for leaf in leaves:
         before = 0
         for change in link_changes(recording.events, int(leaf.slot or 0)):
             value = 0 if change.good else -1
             if value != before:
-                found[change.scan] = (*found.get(change.scan, ()), (leaf, 0, value))
+                writes_by_scan[change.scan] = (*writes_by_scan.get(change.scan, ()), (leaf, 0, value))
             before = value
-    return found
+    return writes_by_scan

@@ -55,15 +55,15 @@ class Loss:
 def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outranking | None:
     """Return the force on one of the given addresses or tags in a scan; None if none of them is forced."""
     since: tuple[TraceEvent, object] | None = None
-    for each in events:
-        if each.topic != "/forces" or each.scan > scan:
+    for force_event in events:
+        if force_event.topic != "/forces" or force_event.scan > scan:
             continue
-        held: Mapping[str, object] = {**image_forces(each), **forced_in(each)}
+        held: Mapping[str, object] = {**image_forces(force_event), **forced_in(force_event)}
         value = next((held[name] for name in held if name in names), None)
         if value is None:
             since = None
         elif since is None or since[1] != value:
-            since = each, value
+            since = force_event, value
     if since is None:
         return None
     event, value = since
@@ -80,7 +80,7 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     """Return what keeps the program from running in a scan: a fault, or the key; None if it runs."""
     scan = recording.numbers[row]
     if recording.flags[row] & ScanFlag.FAULT:
-        known = [each for each in recording.events if each.topic == "/faults" and each.scan <= scan]
+        known = [event for event in recording.events if event.topic == "/faults" and event.scan <= scan]
         text = event_text(known[-1]) if known else "the CPU faulted"
         return Outranking("fault", scan, recording.times[row], text)
     mode = CpuMode(recording.flags[row] & MODE_MASK)
@@ -110,21 +110,21 @@ def losses(events: Iterable[TraceEvent], slot: int) -> Iterator[Loss]:
 
 def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | None:
     """Return the lost link that determines a module's words in a scan, if it is lost or has just returned."""
-    for each in losses(recording.events, slot.number):
-        if each.scan > scan or (each.until is not None and scan >= each.until + SETTLES):
+    for loss in losses(recording.events, slot.number):
+        if loss.scan > scan or (loss.until is not None and scan >= loss.until + SETTLES):
             continue
-        why = _reason(recording.events, slot.number, each)
-        begun = seconds(each.now_ns)
-        if each.until is None or scan < each.until:
+        why = _reason(recording.events, slot.number, loss)
+        begun = seconds(loss.now_ns)
+        if loss.until is None or scan < loss.until:
             text = f"slot {slot.number}: {why} since {begun} s: {_shows(why, is_over=False)}"
-            return Outranking("incident", each.scan, each.now_ns, text)
-        assert each.until_ns is not None
-        rules = "".join(f"; {text}" for text in _rules(recording.events, slot.number, each))
+            return Outranking("incident", loss.scan, loss.now_ns, text)
+        assert loss.until_ns is not None
+        rules = "".join(f"; {text}" for text in _rules(recording.events, slot.number, loss))
         text = (
-            f"slot {slot.number}: {why} from {begun} s to {seconds(each.until_ns)} s: "
+            f"slot {slot.number}: {why} from {begun} s to {seconds(loss.until_ns)} s: "
             f"{_shows(why, is_over=True)}"
         )
-        return Outranking("incident", scan, each.until_ns, f"{text}{rules}")
+        return Outranking("incident", scan, loss.until_ns, f"{text}{rules}")
     return None
 
 
@@ -138,13 +138,13 @@ def _shows(why: str, *, is_over: bool) -> str:
 def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
     """Return the cause of a lost link: the recorded incident before it."""
     known = [
-        str(each.fields.get("name"))
-        for each in events
-        if each.topic == "/stimuli"
-        and each.fields.get("slot") == slot
-        and each.fields.get("begins")
-        and each.scan <= loss.scan
-        and each.fields.get("name") in CAUSES_OF_LOSS
+        str(event.fields.get("name"))
+        for event in events
+        if event.topic == "/stimuli"
+        and event.fields.get("slot") == slot
+        and event.fields.get("begins")
+        and event.scan <= loss.scan
+        and event.fields.get("name") in CAUSES_OF_LOSS
     ]
     return CAUSES_OF_LOSS[known[-1]] if known else "link lost"
 
@@ -152,10 +152,12 @@ def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
 def _rules(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> Iterator[str]:
     """Yield the first rule that fired in the module while it was out of reach."""
     assert loss.until is not None
-    for each in events:
+    for event in events:
         own = (
-            each.topic == "/events" and each.fields.get("slot") == slot and each.fields.get("kind") == "rule"
+            event.topic == "/events"
+            and event.fields.get("slot") == slot
+            and event.fields.get("kind") == "rule"
         )
-        if own and loss.scan <= each.scan <= loss.until:
-            yield event_text(each)
+        if own and loss.scan <= event.scan <= loss.until:
+            yield event_text(event)
             return

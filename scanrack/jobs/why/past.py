@@ -57,16 +57,16 @@ class Past:
         """Return the rows in which bits of a word changed, in order."""
         column = self._column(slot, image, word)
         before = 0 if self.recording.numbers[0] == 0 else None
-        found: list[int] = []
+        rows: list[int] = []
         for number, columns in enumerate(self._chunks()):
             start = number * CHUNK_SCANS
             values = (columns[: self.row + 1 - start, column].astype(np.int32)) & mask
             if before is None:
                 before = int(values[0])
             differs = np.flatnonzero(np.diff(values, prepend=before))
-            found += (differs + start).tolist()
+            rows += (differs + start).tolist()
             before = int(values[-1])
-        return found
+        return rows
 
     def last_change_between(self, slot: int, image: str, word: int, first: int, last: int) -> int | None:
         """Return the last row from `first` to before `last` that changed a word, or None."""
@@ -97,7 +97,7 @@ class Past:
     @cached_property
     def events(self) -> Sequence[TraceEvent]:
         """The events, in order."""
-        return [each for each in self.recording.events if each.scan <= self.scan]
+        return [event for event in self.recording.events if event.scan <= self.scan]
 
     @cached_property
     def sequences(self) -> Sequence[Step]:
@@ -107,9 +107,9 @@ class Past:
     def rules(self, slot: int) -> Sequence[TraceEvent]:
         """Return the manual's rules that have fired in a module, in order."""
         return [
-            each
-            for each in self.events
-            if each.fields.get("kind") == "rule" and each.fields.get("slot") == slot
+            event
+            for event in self.events
+            if event.fields.get("kind") == "rule" and event.fields.get("slot") == slot
         ]
 
 

@@ -147,11 +147,15 @@ def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: ran
     Raises:
         ValueError: the recording does not begin with scan 0.
     """
-    rerun, seen, found = ProgramRerun(load, spec, lambda: recording), _LinesOfFile(load.program.name), {}
+    rerun, seen, lines_by_scan = (
+        ProgramRerun(load, spec, lambda: recording),
+        _LinesOfFile(load.program.name),
+        {},
+    )
     for scan, _ in rerun.walk(rows[0], rows[-1], lambda _logic: seen):
-        found[scan] = tuple(sorted(seen.numbers))
+        lines_by_scan[scan] = tuple(sorted(seen.numbers))
         seen.numbers.clear()
-    return ExecutedLines(found, rerun.departs)
+    return ExecutedLines(lines_by_scan, rerun.departs)
 
 
 class _LinesOfFile(Observer):

@@ -82,7 +82,7 @@ def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs
 
 
 def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
-    numbers = {each.word: each for each in slot.words.quantities_in("in") if each.words > 1}
+    numbers = {quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1}
     whole = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
     for word, mask in sorted(masks.items()):
         if word not in whole:

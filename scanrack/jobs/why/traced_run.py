@@ -137,12 +137,12 @@ def run_again(
         traced.begin(replay, logic)
         for _row in replay.play(recording, last):
             pass
-        numbers, found = recording.numbers, traced.found
-        found.value = traced.read()
-    found.departs = None if replay.departs is None else bisect_left(numbers, replay.departs)
+        numbers, outcome = recording.numbers, traced.found
+        outcome.value = traced.read()
+    outcome.departs = None if replay.departs is None else bisect_left(numbers, replay.departs)
     lost = [*replay.orders.lost, *replay.lost]
-    found.lost = bisect_left(numbers, min(lost)) if lost else None
-    return found
+    outcome.lost = bisect_left(numbers, min(lost)) if lost else None
+    return outcome
 
 
 def last_changes(
@@ -153,16 +153,16 @@ def last_changes(
     Args:
         watched: makes a function that reads the values of a freshly loaded program.
     """
-    found: dict[str, int] = {}
+    changes: dict[str, int] = {}
     with fresh(load) as logic:
         read = watched(logic)
         values, replay = read(), InputReplay(spec, recording.slots, edited=load.edited)
         replay.attach(logic)
         for row in replay.play(recording, last):
             now = read()
-            found |= {name: row for name, value in now.items() if not same(value, values[name])}
+            changes |= {name: row for name, value in now.items() if not same(value, values[name])}
             values = now
-    return found, values
+    return changes, values
 
 
 @contextmanager
@@ -221,7 +221,7 @@ class _Tracer:
         self._looked += 1
         if self._looked <= LOOKED_AT:
             stands = stands_in(line.file, line.number)
-            names = [name for _, each in stands.inside for name in each]
+            names = [name for _, inner in stands.inside for name in inner]
             self._reads.on = False
             self._values[line] = values_of((*names, *stands.names), frame)
             self._reads.on = True

@@ -94,8 +94,8 @@ class ProgramTrials:
 
             search = Search(text, self._target, attempt)
             terminals, reported = self._candidates(reads.masks, self._target, name)
-            found = search.among(terminals)
-            return found if found.found or not reported else search.among([*terminals, *reported])
+            result = search.among(terminals)
+            return result if result.found or not reported else search.among([*terminals, *reported])
 
     def _scans_with(
         self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any]
@@ -106,7 +106,7 @@ class ProgramTrials:
             Their number; None if it never is.
         """
         past = Past(self._recording, self._row)
-        for slot in {each.cell.slot for each in changes}:
+        for slot in {change.cell.slot for change in changes}:
             self._replay.hold(slot, _image(past, slot, changes))
         return next((row - self._row for row in rows if read() == self._target), None)
 
@@ -150,15 +150,15 @@ class ProgramTrials:
         own: list[Candidate] = []
         reported: list[Candidate] = []
         for bits in read_bits(list(masks.items())[:MOST_CANDIDATES]):
-            at, value = bits.address.bit, past.words(bits.slot, "in", self._row)[bits.word]
-            place = self._terminal(bits.slot, bits.word, at)
+            bit_number, value = bits.address.bit, past.words(bits.slot, "in", self._row)[bits.word]
+            place = self._terminal(bits.slot, bits.word, bit_number)
             source = place or f"slot {bits.slot}, as the module reports it"
             named = name(bits)
-            if at is None:
-                each = number(bits, named, source, value, _INT16, constants)
+            if bit_number is None:
+                candidate = number(bits, named, source, value, _INT16, constants)
             else:
-                each = bit(bits, named, source, bool(value & bits.mask))
-            (own if place else reported).append(each)
+                candidate = bit(bits, named, source, bool(value & bits.mask))
+            (own if place else reported).append(candidate)
         return own, reported
 
 
@@ -167,30 +167,32 @@ def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
     columns = recording.columns.rows(0, row + 1)
     last = columns.rows(row, row + 1)
     period_ns = int(columns.time_ns[-1] - columns.time_ns[-2]) if row else 1_000_000
-    more = [
-        last._replace(scan=last.scan + each, time_ns=last.time_ns + each * period_ns)
-        for each in range(1, scans + 1)
+    columns_after = [
+        last._replace(scan=last.scan + count, time_ns=last.time_ns + count * period_ns)
+        for count in range(1, scans + 1)
     ]
-    events = tuple(each for each in recording.events if each.scan <= recording.numbers[row])
-    return PackedTrace(recording.slots, PackedScans.of(recording.layout.words, [columns, *more]), events)
+    events = tuple(event for event in recording.events if event.scan <= recording.numbers[row])
+    return PackedTrace(
+        recording.slots, PackedScans.of(recording.layout.words, [columns, *columns_after]), events
+    )
 
 
 def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
     """Return an input image with some inputs changed."""
     words = [word & ALL_BITS for word in past.words(slot, "in", past.row)]
-    for each in changes:
-        bits: Bits = each.cell
+    for change in changes:
+        bits: Bits = change.cell
         if bits.slot == slot and bits.address.bit is None:
-            words[bits.word] = int(each.value) & ALL_BITS
+            words[bits.word] = int(change.value) & ALL_BITS
         elif bits.slot == slot:
-            words[bits.word] = words[bits.word] | bits.mask if each.value else words[bits.word] & ~bits.mask
+            words[bits.word] = words[bits.word] | bits.mask if change.value else words[bits.word] & ~bits.mask
     return b"".join(word.to_bytes(2, "little") for word in words)
 
 
 def _constants(load: Load) -> Iterator[float]:
     """Yield the numbers that the program's file uses in comparisons."""
     for node in ast.walk(ast.parse(load.program.read_bytes())):
-        for each in ast.walk(node) if isinstance(node, ast.Compare) else ():
-            value = each.value if isinstance(each, ast.Constant) else None
+        for child in ast.walk(node) if isinstance(node, ast.Compare) else ():
+            value = child.value if isinstance(child, ast.Constant) else None
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 yield value

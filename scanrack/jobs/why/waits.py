@@ -60,7 +60,7 @@ def waits(past: SlotPast) -> list[str]:
         return [lost]
     if not may_be_stepper(past.slot.words):
         return drive_waits(past)
-    state = next(state for each in STATES if (state := each(past)) is not None)
+    state = next(state for state_of in STATES if (state := state_of(past)) is not None)
     return [state, *_errors(past)]
 
 
@@ -77,7 +77,7 @@ def refused_configuration(past: SlotPast) -> str | None:
 
 def is_idle(past: SlotPast) -> bool:
     """Return whether a module waits only for a command."""
-    return next(each for each in STATES if each(past) is not None) is _idle
+    return next(state_of for state_of in STATES if state_of(past) is not None) is _idle
 
 
 def searches_home(past: SlotPast) -> bool:
@@ -87,11 +87,11 @@ def searches_home(past: SlotPast) -> bool:
 
 
 def _out_of_reach(past: SlotPast) -> str | None:
-    lost = next((each for each in losses(past.past.events, past.slot.number) if each.until is None), None)
+    lost = next((loss for loss in losses(past.past.events, past.slot.number) if loss.until is None), None)
     if lost is None:
         return None
-    at = f"scan {lost.scan:,} ({seconds(lost.now_ns)} s)"
-    return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
+    moment = f"scan {lost.scan:,} ({seconds(lost.now_ns)} s)"
+    return f"the link to it is lost since {moment}: its inputs are those of before, and no command reaches it"
 
 
 def _answers_not(past: SlotPast) -> str | None:
@@ -117,7 +117,7 @@ def _broken(past: SlotPast, words: Sequence[int]) -> str:
     """Return the rules that a configuration's words break; "" if there are none."""
     profile = profile_of(past.slot.words)
     broken = check(words, _firmware(past), profile.limits)
-    return "; ".join(profile.rules[each].clause for each in broken)
+    return "; ".join(profile.rules[rule].clause for rule in broken)
 
 
 def _firmware(past: SlotPast) -> Firmware:
@@ -151,15 +151,17 @@ def _motion(past: SlotPast) -> str:
     status = past.inputs[0]
     way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
     how = next((f", {name}" for bit, name in _RATES if status & bit), "")
-    at = f"at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    position = f"at {join_reported(past.inputs[2], past.inputs[3]):,}"
     if past.inputs[1] & StatusLsw.ENC_FOLLOWER:
-        return f"moving {way} as encoder follower, {at}"
+        return f"moving {way} as encoder follower, {position}"
     row = _started(past)
     if row is None:
-        return f"moving {way}{how}, {at}, since before the recording"
+        return f"moving {way}{how}, {position}, since before the recording"
     words = past.words_at("out", row)
     bit = _bits(words[0] & MOTIONS.value)[-1]
-    return f"moving {way}{how}, {at}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
+    return (
+        f"moving {way}{how}, {position}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
+    )
 
 
 _RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "decelerating"))
@@ -241,10 +243,10 @@ STATES: Sequence[Callable[[SlotPast], str | None]] = (
 def _rest(past: SlotPast) -> str:
     """Return the position at rest, and how the previous motion ended."""
     ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
-    at = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    position = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
     if not ended:
-        return at
-    return f"{at}, {ended[0].name}{past.since('in', 0, ended[0].value)}"
+        return position
+    return f"{position}, {ended[0].name}{past.since('in', 0, ended[0].value)}"
 
 
 def _bits(mask: int) -> list[CommandMsw]:
@@ -259,8 +261,8 @@ def _errors(past: SlotPast) -> Iterator[str]:
     both = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
     for name, mask in profile.masks.items():
         if mask & profile.error_bits & both:
-            at = profile.groups["status"][name]
-            since = past.since("in", at.word, 1 << at.bit)
+            signal = profile.groups["status"][name]
+            since = past.since("in", signal.word, 1 << signal.bit)
             yield f"{name}{since}: {_error_cause(past, profile, name)}; {_cure(name)}"
 
 
@@ -270,12 +272,12 @@ def _cure(name: str) -> str:
 
 def _error_cause(past: SlotPast, profile: Profile, name: str) -> str:
     """Return the recorded rule that set a bit; without one, the section of the manual with its causes."""
-    for each in reversed(past.past.rules(past.slot.number)):
-        named = each.fields.get("bits")
+    for event in reversed(past.past.rules(past.slot.number)):
+        named = event.fields.get("bits")
         if isinstance(named, list) and name in named:
-            rule = profile.rules.get(str(each.fields.get("name")))
+            rule = profile.rules.get(str(event.fields.get("name")))
             if rule is None:
-                return event_text(each)
+                return event_text(event)
             sentence = rule.text[:1].lower() + rule.text[1:].removesuffix(".")
             return f"{sentence} [{rule.id}, {rule.section}]"
     lists = [rule.section for rule in profile.rules.values() if rule.list_of == profile.masks[name]]

@@ -52,13 +52,13 @@ class PageRoutine:
     def power(self, truths: Truths) -> dict[str, str]:
         """Return the power in its rungs and lines, see `ladder.draw.power`."""
         name = self.name.upper()
-        found = {}
+        powers = {}
         for number, rung in self.rungs.items():
-            found[f"{self.name}.{number}"] = power(rung, truths.get((name, number)))
+            powers[f"{self.name}.{number}"] = power(rung, truths.get((name, number)))
         for number in self.lines:
             truth = truths.get((name, number))
-            found[f"{self.name}.{number}"] = "1" if truth and truth[-1] else "0"
-        return found
+            powers[f"{self.name}.{number}"] = "1" if truth and truth[-1] else "0"
+        return powers
 
 
 def kind_of(routine: Routine) -> str:
@@ -86,65 +86,79 @@ class Catalog:
 
     def routines(self) -> list[Json]:
         """Return the routines for `hello`, each with the routines that it calls."""
-        names = {each.name.upper(): each.name for each in self._program.routines}
+        names = {routine.name.upper(): routine.name for routine in self._program.routines}
         called = {
-            name: [names[each] for each in dict.fromkeys(calls_of(lowered)) if each in names]
+            name: [names[callee] for callee in dict.fromkeys(calls_of(lowered)) if callee in names]
             for name, lowered in self._lowered.routines.items()
         }
         return [
             {
-                "name": each.name,
-                "kind": kind_of(each),
-                "comment": each.comment,
-                "lines": len(each.numbers),
-                "calls": called.get(each.name.upper(), []),
+                "name": routine.name,
+                "kind": kind_of(routine),
+                "comment": routine.comment,
+                "lines": len(routine.numbers),
+                "calls": called.get(routine.name.upper(), []),
             }
-            for each in self._program.routines
+            for routine in self._program.routines
         ]
 
     def tags(self) -> list[Json]:
         """Return all single values and aliases for `hello`; array elements are requested by name."""
         comments = {
-            each.name.upper(): each.comment
-            for each in self._layout.declarations.values()
-            if isinstance(each, Tag)
+            declaration.name.upper(): declaration.comment
+            for declaration in self._layout.declarations.values()
+            if isinstance(declaration, Tag)
         }
-        found = []
-        for each in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
-            stem = each.name.split("[")[0]
+        rows = []
+        for tag in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
+            stem = tag.name.split("[")[0]
             while stem and stem.upper() not in comments:
                 stem = stem.rpartition(".")[0]
-            found.append(
+            rows.append(
                 {
-                    "name": each.name,
-                    "type": f"{each.type}[{each.length}]" if each.length else each.type,
+                    "name": tag.name,
+                    "type": f"{tag.type}[{tag.length}]" if tag.length else tag.type,
                     "description": comments.get(stem.upper(), ""),
-                    "writable": not each.length and each.type != TEXT,
+                    "writable": not tag.length and tag.type != TEXT,
                 }
             )
-        return found + list(self._aliases())
+        return rows + list(self._aliases())
 
     def _aliases(self) -> Iterator[Json]:
         """Yield the aliases of single values; an alias of an image word or bit has its address."""
-        for each in self._layout.declarations.values():
-            where = self._resolver.address(Address(each.name)) if isinstance(each, Alias) else None
-            if not isinstance(each, Alias) or not isinstance(where, Place) or not self.has(each.name):
+        for declaration in self._layout.declarations.values():
+            where = (
+                self._resolver.address(Address(declaration.name)) if isinstance(declaration, Alias) else None
+            )
+            if (
+                not isinstance(declaration, Alias)
+                or not isinstance(where, Place)
+                or not self.has(declaration.name)
+            ):
                 continue
             meant = {} if where.address is None else {"address": where.address}
-            described = each.comment or str(each.target)
-            row = {"name": each.name, "type": where.type.name, "description": described}
+            described = declaration.comment or str(declaration.target)
+            row = {"name": declaration.name, "type": where.type.name, "description": described}
             yield row | {"writable": not meant} | meant
 
     def _groups(self) -> Iterator[Json]:
         """Yield the structures; `tags` has only their members."""
-        for each in self._layout.declarations.values():
-            if isinstance(each, Tag) and isinstance(each.type, Structure) and not each.type.is_string:
-                yield {"name": each.name, "type": each.type.name, "description": each.comment}
+        for declaration in self._layout.declarations.values():
+            if (
+                isinstance(declaration, Tag)
+                and isinstance(declaration.type, Structure)
+                and not declaration.type.is_string
+            ):
+                yield {
+                    "name": declaration.name,
+                    "type": declaration.type.name,
+                    "description": declaration.comment,
+                }
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
         """Return the names under which tags are forced, where these differ: an address, or an alias's tag."""
-        found = {name: self._forced_as(name) for name in names}
-        return {name: address for name, address in found.items() if address not in (None, name)}
+        addresses = {name: self._forced_as(name) for name in names}
+        return {name: address for name, address in addresses.items() if address not in (None, name)}
 
     def _forced_as(self, name: str) -> str | None:
         with suppress(LadderError):
@@ -157,9 +171,12 @@ class Catalog:
         Raises:
             ValueError: there is no such routine.
         """
-        routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
+        routine = next(
+            (candidate for candidate in self._program.routines if candidate.name.upper() == name.upper()),
+            None,
+        )
         if routine is None:
-            names = ", ".join(each.name for each in self._program.routines)
+            names = ", ".join(candidate.name for candidate in self._program.routines)
             raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
             shown, answer = self._chart(routine, routine.chart)
@@ -229,8 +246,8 @@ class Catalog:
     def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
         names: dict[str, None] = {}
         lines = []
-        for each in routine.statements or ():
-            for number, text in each.numbered():
+        for statement in routine.statements or ():
+            for number, text in statement.numbered():
                 own = self._names_in(text, program_of(routine.name))
                 names.update(dict.fromkeys(own))
                 lines.append({"number": number, "text": text, "names": own})
@@ -238,12 +255,12 @@ class Catalog:
         return shown, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
-        found: dict[str, None] = {}
+        names: dict[str, None] = {}
         for name in _words(text):
             full = self._full(program, name)
             if full is not None and self._is_single(full):
-                found[full] = None
-        return list(found)
+                names[full] = None
+        return list(names)
 
     def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
         try:
@@ -277,8 +294,8 @@ class Catalog:
     def mentions(self, tag: str) -> list[Json]:
         """Return the uses of a tag; raise ValueError if there is no such tag."""
         return [
-            {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
-            for each in self.cross_reference.of(tag)
+            {"text": str(use), "rung": f"{use.site.routine}.{use.site.rung}", "tag": tag}
+            for use in self.cross_reference.of(tag)
         ]
 
     def find(self, text: str) -> list[Json]:
@@ -295,19 +312,19 @@ class Catalog:
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a major fault, such as Main.3; None if unknown."""
         routine, rung = element_of(self._program.routines, fault.site)
-        known = any(each.name == routine for each in self._program.routines)
+        known = any(candidate.name == routine for candidate in self._program.routines)
         return f"{routine}.{rung}" if known and rung is not None else None
 
     def tags_of_fault(self, fault: Fault) -> list[str]:
         """Return the tags that the rung or line of a major fault reads."""
         routine, rung = element_of(self._program.routines, fault.site)
-        at = (routine or "").upper(), rung
-        found = (
-            each.text
-            for each in self.cross_reference
-            if each.reads and (each.site.routine.upper(), each.site.rung) == at and self.has(each.text)
+        place = (routine or "").upper(), rung
+        names = (
+            use.text
+            for use in self.cross_reference
+            if use.reads and (use.site.routine.upper(), use.site.rung) == place and self.has(use.text)
         )
-        return list(dict.fromkeys(found))
+        return list(dict.fromkeys(names))
 
     def has(self, name: str) -> bool:
         """Return whether the tag exists."""
@@ -325,16 +342,16 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     The best matches come first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins
     with the text, a name that contains it, a description.
     """
-    folded, found = text.casefold(), []
-    for each in tags:
-        name, says = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
-        if folded in f"{name} {each['description']} {each.get('address', '')}".casefold():
+    folded, hits = text.casefold(), []
+    for tag in tags:
+        name, says = tag["name"].casefold(), f"{tag['type']}  {tag['description']}".strip()
+        if folded in f"{name} {tag['description']} {tag.get('address', '')}".casefold():
             own = name.rpartition(".")[2] if name.startswith("\\") else name
             ranks = name == folded, own == folded, own.startswith(folded), folded in name, True
             order = ranks.index(True)
-            row = {"text": f"{each['name']} : {says}", "says": says, "rung": None, "tag": each["name"]}
-            found.append((order, row))
-    return [hit for _order, hit in sorted(found, key=lambda ranked: ranked[0])]
+            row = {"text": f"{tag['name']} : {says}", "says": says, "rung": None, "tag": tag["name"]}
+            hits.append((order, row))
+    return [hit for _order, hit in sorted(hits, key=lambda ranked: ranked[0])]
 
 
 def _words(text: str) -> Iterable[str]:
@@ -360,7 +377,7 @@ def shown_value(value: object) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):
-        return {key: shown_value(each) for key, each in value.items()}
+        return {key: shown_value(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [shown_value(each) for each in value]
+        return [shown_value(inner) for inner in value]
     return value

@@ -45,7 +45,7 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 
 
 class States(Protocol):
-    """The states of a scan."""
+    """The states as of a given scan."""
 
     @property
     def formats(self) -> NumberFormats:
@@ -216,7 +216,7 @@ class EventLog:
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the CPU's faults up to the end of a scan; None = the latest."""
         earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
-        return earlier + [each for each in self._faults if scan is None or each.scan <= scan]
+        return earlier + [fault for fault in self._faults if scan is None or fault.scan <= scan]
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
@@ -237,8 +237,8 @@ class EventLog:
     def pressed_at(self, scan: int | None) -> Json:
         """Return the values that orders last set up to a scan, and by whom."""
         earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
-        at = LAST_SCAN if scan is None else scan
-        return earlier | (self._stored.at(at) or {}) | (self._pressed.at(at) or {})
+        until = LAST_SCAN if scan is None else scan
+        return earlier | (self._stored.at(until) or {}) | (self._pressed.at(until) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
@@ -246,8 +246,8 @@ class EventLog:
         if scan is None:
             own: Iterable[Json] = self._latest_rules.values()
         else:
-            own = (each for each in self._rules if each["scan"] <= scan)
-        return list({(each["slot"], each["bit"]): each for each in (*earlier, *own)}.values())
+            own = (rule for rule in self._rules if rule["scan"] <= scan)
+        return list({(rule["slot"], rule["bit"]): rule for rule in (*earlier, *own)}.values())
 
 
 class _StateHistory:
@@ -271,10 +271,12 @@ class _StateHistory:
     def put(self, scan: int, name: str, value: Any) -> None:
         """Record a name's value if it has changed; if there are too many names, drop the one set first."""
         if self.latest.get(name) != value:
-            found = {key: each for key, each in self.latest.items() if key != name} | {name: value}
-            if self._names_most is not None and len(found) > self._names_most:
-                del found[next(iter(found))]
-            self.note(scan, found)
+            values = {key: kept_value for key, kept_value in self.latest.items() if key != name} | {
+                name: value
+            }
+            if self._names_most is not None and len(values) > self._names_most:
+                del values[next(iter(values))]
+            self.note(scan, values)
 
     def at(self, scan: int) -> Json | None:
         place = bisect_right(self._scans, scan) - 1
@@ -282,7 +284,7 @@ class _StateHistory:
 
 
 def _fault_of(event: Mapping[str, Any]) -> Fault:
-    cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
+    cause = next((known for known in Cause if known.value == event.get("cause")), Cause.PROGRAM)
     where, text = str(event.get("where", "")), str(event.get("text", ""))
     site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
     return Fault(event["scan"], event["t"], cause, where, text, site)

@@ -41,9 +41,9 @@ def table_of(
 ) -> EventTable:
     """Return a table of events."""
     numbers: dict[frozenset[str], int] = {}
-    of = [numbers.setdefault(kinds_of(each, words), len(numbers)) for each in events]
+    of = [numbers.setdefault(kinds_of(event, words), len(numbers)) for event in events]
     return EventTable(
-        version, events, np.array([each["scan"] for each in events]), [*numbers], np.array(of, int)
+        version, events, np.array([event["scan"] for event in events]), [*numbers], np.array(of, int)
     )
 
 

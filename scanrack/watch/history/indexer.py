@@ -32,10 +32,10 @@ SLICE = 1000
 def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
     """Return the programs that can be repeated from the first scan, and the last such scan."""
     programs: list[LadderLogic] = []
-    for each in stretches:
-        if not isinstance(each.logic, LadderLogic) or each.logic.functions:
-            return programs, each.first - 1
-        programs.append(each.logic)
+    for stretch in stretches:
+        if not isinstance(stretch.logic, LadderLogic) or stretch.logic.functions:
+            return programs, stretch.first - 1
+        programs.append(stretch.logic)
     return programs, LAST_SCAN
 
 

@@ -99,7 +99,7 @@ def _stretches(
 
 
 def _counted(stretch: Sequence[bool]) -> Point:
-    edges = sum(one is not other for one, other in pairwise(stretch))
+    edges = sum(earlier is not later for earlier, later in pairwise(stretch))
     return [int(stretch[-1]), *([edges] if edges else [])]
 
 
@@ -124,14 +124,14 @@ class ValueHistory:
 
     def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
         """Return the scan of a value's last change up to a scan, and the value before; None without one."""
-        changes = [each for each in self._changes.get(name, []) if each[0] <= scan]
+        changes = [change for change in self._changes.get(name, []) if change[0] <= scan]
         return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
 
     def points(self, name: str, first: int, last: int) -> list[Point]:
         """Return the points of a value between two scans; the first point may be from an earlier read."""
         changes = self._changes.get(name, [])
-        before = [each for each in changes if each[0] < first][-1:]
-        now = [each for each in changes if first <= each[0] <= last]
+        before = [change for change in changes if change[0] < first][-1:]
+        now = [change for change in changes if first <= change[0] <= last]
         starts = [(first, value) for _, value in before if not now or now[0][0] > first]
         shown = [*starts, *now]
         return points_of([scan * self.period_ns for scan, _ in shown], [value for _, value in shown])
@@ -159,13 +159,13 @@ class TagLanes:
         Args:
             all_names: tags of all pages, so that pages with the same scans share one repetition.
         """
-        images, others = self._parted(names)
+        images, plain = self._parted(names)
         if self._replica is None or self._replica.is_impure:
-            return self._with_images(self._observed(others, first, last), images)
+            return self._with_images(self._observed(plain, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
         distinct = tuple(dict.fromkeys(self._parted(all_names)[1]))
         piece = (
-            self._piece(others, *self._repeated(distinct, start, last))
+            self._piece(plain, *self._repeated(distinct, start, last))
             if distinct
             else self._observed((), start, last)
         )
@@ -175,8 +175,8 @@ class TagLanes:
         """Return a piece of past scans, and the scan of the next piece; None at the end."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
-        images, others = self._parted(names)
-        return self._with_images(self._past(others, first, end), images), following
+        images, plain = self._parted(names)
+        return self._with_images(self._past(plain, first, end), images), following
 
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
         if not names:
@@ -189,14 +189,14 @@ class TagLanes:
             return observed
         piece = self._piece(values, times, values)
         for name, points in observed["tags"].items() if piece else ():
-            piece["tags"][name] = [each for each in points if each[0] < piece["to"]]
+            piece["tags"][name] = [point for point in points if point[0] < piece["to"]]
         return piece
 
     def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
         """Split names into words and bits of images, and all others."""
-        found = {name: self._address(name) for name in names}
-        images = {name: address for name, address in found.items() if address is not None}
-        return images, [name for name in found if name not in images]
+        addresses = {name: self._address(name) for name in names}
+        images = {name: address for name, address in addresses.items() if address is not None}
+        return images, [name for name in addresses if name not in images]
 
     def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
         """Return a piece with words and bits of images added; every row has these."""

@@ -45,7 +45,7 @@ def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -
     if Path(name).suffix in SLC_SUFFIXES:
         from scanrack.rockwell.slc.rewriting import program_text
 
-        texts = tuple(program_text(each, specs) for each in texts)
+        texts = tuple(program_text(text, specs) for text in texts)
     return RungEdit(routine, number, texts)
 
 
@@ -77,9 +77,9 @@ def save(file: Path, data: bytes) -> Path:
     Raises:
         OSError: the file can't be copied or written; it is unchanged.
     """
-    kept = _kept(file.resolve())
+    backup = _kept(file.resolve())
     write(file, data)
-    return kept
+    return backup
 
 
 def write(file: Path, data: bytes) -> None:
@@ -91,18 +91,18 @@ def write(file: Path, data: bytes) -> None:
 def _kept(file: Path) -> Path:
     """Copy a file to the first free name of NAME.bak, NAME.bak2 and so on; return the copy's path."""
     for number in count(1):
-        kept = file.with_name(f"{file.name}.bak{number if number > 1 else ''}")
+        backup = file.with_name(f"{file.name}.bak{number if number > 1 else ''}")
         try:
-            copy = open(kept, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
+            copy = open(backup, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
         except FileExistsError:
             continue
         with copy, file.open("rb") as old:
             shutil.copyfileobj(old, copy)
             copy.flush()
             os.fsync(copy.fileno())
-        shutil.copymode(file, kept)
-        sync_folder(kept.parent)
-        return kept
+        shutil.copymode(file, backup)
+        sync_folder(backup.parent)
+        return backup
     raise AssertionError
 
 

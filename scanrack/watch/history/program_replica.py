@@ -65,9 +65,9 @@ class ValueFile:
             if self._file is None:
                 self._file = TemporaryFile(buffering=0)  # noqa: SIM115 - closed with this object
                 finalize(self, self._file.close)
-            at = self._file.seek(0, SEEK_END)
+            offset = self._file.seek(0, SEEK_END)
             if self._file.write(data) == len(data):
-                return at
+                return offset
         return None
 
     def read(self, at: int) -> Any:
@@ -81,7 +81,7 @@ class ValueFile:
 class SnapshotStore:
     """The scan process's notes about one program, see `watched_program`.
 
-    The values are in a file, so that even a long session has values shortly before any scan.
+    The values are kept in a file, so that even in a long session there is a snapshot shortly before any scan.
     """
 
     def __init__(self, file: ValueFile | None = None) -> None:
@@ -96,17 +96,17 @@ class SnapshotStore:
         if isinstance(record, Values):
             place = self._file.add((record.values, record.truths))
             if place is not None:
-                at = bisect_right(self.scans, scan)
-                self.scans.insert(at, scan)
-                self._places.insert(at, place)
+                position = bisect_right(self.scans, scan)
+                self.scans.insert(position, scan)
+                self._places.insert(position, place)
         elif scan in self.inputs:
             self.inputs[scan] = record
         elif record.writes or record.images is not None or record.forces != self._known_forces(scan):
             self._forced.insert(bisect_right(self._forced, scan), scan)
             self.inputs[scan] = record
             if len(self._forced) > 2 * MOST_INPUTS:
-                for each in self._forced[:MOST_INPUTS]:
-                    del self.inputs[each]
+                for old_scan in self._forced[:MOST_INPUTS]:
+                    del self.inputs[old_scan]
                 del self._forced[:MOST_INPUTS]
 
     def place(self, scan: int) -> int | None:
@@ -149,7 +149,7 @@ class SessionScans(Source):
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the scans with values, backwards from a scan; none if scans can't be repeated."""
         place = None if self._is_impure else self._kept.place(scan)
-        return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
+        return iter(()) if place is None else (self._kept.scans[index] for index in range(place, -1, -1))
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
         """Return the values before a scan, and the forces in it."""
@@ -171,7 +171,7 @@ class SessionScans(Source):
         images: Sequence[bytes] | None = None
         if runs_logic(scan.flags):
             images = None if known is None else known.images
-            images = images or [scan.memory[each] for each in self._images]
+            images = images or [scan.memory[image] for image in self._images]
         first = bool(scan.flags & _FIRST)
         if known is None:
             return ScanInputs(scan.now_ns, first, images)
@@ -196,7 +196,11 @@ class ProgramReplica(Replayer):
 
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the scans with values, backwards from a scan."""
-        return iter(()) if self.is_impure else (each for each in self.source.snapshots(scan) if each <= scan)
+        return (
+            iter(())
+            if self.is_impure
+            else (snapshot_scan for snapshot_scan in self.source.snapshots(scan) if snapshot_scan <= scan)
+        )
 
     def keep(self, scan: int) -> None:
         """Store the current values as a snapshot before a scan, from which the scan is repeated."""

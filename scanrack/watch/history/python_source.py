@@ -24,7 +24,7 @@ _F_STRING = {
 
 def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
     """Return the spans of each line by number, from 1; stop at a place that can't be tokenized."""
-    found: dict[int, list[Span]] = {}
+    spans: dict[int, list[Span]] = {}
     for token, kind in _tokens(lines):
         (first, begin), (last, end) = token.start, token.end
         for number in range(first, last + 1):
@@ -32,8 +32,8 @@ def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
             left = _units(text, begin) if number == first else 0
             right = _units(text, end) if number == last else _units(text, len(text))
             if left < right:
-                found.setdefault(number, []).append((left, right, kind))
-    return found
+                spans.setdefault(number, []).append((left, right, kind))
+    return spans
 
 
 def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
@@ -88,8 +88,8 @@ class PythonSource:
         """Return the program's values that the line of a fault reads, matched by their last names."""
         place = self.place_of_fault(fault)
         line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
-        names = {each for text in line for each in _names_in(text)}
-        return [each for each in values if each.rpartition(".")[2] in names]
+        names = {name for text in line for name in _names_in(text)}
+        return [value for value in values if value.rpartition(".")[2] in names]
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
         """Return the routine's contents, and the answer with its text."""
@@ -109,7 +109,7 @@ def uses_in(text: str) -> dict[int, list[str]]:
     >>> uses_in("class Line:\n    def run(self):\n        self.step = line.count")
     {3: ['.step', 'line.count', 'line']}
     """
-    found: dict[int, dict[str, None]] = {}
+    uses: dict[int, dict[str, None]] = {}
     try:
         tree = ast.parse(text)
     except (SyntaxError, ValueError):
@@ -118,8 +118,8 @@ def uses_in(text: str) -> dict[int, list[str]]:
         if isinstance(node, ast.Name | ast.Attribute):
             name = _dotted(node)
             if name and name != "self":
-                found.setdefault(node.lineno, {})[name.removeprefix("self")] = None
-    return {line: list(names) for line, names in found.items()}
+                uses.setdefault(node.lineno, {})[name.removeprefix("self")] = None
+    return {line: list(names) for line, names in uses.items()}
 
 
 def _dotted(node: ast.expr) -> str:

@@ -62,8 +62,8 @@ class RecentRows:
     def find(self, scan: int) -> int | None:
         """Return the index of a scan in `rows`, or None."""
         numbers = self.rows["scan"]
-        at = int(np.searchsorted(numbers, scan))
-        return at if at < len(numbers) and numbers[at] == scan else None
+        index = int(np.searchsorted(numbers, scan))
+        return index if index < len(numbers) and numbers[index] == scan else None
 
     def between(self, first: int, last: int) -> Rows:
         """Return the kept rows from scan `first` to scan `last`, inclusive."""

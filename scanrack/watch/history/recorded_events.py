@@ -50,8 +50,10 @@ class RecordedEvents:
     def _find(self) -> None:
         sections = self._trace.sections
         self._sections = len(sections)
-        self._telling = [place for place, each in enumerate(sections) if self._trace.may_contain(each)]
-        self._forcing = [each for each in self._telling if self._trace.may_contain(sections[each], {FORCES})]
+        self._telling = [place for place, section in enumerate(sections) if self._trace.may_contain(section)]
+        self._forcing = [
+            place for place in self._telling if self._trace.may_contain(sections[place], {FORCES})
+        ]
 
     def tick(self) -> bool:
         """Read one more chunk; return whether there may be more."""
@@ -83,12 +85,12 @@ class RecordedEvents:
 
     def up_to(self, scan: int, most: int = FIRST) -> list[Json]:
         """Return the latest known events up to a scan, in order."""
-        found: list[Json] = []
+        events: list[Json] = []
         for log in self._back_from(scan):
-            found[:0] = [each for each in log.since(0) if each["scan"] <= scan]
-            if len(found) >= most:
+            events[:0] = [event for event in log.since(0) if event["scan"] <= scan]
+            if len(events) >= most:
                 break
-        return found[-most:]
+        return events[-most:]
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan, from the last message up to it."""
@@ -115,7 +117,7 @@ class RecordedEvents:
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the known faults of the CPU up to the end of a scan."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
-        return [each for log in logs for each in log.faults_at(scan)]
+        return [fault for log in logs for fault in log.faults_at(scan)]
 
     def _stood(self, scan: int | None) -> tuple[Json, list[Json], Json]:
         """Return lines, rules and presses in a scan, from the known chunks up to its own."""
@@ -127,8 +129,8 @@ class RecordedEvents:
             for log in logs:
                 lines = log.lines_at(scan) | lines
                 pressed = log.pressed_at(scan) | pressed
-                for each in log.rules_at(scan):
-                    rules.setdefault((each["slot"], each["bit"]), each)
+                for rule in log.rules_at(scan):
+                    rules.setdefault((rule["slot"], rule["bit"]), rule)
             self._latest = scan, len(logs), lines, list(rules.values()), pressed
         return self._latest[2:]
 
@@ -143,9 +145,11 @@ class RecordedEvents:
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
         trace, topics = self._trace, {topic}
         begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
-        sections = [each for each in trace.sections[begin : end + 1] if trace.may_contain(each, topics)]
-        found = (event for each in sections for event in trace.events_in(each, topics))
-        return (each for each in found if first <= each.scan <= last)
+        sections = [
+            section for section in trace.sections[begin : end + 1] if trace.may_contain(section, topics)
+        ]
+        matches = (event for section in sections for event in trace.events_in(section, topics))
+        return (event for event in matches if first <= event.scan <= last)
 
     def _go_on(self) -> None:
         if len(self._trace.sections) != self._sections:
@@ -157,11 +161,11 @@ class RecordedEvents:
     def _back_from(self, scan: int) -> Iterator[EventLog]:
         """Yield the events of chunks backwards from a scan's chunk, as far as known or readable at once."""
         self._go_on()
-        left = 0 if scan == self._last_scan else AT_ONCE
+        budget = 0 if scan == self._last_scan else AT_ONCE
         self._last_scan = scan
         for place in reversed(self._up_to(self._telling, scan)):
-            left -= place not in self._known
-            if left < 0:
+            budget -= place not in self._known
+            if budget < 0:
                 return
             yield self._log(place)
 
@@ -171,7 +175,7 @@ class RecordedEvents:
             log = self._known[place] = EventLog(kept=MOST_EVENTS)
             log.take_all(events)
             self.read += log.end
-            self.edits.update(each.scan for each in events if is_edit(each))
-            for each in events:
-                self.formats.note(each.scan, each.fields)
+            self.edits.update(event.scan for event in events if is_edit(event))
+            for event in events:
+                self.formats.note(event.scan, event.fields)
         return self._known[place]

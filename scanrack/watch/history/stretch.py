@@ -191,14 +191,14 @@ class Stretches:
 
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan."""
-        number, kept = len(self.all), self.kept(len(self.all))
-        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._history, kept)
+        number, store = len(self.all), self.kept(len(self.all))
+        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._history, store)
         self.all.append(own)
         return own
 
     def lose(self, first: int) -> None:
         """Show no program from a scan, since an unknown one ran there."""
-        self.all = [each for each in self.all if each.first < first]
+        self.all = [stretch for stretch in self.all if stretch.first < first]
         self.add(first, None, None, "The recording does not bring the program of this scan.")
 
     def kept(self, number: int) -> SnapshotStore:
@@ -214,7 +214,7 @@ class Stretches:
         """Return the program that ran in a scan; None = the latest."""
         if scan is None:
             return self.latest
-        return next((each for each in reversed(self.all) if each.first <= scan), self.all[0])
+        return next((stretch for stretch in reversed(self.all) if stretch.first <= scan), self.all[0])
 
     def end_of(self, program: Stretch) -> int:
         """Return the last scan that a program may have run."""

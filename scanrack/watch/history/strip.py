@@ -66,8 +66,8 @@ class Signals:
 
 def values_at(rows: Rows, layout: MemoryLayout, address: Address) -> NDArray[Any]:
     """Return an image word in each row as an array, or a bit of it as an array of bool."""
-    at = layout.places[address.slot].columns(address.image).start + address.word
-    words: NDArray[Any] = rows["words"][:, at]
+    column = layout.places[address.slot].columns(address.image).start + address.word
+    words: NDArray[Any] = rows["words"][:, column]
     return words if address.bit is None else (words >> address.bit & 1).astype(bool)
 
 
@@ -80,9 +80,9 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
     bits: dict[int, dict[int, str]] = {}
     places = memory_layout(slots.items()).places
     for slot, words in slots.items():
-        for name, at in _shown_bits(words):
-            word = places[slot].columns(at.image).start + at.word
-            bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
+        for name, place in _shown_bits(words):
+            word = places[slot].columns(place.image).start + place.word
+            bits.setdefault(word, {})[place.bit] = f"{slot}.{name}"
     positions = {}
     modes: dict[int, int] = {}
     for slot, words in slots.items():
@@ -98,9 +98,9 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
 
 def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
     """Return the bits of a module; if both images have a bit, such as MODE_CONFIG, use the input's."""
-    named = [(name, at) for names in words.groups.values() for name, at in names.items()]
-    inputs = {name for name, at in named if at.image == "I"}
-    return [(name, at) for name, at in named if at.image == "I" or name not in inputs]
+    named = [(name, place) for names in words.groups.values() for name, place in names.items()]
+    inputs = {name for name, place in named if place.image == "I"}
+    return [(name, place) for name, place in named if place.image == "I" or name not in inputs]
 
 
 def piece_of(
@@ -134,29 +134,29 @@ def piece_of(
     }
     if gaps:
         parts = {
-            part: {name: sorted([*points, *gaps], key=_time) for name, points in found.items()}
-            for part, found in parts.items()
+            part: {name: sorted([*points, *gaps], key=_time) for name, points in by_name.items()}
+            for part, by_name in parts.items()
         }
     return {"from": int(times[0]), "to": int(times[-1]) + period_ns, **parts}
 
 
 def _time(point: Point) -> int:
-    at: int = point[0]
-    return at
+    now_ns: int = point[0]
+    return now_ns
 
 
 def _begins(rows: Rows, before: Rows) -> Flags:
     """Return for each row whether its predecessor is missing."""
     scans = rows["scan"].astype(np.int64)
     first = before["scan"][-1:].astype(np.int64) if len(before) else scans[:1] + 1
-    found: Flags = np.diff(scans, prepend=first) != 1
-    return found
+    begins: Flags = np.diff(scans, prepend=first) != 1
+    return begins
 
 
 def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[str, list[Point]]:
     """Return the edges of all bits, and their levels after gaps."""
     times = rows["now_ns"]
-    found: dict[str, list[Point]] = {}
+    edges: dict[str, list[Point]] = {}
     for word, names in signals.bits.items():
         column = _column(rows, word, signals)
         previous = column[:1] if begins[0] else _column(before[-1:], word, signals)
@@ -168,11 +168,13 @@ def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[st
         for bit, name in names.items():
             own = places[(changed[places] >> bit & 1).astype(bool)]
             if len(own) > MOST_EDGES:
-                found[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
+                edges[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
             elif len(own):
                 levels = (column[own] >> bit & 1).tolist()
-                found[name] = [[t, level] for t, level in zip(times[own].tolist(), levels, strict=True)]
-    return found
+                edges[name] = [
+                    [moment, level] for moment, level in zip(times[own].tolist(), levels, strict=True)
+                ]
+    return edges
 
 
 def _column(rows: Rows, word: int, signals: Signals) -> Words:
@@ -182,8 +184,8 @@ def _column(rows: Rows, word: int, signals: Signals) -> Words:
     mode = signals.modes.get(word)
     if mode is None:
         return column
-    kept = CONFIGURES if word == mode else np.uint16(0)
-    return np.where(words[:, mode] & CONFIGURES, column & kept, column)
+    mask = CONFIGURES if word == mode else np.uint16(0)
+    return np.where(words[:, mode] & CONFIGURES, column & mask, column)
 
 
 def _positions(
@@ -191,17 +193,17 @@ def _positions(
 ) -> dict[str, list[Point]]:
     """Return the points of positions, steps; None where the words mirror a configuration."""
     words, times = rows["words"], rows["now_ns"]
-    found = {}
+    positions = {}
     scans = rows["scan"].astype(np.int64)
     for name, (slot, quantity, inputs) in signals.positions.items():
         is_position = words[:, signals.modes[inputs.start]] >= 0  # bit 15 means that these words are a mirror
         values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
         points = _envelope(times, values, begins | np.diff(is_position, prepend=is_position[:1]), most)
         known = is_position[np.searchsorted(times, [point[0] for point in points])].tolist()
-        found[name] = [
+        positions[name] = [
             point if is_known else [point[0], None] for point, is_known in zip(points, known, strict=True)
         ]
-    return found
+    return positions
 
 
 def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
@@ -211,8 +213,8 @@ def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
     edges[starts] = False
     columns = times[starts], levels[ends - 1], np.add.reduceat(edges.astype(np.int64), starts)
     return [
-        [t, level, *([many] if many else [])]
-        for t, level, many in zip(*(each.tolist() for each in columns), strict=True)
+        [moment, level, *([many] if many else [])]
+        for moment, level, many in zip(*(column.tolist() for column in columns), strict=True)
     ]
 
 
@@ -220,8 +222,8 @@ def _envelope(times: Numbers, values: Numbers, begins: Flags, most: int) -> list
     """Return `[t, least, greatest, last]` of about `most` stretches."""
     starts, ends = _stretches(begins, most)
     least, greatest = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
-    found: list[Point] = np.stack((times[starts], least, greatest, values[ends - 1]), axis=1).tolist()
-    return found
+    envelope: list[Point] = np.stack((times[starts], least, greatest, values[ends - 1]), axis=1).tolist()
+    return envelope
 
 
 def _stretches(begins: Flags, most: int) -> tuple[Numbers, Numbers]:

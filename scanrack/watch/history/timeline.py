@@ -87,7 +87,7 @@ class Timeline:
         plan = None if trace is None else trace.head.tags
         if trace is None or plan is None:
             return [], {}
-        if set(names).isdisjoint(address for each in plan.fields for address in each.tag.addresses):
+        if set(names).isdisjoint(address for field in plan.fields for address in field.tag.addresses):
             return [], {}
         self.follow()
         columns = read_columns(trace, Selection(first, last), tags=True)
@@ -207,7 +207,7 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
 def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:
     match field.tag.type:
         case "BOOL":
-            return [bool(each) for each in value] if isinstance(value, list) else bool(value)
+            return [bool(element) for element in value] if isinstance(value, list) else bool(value)
         case "TEXT":
             return texts.get(value, f"text {value}")
         case "ENUM" if value < len(field.constants):

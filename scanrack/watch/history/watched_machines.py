@@ -54,7 +54,7 @@ class _Zero:
 
     def _on(self, inputs: Sequence[int], *names: str) -> bool:
         places = filter(None, map(self.words.place, names))
-        return any(inputs[at.word] >> at.bit & 1 for at in places)
+        return any(inputs[place.word] >> place.bit & 1 for place in places)
 
 
 class _WatchedMachine(NamedTuple):

@@ -68,10 +68,10 @@ class PythonNotes:
         """Find the current values: a running program may create new ones."""
         try:
             self._namespace = namespace_of(self._logic())
-            found = named_values(self._namespace, self._patterns)[:MOST]
+            values = named_values(self._namespace, self._patterns)[:MOST]
         except ValueError:
             return  # no values yet
-        self._codes = {each.name: compile(each.name, "<watched>", "eval") for each in found}
+        self._codes = {value.name: compile(value.name, "<watched>", "eval") for value in values}
 
     def _look(self, scan: int) -> None:
         if self._looks % FIND_EVERY == 0:

@@ -17,7 +17,7 @@ def main(module: str) -> None:
     if hasattr(os, "nice"):
         os.nice(MODESTY)
     try:
-        found = import_module(module).answer(*pickle.load(sys.stdin.buffer))
+        result = import_module(module).answer(*pickle.load(sys.stdin.buffer))
     except ValueError as error:
-        found = {"refused": str(error)}
-    sys.stdout.write(json.dumps(found))
+        result = {"refused": str(error)}
+    sys.stdout.write(json.dumps(result))

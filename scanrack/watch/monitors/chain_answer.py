@@ -43,7 +43,7 @@ def chain_of(monitor: Monitor, causes: Causes, tag: str, scan: int) -> CauseLink
 
 def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequence[str]) -> list[Json]:
     """Return the chain of a major fault; its causes are the tags that its rung read."""
-    groups = [(each,) for each in _chains(monitor, causes, tags, fault.scan)]
+    groups = [(chain,) for chain in _chains(monitor, causes, tags, fault.scan)]
     root = linked(
         groups,
         kind="fault",
@@ -64,26 +64,26 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
         return []
     words = monitor.subject.words
     slots = tuple(
-        SlotInfo(each.number, each.module, words=words[each.number])
-        for each in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
+        SlotInfo(slot.number, slot.module, words=words[slot.number])
+        for slot in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
     )
     reported = monitor.states.up_to(scan, BACK)
-    events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in reported)
+    events = tuple(_event(event, monitor.states.forces_at(event["scan"])) for event in reported)
     recording = PackedTrace(slots, PackedScans.of(block_layout(slots).words, [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:
         return Chains(causes.engine.lowered, causes, deep, most=DEEPEST, **hooks)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
-    found = []
+    answers = []
     for tag in tags:
         try:
             bits = Bits.at(parse_address(tag, words))
         except ValueError:
-            found.append(rack.of_tag(tag, last))
+            answers.append(rack.of_tag(tag, last))
         else:
-            found.append(rack.of_bits(bits, tag, last))
-    return [each for each in found if each is not None]
+            answers.append(rack.of_bits(bits, tag, last))
+    return [chain for chain in answers if chain is not None]
 
 
 def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
@@ -108,9 +108,9 @@ def links_of(chain: CauseLink) -> list[Json]:
             "text": link_text(link),
             "at": _at(link),
             "causes": [
-                [numbers[each] for each in group if each in numbers]
+                [numbers[key] for key in group if key in numbers]
                 for group in link.causes
-                if any(each in numbers for each in group)
+                if any(key in numbers for key in group)
             ],
         }
         for link in links

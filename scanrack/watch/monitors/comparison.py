@@ -42,12 +42,12 @@ class OpenedBeside(NamedTuple):
 
 def recordings_beside(record: Path) -> list[str]:
     """Return the names of the other recordings in the folder of a recording or rack file."""
-    found = []
-    for each in record.parent.glob("*.mcap"):
+    rows = []
+    for file in record.parent.glob("*.mcap"):
         with suppress(OSError):  # the file is gone, or belongs to someone else
-            if each.is_file() and each.resolve() != record.resolve():
-                found.append((each.stat().st_mtime_ns, each.name))
-    return [name for _, name in sorted(found, reverse=True)[:MOST_LISTED]]
+            if file.is_file() and file.resolve() != record.resolve():
+                rows.append((file.stat().st_mtime_ns, file.name))
+    return [name for _, name in sorted(rows, reverse=True)[:MOST_LISTED]]
 
 
 def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json | None:
@@ -60,11 +60,11 @@ def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json
     """
     try:
         with open_trace(path) as trace:
-            metadata, slots = trace.head.metadata, [(each.number, each.module) for each in trace.head.slots]
+            metadata, slots = trace.head.metadata, [(slot.number, slot.module) for slot in trace.head.slots]
         changed_s = path.stat().st_mtime
     except (OSError, TraceError):
         return None
-    if metadata.get("name") != rack.name or slots != sorted((each.number, each.module) for each in rack.slot):
+    if metadata.get("name") != rack.name or slots != sorted((slot.number, slot.module) for slot in rack.slot):
         return None
     branches = metadata.get("parent") == own.name
     return {
@@ -118,16 +118,16 @@ class Comparison:
 
     def _follow(self, page: Page, scan: int) -> None:
         """Make the other recording show the same scan, routine and tags."""
-        mine, program = self._page, self.other.subject.programs.at(scan)
-        mine.past = scan
-        if mine.program is not program or self._routine != page.shown.name:
-            mine.program, self._routine = program, page.shown.name
+        own_page, program = self._page, self.other.subject.programs.at(scan)
+        own_page.past = scan
+        if own_page.program is not program or self._routine != page.shown.name:
+            own_page.program, self._routine = program, page.shown.name
             shown = NOTHING_SHOWN
             if program.catalog is not None and self._routine:
                 with suppress(ValueError):  # the other program has no such routine
                     shown, _ = program.catalog.show(self._routine, COLUMNS)
-            mine.show(shown)
-        mine.watch(page.watched)
+            own_page.show(shown)
+        own_page.watch(page.watched)
 
     def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
         """Return the next scan in which the set of differing words changes, and the last searched scan.
@@ -141,11 +141,11 @@ class Comparison:
             scans, differs = self._differing_words(first - 1, last)
             if len(scans) and scans[0] == low:  # before the first scan nothing differs
                 scans, differs = np.insert(scans, 0, low - 1), np.insert(differs, 0, False, axis=0)
-            other = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
-            changed = np.flatnonzero(other & (np.diff(scans) == 1)) + 1
-            found = [int(scans[at]) for at in changed if first <= scans[at] <= last]
-            if found:
-                return (found[0] if way > 0 else found[-1]), searched
+            is_new = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
+            changed = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
+            matches = [int(scans[index]) for index in changed if first <= scans[index] <= last]
+            if matches:
+                return (matches[0] if way > 0 else matches[-1]), searched
             searched = last if way > 0 else first
         return None, searched
 
@@ -161,27 +161,38 @@ class Comparison:
 
     def _common(self) -> tuple[int, int]:
         """Return the first and last scan that both recordings may have; 0 and -1 if there are none."""
-        extents = [each.subject.timeline.extent for each in (self._own, self.other)]
-        known = [each for each in extents if each is not None]
+        extents = [monitor.subject.timeline.extent for monitor in (self._own, self.other)]
+        known = [extent for extent in extents if extent is not None]
         if len(known) < len(extents):
             return 0, -1
-        return max(each[0] for each in known), min(each[1] for each in known)
+        return max(extent[0] for extent in known), min(extent[1] for extent in known)
 
     def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Return the scans of a stretch that both have, with a row of flags for each: which words differ."""
         first = max(first, 0)
-        mine, others = (each.subject.timeline.between(first, last) for each in (self._own, self.other))
-        scans, here, there = np.intersect1d(mine["scan"], others["scan"], return_indices=True)
+        own_rows, other_rows = (
+            monitor.subject.timeline.between(first, last) for monitor in (self._own, self.other)
+        )
+        scans, own_places, other_places = np.intersect1d(
+            own_rows["scan"], other_rows["scan"], return_indices=True
+        )
         pair = [
-            rows["words"][at][:, self._columns(each)]
-            for rows, at, each in ((mine, here, self._own), (others, there, self.other))
+            rows["words"][places][:, self._columns(monitor)]
+            for rows, places, monitor in (
+                (own_rows, own_places, self._own),
+                (other_rows, other_places, self.other),
+            )
         ]
         return scans.astype(np.int64), pair[0] != pair[1]
 
     def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
         """Return the places of words in a monitor's rows, for slots of equal size in both recordings."""
-        mine, others = (each.subject.spec.layout.places for each in (self._own, self.other))
-        slots = [slot for slot, own in mine.items() if slot in others and _sizes(own) == _sizes(others[slot])]
+        own_places, other_places = (side.subject.spec.layout.places for side in (self._own, self.other))
+        slots = [
+            slot
+            for slot, own in own_places.items()
+            if slot in other_places and _sizes(own) == _sizes(other_places[slot])
+        ]
         every = np.arange(monitor.subject.spec.layout.words)
         own = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
         return np.concatenate([*own, np.zeros(0, int)])
@@ -192,7 +203,7 @@ COLUMNS = 88
 
 
 def _sizes(places: ImagePlaces) -> tuple[int, ...]:
-    return tuple(each.stop - each.start for each in places)
+    return tuple(place.stop - place.start for place in places)
 
 
 def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
@@ -203,7 +214,7 @@ def _words(mine: list[int], others: list[int] | None) -> Json:
     """Return the other's words that differ, by place, inputs before outputs; none if the sizes differ."""
     same_size = others is not None and len(others) == len(mine)
     pairs = enumerate(zip(mine, others or (), strict=True)) if same_size else ()
-    return {str(place): other for place, (one, other) in pairs if one != other}
+    return {str(place): other_word for place, (own_word, other_word) in pairs if own_word != other_word}
 
 
 # --- questions
@@ -214,12 +225,12 @@ def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
     rack = monitor.subject.spec
-    found = (described(record.parent / each, rack, record, parent) for each in recordings_beside(record))
-    return {"recordings": [each for each in found if each is not None]}
+    rows = (described(record.parent / name, rack, record, parent) for name in recordings_beside(record))
+    return {"recordings": [row for row in rows if row is not None]}
 
 
 def compare(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Begin to compare with another recording in the same folder, or stop comparing."""
+    """Start comparing with another recording in the same folder, or stop comparing."""
     name, record = question.get("with"), _record_of(monitor)
     if name is None:
         page.compare(None)
@@ -235,8 +246,8 @@ def compare(monitor: Monitor, page: Page, question: Question) -> Json:
 
 def difference(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Return the next or previous scan in which the set of differing words changes."""
-    found, searched = _comparison(page).next_difference(*step_in(question))
-    return {"scan": found, "searched": searched}
+    scan, searched = _comparison(page).next_difference(*step_in(question))
+    return {"scan": scan, "searched": searched}
 
 
 def beside(_monitor: Monitor, page: Page, question: Question) -> Json:

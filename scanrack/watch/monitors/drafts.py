@@ -36,14 +36,14 @@ def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
     logic, _ = program.ladder, program.rung_index  # created before the first edit
     instructions = [
         {
-            "name": each.name,
-            "operands": [str(caption) for caption in each.captions]
-            or [use.name.lower() for use in each.uses],
-            "presets": each.operands.count(Use.PRESET),
-            "bits": bool(each.symbol),
+            "name": spec.name,
+            "operands": [str(caption) for caption in spec.captions]
+            or [use.name.lower() for use in spec.uses],
+            "presets": spec.operands.count(Use.PRESET),
+            "bits": bool(spec.symbol),
         }
-        for each in dict.fromkeys(logic.specs.values())
-        if each.in_rungs
+        for spec in dict.fromkeys(logic.specs.values())
+        if spec.in_rungs
     ]
     return {"base": program.digest, "instructions": instructions, "types": sorted(types_of(logic))}
 
@@ -54,13 +54,13 @@ def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
     columns = columns_in(question)
     draft = _draft(program, question, ("columns",))
     assert program.file is not None
-    edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
-    tags = [NewTag(*each) for each in draft.tags]
-    found = EditedProgram(program.ladder, edits, tags, program.rung_index)
-    drawn = [_drawn(catalog, each, columns) for each in found.rungs]
-    declared = found.missing if declares_tags(program.file) else []
-    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in declared]
-    return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
+    edits = [read_edit(program.file.name, rung, program.ladder.specs) for rung in draft.rungs]
+    tags = [NewTag(*tag) for tag in draft.tags]
+    edited = EditedProgram(program.ladder, edits, tags, program.rung_index)
+    drawn = [_drawn(catalog, rung, columns) for rung in edited.rungs]
+    declared = edited.missing if declares_tags(program.file) else []
+    missing = [{"name": tag.name, "program": tag.program, "types": tag.types} for tag in declared]
+    return {"rungs": drawn, "missing": missing, "mistakes": edited.mistakes, "right": edited.is_right}
 
 
 def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
@@ -69,8 +69,8 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
         "routine": edit.routine,
         "rung": edit.rung,
         "text": checked.text,
-        "mistakes": [_row_of(each) for each in checked.mistakes],
-        "warnings": [_row_of(each) for each in checked.warnings],
+        "mistakes": [_row_of(mistake) for mistake in checked.mistakes],
+        "warnings": [_row_of(warning) for warning in checked.warnings],
     }
     if checked.rung is None:
         return reported
@@ -86,14 +86,16 @@ def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the draft of an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
     draft = _parsed(question)
-    edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
+    edited = next(
+        (candidate for candidate in monitor.subject.programs.all if candidate.digest == draft.base), None
+    )
     if edited is None or edited.catalog is None:
         raise ValueError("the program that was edited is no longer known")
-    found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
+    rebased = moved(edited.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
     declared = program.ladder.build().layout.declarations
-    tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]
-    moved_rungs = [(each.routine, each.rung, each.texts) for each in found.edits]
-    return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": found.conflicts}
+    tags = [tag for tag in draft.tags if scoped(tag[2], tag[0]).upper() not in declared]
+    moved_rungs = [(edit.routine, edit.rung, edit.texts) for edit in rebased.edits]
+    return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": rebased.conflicts}
 
 
 def would(monitor: Monitor, page: Page, question: Question) -> None:
@@ -106,17 +108,17 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
     last = int(row["scan"])
     requested = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
     place = program.kept.place(max(requested, program.first))
-    at = place if place is not None else 0 if program.kept.scans else None
-    if at is None or program.kept.scans[at] > last:
+    start = place if place is not None else 0 if program.kept.scans else None
+    if start is None or program.kept.scans[start] > last:
         raise ValueError("the values of the last scans are not known yet")
-    first = program.kept.scans[at]
+    first = program.kept.scans[start]
     rows = monitor.subject.timeline.between(first, last)
-    inputs = [each for scan, each in program.kept.inputs.items() if first <= scan <= last]
-    given = ReplayPackage(
-        first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
-        ran, draft.rungs, draft.tags,
+    inputs = [scan_inputs for scan, scan_inputs in program.kept.inputs.items() if first <= scan <= last]
+    package = ReplayPackage(
+        first, program.kept.values(start), program.kept.forces(first), inputs, rows,
+        monitor.subject.spec.layout, ran, draft.rungs, draft.tags,
     )  # fmt: skip
-    monitor.processes.ask(page, question.get("id"), effects(given))
+    monitor.processes.ask(page, question.get("id"), effects(package))
 
 
 def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> Online:
@@ -128,8 +130,8 @@ def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> On
 
 
 def _parsed(question: Question, more: Sequence[str] = ()) -> Online:
-    left = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
-    draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
+    fields = {key: value for key, value in question.items() if key not in ("id", "do", *more)}
+    draft = action_of({"do": "online", "step": "accept", **fields}, {"online": Online})
     assert isinstance(draft, Online)
     return draft
 

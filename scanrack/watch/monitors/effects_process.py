@@ -48,15 +48,15 @@ def answer(given: ReplayPackage) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         old, new = _programs(given, Path(folder))
     groups: dict[str, dict[str, Any]] = {}
-    for each in sorted(differences(given, old, new), key=lambda each: (not each.output, each.scan)):
-        name = tag_in(each.path)
-        begun = {"name": name, "output": each.output, "scan": each.scan, "members": []}
+    for difference in sorted(differences(given, old, new), key=lambda each: (not each.output, each.scan)):
+        name = tag_in(difference.path)
+        begun = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
         group = groups.setdefault(name, begun)
-        member = each.path[len(name) :].lstrip(".")
+        member = difference.path[len(name) :].lstrip(".")
         group["members"] += [member] if member and len(group["members"]) < MOST_MEMBERS else []
-    found = list(groups.values())
+    listed = list(groups.values())
     scans = int(given.rows["scan"][-1]) - given.first + 1
-    return {"groups": found[:MOST_GROUPS], "more": max(0, len(found) - MOST_GROUPS), "scans": scans}
+    return {"groups": listed[:MOST_GROUPS], "more": max(0, len(listed) - MOST_GROUPS), "scans": scans}
 
 
 def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
@@ -66,8 +66,8 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
     old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
     assert isinstance(old, LadderLogic)
     edits, tags = (
-        [normalized(read_edit(file.name, each, old.specs), old) for each in given.rungs],
-        [NewTag(*each) for each in given.tags],
+        [normalized(read_edit(file.name, rung, old.specs), old) for rung in given.rungs],
+        [NewTag(*tag) for tag in given.tags],
     )
     file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs).data)
     new = load_files(edited, given.ran.rack, given.ran.program).logic
@@ -78,37 +78,39 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
 
 def _both_runs(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
     """Return a replica of either program that repeats the scans; the new one takes the old one's values."""
-    engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
+    engines = [WatchedEngine(program.build(), program.scanner) for program in (old, new)]
     restore(engines[0].memory, given.values)
     engines[0].scans = given.first
     carry_over(*engines)
     values = given.values, snapshot(engines[1].memory)
-    return [_replica(given, *each) for each in zip((old, new), values, strict=True)]
+    return [_replica(given, *pair) for pair in zip((old, new), values, strict=True)]
 
 
 def _common_cells(memory: Memory, other: Memory) -> list[tuple[str, CellType, CellType]]:
-    return [(ident, each, other.cells[ident]) for ident, each in memory.cells.items() if ident in other.cells]
+    return [(ident, cell, other.cells[ident]) for ident, cell in memory.cells.items() if ident in other.cells]
 
 
 def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
     """Run both programs on the same inputs; return each value that differs once."""
     first, last = given.first, int(given.rows["scan"][-1])
     runs = _both_runs(given, old, new)
-    memories = [each.engine.memory for each in runs]
+    memories = [run.engine.memory for run in runs]
     pairs, cells = _pairs(*memories), _common_cells(*memories)
-    found: dict[str, EditEffect] = {}
-    seen: set[str] = set()
-    walks = (each.walk(first, last) for each in runs)
+    effects: dict[str, EditEffect] = {}
+    reported: set[str] = set()
+    walks = (run.walk(first, last) for run in runs)
     for scan, _ in enumerate(zip(*walks, strict=False), first):
         unequal = {
-            ident for ident, *both in cells if ident not in seen and _contents(both[0]) != _contents(both[1])
+            ident
+            for ident, *pair in cells
+            if ident not in reported and _contents(pair[0]) != _contents(pair[1])
         }
         if not unequal and scan < last:
             continue
-        seen |= unequal
+        reported |= unequal
         for name, leaf in _unequal(memories, pairs):
-            found.setdefault(name, EditEffect(name, leaf.output, scan))
-    return list(found.values())
+            effects.setdefault(name, EditEffect(name, leaf.output, scan))
+    return list(effects.values())
 
 
 def _unequal(
@@ -122,12 +124,12 @@ def _unequal(
 
 
 def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
-    kept, rows = SnapshotStore(), RecentRows(given.rows.dtype)
+    snapshots, rows = SnapshotStore(), RecentRows(given.rows.dtype)
     rows.add(given.rows)
-    kept.take(Values(given.first, dict(values), 0))
+    snapshots.take(Values(given.first, dict(values), 0))
     for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):
-        kept.take(record)
-    return ProgramReplica(program, given.layout, rows, kept)
+        snapshots.take(record)
+    return ProgramReplica(program, given.layout, rows, snapshots)
 
 
 def _contents(cell: CellType) -> Any:
@@ -138,10 +140,10 @@ def _contents(cell: CellType) -> Any:
 def _pairs(old: Memory, new: Memory) -> list[tuple[str, Leaf, Leaf]]:
     """Return the values that both programs have."""
     return [
-        (leaf.path, leaf, other)
+        (leaf.path, leaf, other_leaf)
         for leaf in old.layout.leaves.values()
         if "~" not in leaf.path
-        and (other := new.layout.leaves.get(leaf.path.upper())) is not None
-        and (leaf.type, leaf.size) == (other.type, other.size)
-        and all(memory.has(each) for memory, each in ((old, leaf), (new, other)))
+        and (other_leaf := new.layout.leaves.get(leaf.path.upper())) is not None
+        and (leaf.type, leaf.size) == (other_leaf.type, other_leaf.size)
+        and all(memory.has(side_leaf) for memory, side_leaf in ((old, leaf), (new, other_leaf)))
     ]

@@ -42,7 +42,7 @@ SECTIONS = {
 
 def slots_of(spec: RackSpec) -> list[Json]:
     """Return the slots of a rack for `hello`."""
-    return [slot_of(each) for each in spec.slot]
+    return [slot_of(slot) for slot in spec.slot]
 
 
 def slot_of(slot: SlotSpec) -> Json:
@@ -57,8 +57,8 @@ def slot_of(slot: SlotSpec) -> Json:
         "values": described_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
-            {"name": name, "title": name, "word": at.word, "bit": at.bit}
-            for name, at in words.groups.get("output", {}).items()
+            {"name": name, "title": name, "word": place.word, "bit": place.bit}
+            for name, place in words.groups.get("output", {}).items()
         ],
         "machine": machine_of(slot.machine) if slot.has(Trait.MACHINE) and not slot.is_live else None,
     }
@@ -71,41 +71,41 @@ def _title(slot: SlotSpec) -> str:
 
 def bits_of(slot: int, words: ModuleWords) -> list[Json]:
     """Return the named bits of a module."""
-    found = []
+    rows = []
     known = words if is_stepper(words) else None
     for group, names in words.groups.items():
-        for name, at in names.items():
-            found.append(
+        for name, place in names.items():
+            rows.append(
                 {
                     "name": name,
-                    "address": f"Local:{slot}:{at.image}.Data[{at.word}].{at.bit}",
+                    "address": f"Local:{slot}:{place.image}.Data[{place.word}].{place.bit}",
                     "meaning": f"slot{slot}.{group}.{name}",
                     "section": SECTIONS.get(group, "") if known and name not in known.further else "",
-                    "word": at.word,
-                    "bit": at.bit,
-                    "output": at.image == "O",
-                    "error": at.image == "I" and name in words.errors,
+                    "word": place.word,
+                    "bit": place.bit,
+                    "output": place.image == "O",
+                    "error": place.image == "I" and name in words.errors,
                 }
             )
-    return found
+    return rows
 
 
 def addresses_of(spec: RackSpec) -> list[Json]:
     """Return the words of all slots, and their named bits, as tags for `hello`."""
-    found = []
+    rows = []
     for slot in spec.slot:
-        for each in bits_of(slot.number, slot.words):
-            found.append({"name": each["address"], "type": "BOOL", "description": each["meaning"]})
-        for image, what in (("I", "input"), ("O", "output")):
-            found += [
+        for bit in bits_of(slot.number, slot.words):
+            rows.append({"name": bit["address"], "type": "BOOL", "description": bit["meaning"]})
+        for image, word_kind in (("I", "input"), ("O", "output")):
+            rows += [
                 {
                     "name": f"Local:{slot.number}:{image}.Data[{word}]",
                     "type": "INT",
-                    "description": f"slot {slot.number}, {what} word {word}",
+                    "description": f"slot {slot.number}, {word_kind} word {word}",
                 }
                 for word in range(len(slot.words.named(image)))
             ]
-    return found
+    return rows
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
@@ -122,15 +122,15 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
                 "title": name,
                 "kind": "button" if name in buttons else "cam",
                 "rest": isinstance(closed, list | tuple) and name in closed,
-                "word": at.word,
-                "bit": at.bit,
+                "word": place.word,
+                "bit": place.bit,
             }
-            for name, at in wired.items()
+            for name, place in wired.items()
         ]
     if not slot.has(Trait.MACHINE):
         return []
-    switched = {input_name(each.input) for each in slot.machine.switches}
-    stationed = {input_name(each.input) for each in slot.machine.stations}
+    switched = {input_name(switch.input) for switch in slot.machine.switches}
+    stationed = {input_name(station.input) for station in slot.machine.stations}
     kinds = dict.fromkeys(stationed, "station") | dict.fromkeys(switched, "switch")
     return [
         {"name": name, "title": _titled(name, own), "kind": kinds.get(name, "button"), "rest": False}
@@ -144,8 +144,10 @@ def _titled(name: str, own: str) -> str:
 
 def machine_of(machine: MachineSpec) -> Json:
     """Return the rail of a machine: the items along it, and its ends."""
-    places = [place for each in machine.switches for place in (each.first, each.last) if place is not None]
-    places += [each.position for each in machine.stations] + [each.at for each in machine.jams] + [0]
+    places = [
+        place for switch in machine.switches for place in (switch.first, switch.last) if place is not None
+    ]
+    places += [station.position for station in machine.stations] + [jam.at for jam in machine.jams] + [0]
     low, high = min(places), max(places)
     margin = max((high - low) // 20, 200)
     return {
@@ -153,17 +155,17 @@ def machine_of(machine: MachineSpec) -> Json:
         "max": high + margin,
         "switches": [
             {
-                "input": input_name(each.input),
-                "first": each.first,
-                "last": each.last,
-                "normally_closed": each.normally_closed,
+                "input": input_name(switch.input),
+                "first": switch.first,
+                "last": switch.last,
+                "normally_closed": switch.normally_closed,
             }
-            for each in machine.switches
+            for switch in machine.switches
         ],
         "stations": [
-            {"position": each.position, "input": input_name(each.input)} for each in machine.stations
+            {"position": station.position, "input": input_name(station.input)} for station in machine.stations
         ],
-        "jams": [{"at": each.at, "direction": each.direction} for each in machine.jams],
+        "jams": [{"at": jam.at, "direction": jam.direction} for jam in machine.jams],
         "encoder": machine.encoder is not None,
     }
 
@@ -184,12 +186,12 @@ _TITLES = {
 
 def incidents_of(spec: RackSpec) -> list[Json]:
     """Return the incidents of a rack, each with the slots to which it can happen."""
-    found = []
+    rows = []
     for kind, title in _TITLES.items():
-        slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each)]
+        slots = [slot.number for slot in spec.slot if not slot.is_live and _can(kind, slot)]
         if slots:
-            found.append({"name": kind.value, "title": title, "fields": _fields_of(kind, spec, slots)})
-    return [*found, *_conditions_of(spec)]
+            rows.append({"name": kind.value, "title": title, "fields": _fields_of(kind, spec, slots)})
+    return [*rows, *_conditions_of(spec)]
 
 
 def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Json]:
@@ -200,7 +202,7 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
     if kind in LASTING or kind is FaultKind.TORN_UPDATE:
         fields.append({"name": "for_ms", "title": "For", "kind": "number", "default": 100, "unit": "ms"})
     if kind is FaultKind.TORN_UPDATE:
-        words = list(range(max(len(each.words.outputs) for each in spec.slot if each.number in slots)))
+        words = list(range(max(len(slot.words.outputs) for slot in spec.slot if slot.number in slots)))
         late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
         fields.append(late | {"choices": words})
     return fields
@@ -208,10 +210,10 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
     """Yield the conditions around modules that can be set: named states as choices, others as text."""
-    slots = [each.number for each in spec.slot if not each.is_live and each.record.conditions]
+    slots = [record.number for record in spec.slot if not record.is_live and record.record.conditions]
     if not slots:
         return
-    known = next(each.record.states() for each in spec.slot if each.number == slots[0])
+    known = next(record.record.states() for record in spec.slot if record.number == slots[0])
     choices = [f"{name}={state}" for name, states in known.items() for state in states]
     slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
     state = {"name": "state", "title": "State", "kind": "text", "choices": choices}

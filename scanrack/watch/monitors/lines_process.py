@@ -28,10 +28,10 @@ def answer(
         ValueError: the trace can't be used, or lacks the scans.
     """
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        found = lines_of_trace(trace, Path(folder), (first, last), more, latest)
+        result = lines_of_trace(trace, Path(folder), (first, last), more, latest)
     changes: list[tuple[int, tuple[int, ...]]] = []
     for scan in range(first, last + 1):
-        lines = found.lines.get(scan, ())
+        lines = result.lines.get(scan, ())
         if not changes or lines != changes[-1][1]:
             changes.append((scan, lines))
-    return {"from": first, "to": last, "ran": changes, "departs": found.departs}
+    return {"from": first, "to": last, "ran": changes, "departs": result.departs}

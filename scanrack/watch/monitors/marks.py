@@ -94,11 +94,11 @@ class Marks:
         """Return the next mark after a scan, or the previous one if `way` is -1; None if there is none."""
         marks, scans = self._sorted()
         beyond = marks[bisect_right(scans, scan) :] if way > 0 else marks[: bisect_left(scans, scan)][::-1]
-        found = next((each for each in beyond if each.kind in kinds), None)
-        if found is None:
+        nearest = next((mark for mark in beyond if mark.kind in kinds), None)
+        if nearest is None:
             return None
-        same = marks[bisect_left(scans, found.scan) : bisect_right(scans, found.scan)]
-        return min(same, key=lambda each: KINDS.index(each.kind))  # the most severe in its scan
+        same_scan = marks[bisect_left(scans, nearest.scan) : bisect_right(scans, nearest.scan)]
+        return min(same_scan, key=lambda each: KINDS.index(each.kind))  # the most severe in its scan
 
     def failure(self, scan: int) -> Mark | None:
         """Return the last fault or error up to a scan; if there is none, the first of all."""
@@ -108,16 +108,16 @@ class Marks:
         """Return `[scan, kind, count]` of the marks on the axis; of many, the most severe per stretch."""
         marks = self.all
         if len(marks) <= SHOWN_MOST:
-            return [[each.scan, each.kind, 1] for each in marks]
+            return [[mark.scan, mark.kind, 1] for mark in marks]
         first, last = marks[0].scan, marks[-1].scan
-        found: dict[int, list[Any]] = {}
-        for each in marks:
-            place = (each.scan - first) * SHOWN_MOST // (last - first + 1)
-            held = found.setdefault(place, [each.scan, each.kind, 0])
+        groups: dict[int, list[Any]] = {}
+        for mark in marks:
+            place = (mark.scan - first) * SHOWN_MOST // (last - first + 1)
+            held = groups.setdefault(place, [mark.scan, mark.kind, 0])
             held[2] += 1
-            if KINDS.index(each.kind) < KINDS.index(held[1]):
-                held[:2] = each.scan, each.kind
-        return list(found.values())
+            if KINDS.index(mark.kind) < KINDS.index(held[1]):
+                held[:2] = mark.scan, mark.kind
+        return list(groups.values())
 
     # --- where they come from
 
@@ -126,11 +126,11 @@ class Marks:
         if self._known[0] != version:
             reported: dict[tuple[int, str], list[int]] = {}
             marks = list(self._of_events(reported))
-            own = [each for each in self._of_rows if not _has_rule_mark(each, reported)]
-            self.unexplained = [each for each in own if each.kind == "error"]
+            own = [mark for mark in self._of_rows if not _has_rule_mark(mark, reported)]
+            self.unexplained = [mark for mark in own if mark.kind == "error"]
             marks += own
             marks.sort(key=attrgetter("scan"))
-            self._known = version, marks, [each.scan for each in marks]
+            self._known = version, marks, [mark.scan for mark in marks]
         return self._known[1:]
 
     def _of_events(self, rule_scans: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
@@ -140,14 +140,14 @@ class Marks:
             if kind == "faults":
                 yield Mark(scan, event["t"], "fault", event["text"])
             elif kind == "rule":
-                for each in bits:
-                    rule_scans.setdefault((event["slot"], each), []).append(scan)
+                for bit in bits:
+                    rule_scans.setdefault((event["slot"], bit), []).append(scan)
                 yield self._of_rule(event, bits)
 
     def _of_rule(self, event: Json, bits: Sequence[str]) -> Mark:
         slot, name = event["slot"], event["name"]
         errors = self._words[slot].errors if slot in self._words and event["scan"] else ()  # power-up is none
-        error = next((each for each in bits if each in errors), "")
+        error = next((rule_bit for rule_bit in bits if rule_bit in errors), "")
         bit = self._errors.bit(slot, error)
         kind, text = "error" if error else "rule", f"{event['text']} [{name}]"
         return Mark(event["scan"], event["t"], kind, text, slot, error or name, bit.address if bit else "")
@@ -156,21 +156,21 @@ class Marks:
         if not len(rows):
             return
         self._of_rows += [self._error(rows[place], bit) for place, bit in self._errors.all(rows)]
-        both = rows if self._before is None else np.concatenate([self._before, rows])
-        skipped = len(both) - len(rows)
-        modes = both["flags"] & MODE_MASK
-        firsts = (both["flags"] & ScanFlag.FIRST_SCAN) != 0
+        joined = rows if self._before is None else np.concatenate([self._before, rows])
+        skipped = len(joined) - len(rows)
+        modes = joined["flags"] & MODE_MASK
+        firsts = (joined["flags"] & ScanFlag.FIRST_SCAN) != 0
         changed = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
         for place in changed.tolist():
-            row, old, new = both[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
-            scan, t = int(row["scan"]), int(row["now_ns"])
+            row, old, new = joined[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
+            scan, now_ns = int(row["scan"]), int(row["now_ns"])
             if old is not new:
                 self._of_rows.append(
-                    Mark(scan, t, "mode", f"Mode {mode_name(new)}, before that {mode_name(old)}")
+                    Mark(scan, now_ns, "mode", f"Mode {mode_name(new)}, before that {mode_name(old)}")
                 )
             else:
-                self._of_rows.append(Mark(scan, t, "restart", "The program starts again: a first scan"))
-        self._before = both[skipped:][-1:].copy()
+                self._of_rows.append(Mark(scan, now_ns, "restart", "The program starts again: a first scan"))
+        self._before = joined[skipped:][-1:].copy()
 
     @staticmethod
     def _error(row: Any, bit: ErrorBit) -> Mark:

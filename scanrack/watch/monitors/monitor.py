@@ -204,8 +204,8 @@ class Monitor(ABC):
 
     def let_go(self, page: Page) -> None:
         """Give the orders that a page has deposited for the case that its connection is lost."""
-        given, page.holds = page.holds, []
-        for order in given:
+        orders, page.holds = page.holds, []
+        for order in orders:
             self.order(page, None, order)
 
     def tick_compared(self) -> bool:
@@ -302,12 +302,12 @@ class Monitor(ABC):
         program = self.subject.programs.at(past)
         return [
             {
-                "text": str(each),
-                "at": program.place_of_fault(each),
-                "scan": each.scan,
-                "tags": program.tags_of_fault(each, self.subject.values),
+                "text": str(fault),
+                "at": program.place_of_fault(fault),
+                "scan": fault.scan,
+                "tags": program.tags_of_fault(fault, self.subject.values),
             }
-            for each in self.states.faults_at(past)
+            for fault in self.states.faults_at(past)
         ]
 
     def _program(self, page: Page, scan: int) -> Json:
@@ -349,5 +349,5 @@ class Monitor(ABC):
         page.lanes_at = scan
         if not page.lanes or first > scan:
             return {}
-        all_names = [name for each in self.pages for name in each.lanes]
+        all_names = [name for open_page in self.pages for name in open_page.lanes]
         return {"lanes": program.lanes.live(page.lanes, all_names, first, scan)}

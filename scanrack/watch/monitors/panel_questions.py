@@ -53,8 +53,8 @@ def hold(monitor: Monitor, page: Page, question: Question) -> Json:
         raise ValueError(f"give must be a list of up to {HOLDS_MOST} orders")
     if monitor.about.read_only:
         raise ValueError(READ_ONLY)
-    for each in orders:
-        action_of(each, LETTING_GO)
+    for order in orders:
+        action_of(order, LETTING_GO)
     page.holds, page.holds_until_ns = orders, wall_ns() + HOLD_MS * 1_000_000
     return {}
 
@@ -62,25 +62,25 @@ def hold(monitor: Monitor, page: Page, question: Question) -> Json:
 def left_pressed(monitor: Monitor) -> list[Json]:
     """Return the orders that release momentary buttons pressed by a panel but held by no page."""
     panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
-    pressed, found = monitor.states.pressed_at(None), []
+    pressed, orders = monitor.states.pressed_at(None), []
     held = [order for page in monitor.pages for order in page.holds]
     for item, bound in zip(panel["items"], panel["bound"], strict=True):
         if item["kind"] != "momentary" or bound["broken"]:
             continue
         key, on, order = _release_of(bound)
         level, by = pressed.get(key, (None, ""))
-        if level is on and by.startswith("panel") and order not in held and order not in found:
-            found.append(order)
-    return found
+        if level is on and by.startswith("panel") and order not in held and order not in orders:
+            orders.append(order)
+    return orders
 
 
 def _release_of(bound: Json) -> tuple[str, bool, Json]:
     """Return the tag or input that a momentary button sets, its pressed value, and the release order."""
     if "press" not in bound:
         return bound["write"], True, {"do": "write", "tag": bound["write"], "value": False, "by": "panel"}
-    slot, name, rest = bound["press"]
-    order = {"do": "press", "slot": slot, "name": name, "on": rest, "by": "panel"}
-    return f"{slot}.input.{name}", not rest, order
+    slot, name, rest_level = bound["press"]
+    order = {"do": "press", "slot": slot, "name": name, "on": rest_level, "by": "panel"}
+    return f"{slot}.input.{name}", not rest_level, order
 
 
 PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {

@@ -29,7 +29,7 @@ DEEP = ("words", "values", "machine", "power", "tags")
 
 def values_of(words: ModuleWords) -> dict[str, Quantity]:
     """Return the quantities of a module by their names on the page, inputs first."""
-    return {each.name.removeprefix("programmed_"): each for each in words.quantities}
+    return {quantity.name.removeprefix("programmed_"): quantity for quantity in words.quantities}
 
 
 def described_values(words: ModuleWords) -> list[Json]:
@@ -38,19 +38,19 @@ def described_values(words: ModuleWords) -> list[Json]:
     `words` are places in the words of its slot, inputs before outputs; `format` is null if the module's
     configuration selects it.
     """
-    found = []
-    for name, each in values_of(words).items():
-        first = each.word + (0 if each.image in INPUT else len(words.inputs))
-        found.append(
+    rows = []
+    for name, quantity in values_of(words).items():
+        first = quantity.word + (0 if quantity.image in INPUT else len(words.inputs))
+        rows.append(
             {
                 "name": name,
                 "title": name.replace("_", " ").capitalize(),
-                "unit": each.unit,
-                "words": list(range(first, first + each.words)),
-                "format": each.format and each.format.value,
+                "unit": quantity.unit,
+                "words": list(range(first, first + quantity.words)),
+                "format": quantity.format and quantity.format.value,
             }
         )
-    return found
+    return rows
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ class Places:
             if self.values[slot]:
                 value = formats.reader(slot, scan)
                 shown["values"][str(slot)] = {
-                    name: value(each, images[each.image]) for name, each in self.values[slot].items()
+                    name: value(quantity, images[quantity.image])
+                    for name, quantity in self.values[slot].items()
                 }
         past = past or not row["wall_ns"]  # a row from a trace
         for place, slot in enumerate(self.machines):
@@ -123,13 +124,13 @@ class Places:
         if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
             return None
         inputs, module = self.layout.places[slot].columns("I"), self.slots[slot]
-        both = [(int(each["scan"]), each["words"][inputs].tolist()) for each in (row, before[0])]
+        samples = [(int(sample["scan"]), sample["words"][inputs].tolist()) for sample in (row, before[0])]
         position = module.quantity("position")
-        if position is None or any(module.configures("I", words) for _, words in both):
+        if position is None or any(module.configures("I", words) for _, words in samples):
             return None  # in configuration mode, these words are a mirror
         if not _moves(module, row["words"][inputs].tolist()):
             return 0
-        now, then = (formats.value(slot, scan, position, words) for scan, words in both)
+        now, then = (formats.value(slot, scan, position, words) for scan, words in samples)
         return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
 
 
@@ -137,7 +138,7 @@ def _moves(module: ModuleWords, inputs: Sequence[int]) -> bool:
     """Return whether a module reports that it moves; True if it does not report this."""
     status = module.groups.get("status", {})
     moving = [status[name] for name in MOVING if name in status]
-    return not moving or any(inputs[at.word] >> at.bit & 1 for at in moving)
+    return not moving or any(inputs[place.word] >> place.bit & 1 for place in moving)
 
 
 def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:
@@ -153,17 +154,17 @@ def mode_of(flags: int) -> str:
 
 def changed(frame: Json, last: Json) -> Json:
     """Return the differences from the last frame; then replace the contents of `last` by this frame."""
-    found: Json = {}
+    changes: Json = {}
     for key, value in frame.items():
         if key in DEEP:
             known = last.setdefault(key, {})
-            new = {name: each for name, each in value.items() if name not in known or known[name] != each}
+            new = {name: entry for name, entry in value.items() if name not in known or known[name] != entry}
             known.update(new)
             if new:
-                found[key] = new
+                changes[key] = new
         elif key not in last or last[key] != value:
-            found[key] = last[key] = value
-    return found
+            changes[key] = last[key] = value
+    return changes
 
 
 def speed_reached(rows: Any) -> float | None:

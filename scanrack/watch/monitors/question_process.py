@@ -101,8 +101,10 @@ class QuestionProcesses:
 
     def ask(self, page: Page, number: object, question: LongQuestion) -> None:
         """Start a process for a question; the answer goes to the page."""
-        for each in [each for each in self._open if each.page is page and each.question.own is question.own]:
-            self._end(each, "another question was asked meanwhile")
+        for running in [
+            running for running in self._open if running.page is page and running.question.own is question.own
+        ]:
+            self._end(running, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
             with tempfile.TemporaryFile() as queried:  # not a pipe, since this must not wait for the process
@@ -114,17 +116,17 @@ class QuestionProcesses:
 
     def tick(self) -> None:
         """Pass on received answers."""
-        for each in list(self._open):
-            if each.process.poll() is not None:
-                self._finish(each)
-            elif wall_ns() > each.until_ns:
-                patience_s, command = each.question.patience_s, each.question.command
-                self._end(each, f"the answer takes longer than {patience_s} s: {command}")
+        for running in list(self._open):
+            if running.process.poll() is not None:
+                self._finish(running)
+            elif wall_ns() > running.until_ns:
+                patience_s, command = running.question.patience_s, running.question.command
+                self._end(running, f"the answer takes longer than {patience_s} s: {command}")
 
     def close(self) -> None:
         """End the processes of all questions."""
-        for each in list(self._open):
-            self._end(each, "the session has ended")
+        for running in list(self._open):
+            self._end(running, "the session has ended")
 
     def _finish(self, pending: _Open) -> None:
         with pending.files:

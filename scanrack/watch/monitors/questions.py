@@ -106,8 +106,8 @@ def look(monitor: Monitor, page: Page, question: Question) -> Json:
         raise ValueError('scan is the number of a scan, or "live"')
     if monitor.subject.timeline.row(scan) is None:
         extent = monitor.subject.timeline.extent
-        there = "none" if extent is None else f"{extent[0]} to {extent[1]}"
-        raise ValueError(f"scan {scan} is not there: there are {there}")
+        present = "none" if extent is None else f"{extent[0]} to {extent[1]}"
+        raise ValueError(f"scan {scan} is not there: there are {present}")
     page.past = scan
     monitor.exchange_program(page)
     return {"scan": scan}
@@ -127,7 +127,7 @@ def window(monitor: Monitor, _page: Page, question: Question) -> Json:
     piece = strip_in(monitor, question)
     requested = question.get("signals")
     if piece and isinstance(requested, list):
-        piece["bits"] = {name: each for name, each in piece["bits"].items() if name in requested}
+        piece["bits"] = {name: points for name, points in piece["bits"].items() if name in requested}
     return {"strip": piece}
 
 
@@ -146,26 +146,26 @@ def events(monitor: Monitor, _page: Page, question: Question) -> Json:
     if (
         not isinstance(hidden, list)
         or len(hidden) > KINDS_MOST
-        or not all(isinstance(each, str) for each in hidden)
+        or not all(isinstance(kind, str) for kind in hidden)
     ):
         raise ValueError(f"hide must be a list of up to {KINDS_MOST} kinds of events")
-    found, total = piece_of(monitor.event_table(scan), scan, hidden, skip, most)
-    return {"events": found, "total": total, "whole": not monitor.states.missing()}
+    rows, total = piece_of(monitor.event_table(scan), scan, hidden, skip, most)
+    return {"events": rows, "total": total, "whole": not monitor.states.missing()}
 
 
 def marks(monitor: Monitor, page: Page, _question: Question) -> Json:
     """Return the marks on the axis of a recording, and the failure for the page's line about it."""
-    found, row = _marks_of(monitor), monitor.row_of(page)
-    failure = found.failure(int(row["scan"]) if row is not None else 0) if found.whole else None
-    rest = {"total": len(found.all), "whole": found.whole}
-    return {"marks": found.shown(), **rest, "failure": failure and failure._asdict()}
+    known_marks, row = _marks_of(monitor), monitor.row_of(page)
+    failure = known_marks.failure(int(row["scan"]) if row is not None else 0) if known_marks.whole else None
+    totals = {"total": len(known_marks.all), "whole": known_marks.whole}
+    return {"marks": known_marks.shown(), **totals, "failure": failure and failure._asdict()}
 
 
 def mark(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the next mark after a scan, or the previous one."""
-    found, (scan, way) = _marks_of(monitor), step_in(question)
-    following = found.next(scan, way)
-    return {"mark": following and following._asdict(), "whole": found.whole}
+    known_marks, (scan, way) = _marks_of(monitor), step_in(question)
+    following = known_marks.next(scan, way)
+    return {"mark": following and following._asdict(), "whole": known_marks.whole}
 
 
 def _marks_of(monitor: Monitor) -> Marks:
@@ -185,13 +185,13 @@ def since(monitor: Monitor, page: Page, question: Question) -> Json:
         raise ValueError("from must be a scan number")
     if row is None:
         return {"since": None, "from": None}
-    found, left = last_change(monitor, tag, int(row["scan"]) if end is None else end)
-    if found is None:
+    change, unsearched = last_change(monitor, tag, int(row["scan"]) if end is None else end)
+    if change is None:
         extent = monitor.subject.timeline.extent
-        return {"since": None, "from": None if left <= (extent[0] if extent else 0) else left}
-    changed = monitor.subject.timeline.row(found.scan)
+        return {"since": None, "from": None if unsearched <= (extent[0] if extent else 0) else unsearched}
+    changed = monitor.subject.timeline.row(change.scan)
     now_ns = None if changed is None else int(changed["now_ns"])
-    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}, "from": left}
+    return {"since": {"scan": change.scan, "t": now_ns, "before": change.before}, "from": unsearched}
 
 
 def share(monitor: Monitor, page: Page, question: Question) -> None:

@@ -89,8 +89,8 @@ class SessionMonitor(Monitor):
         self.log = EventLog()
         subject = Subject(spec, setup.machines, ring.dtype, Path(setup.trace))
         super().__init__(setup.about, subject, self.log, KeptPanel(setup.about.path))
-        for each in setup.programs:
-            self._add(each)
+        for program in setup.programs:
+            self._add(program)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._errors = ErrorWatch(self.subject.words)
         self._error: tuple[ErrorBit, Json] | None = None  # the latest error bit, as sent to pages
@@ -188,12 +188,12 @@ class SessionMonitor(Monitor):
 
     def _name_errors(self, rows: Rows) -> None:
         """Report an error bit to the pages that show the latest scan; pages that request it stop there."""
-        found = self._errors.first(rows)
-        if found is None:
+        first_error = self._errors.first(rows)
+        if first_error is None:
             return
-        row, bit = rows[found[0]], found[1]
+        row, bit = rows[first_error[0]], first_error[1]
         scan = int(row["scan"])
-        rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
+        rule = next((event for event in self.log.rules_at(scan) if _is_of(event, bit)), None)
         reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
         reported |= {"tag": bit.address, "text": "", "rule": ""}
         if rule is not None:
@@ -264,8 +264,8 @@ class SessionMonitor(Monitor):
         subject.timeline.forget(Path(message["trace"]))
         subject.programs.clear()
         subject.history.clear()
-        for each in message["programs"]:
-            self._add(SessionProgram(*each))
+        for fields in message["programs"]:
+            self._add(SessionProgram(*fields))
         self.log.clear()
         self._indexer, self._earlier, self._indexed = None, None, False
         self.latest, self._late, self._missed = None, 0, 0
@@ -297,10 +297,10 @@ class SessionMonitor(Monitor):
         """Begin the repetition of earlier scans once the first values arrive; later values are complete."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
-        kept = [min(each.kept.scans) for each in subject.programs.all if each.kept.scans]
-        if programs and not kept:
+        first_kept = [min(program.kept.scans) for program in subject.programs.all if program.kept.scans]
+        if programs and not first_kept:
             return
-        self._index_to = min(kept[0] - 1, end) if programs else -1
+        self._index_to = min(first_kept[0] - 1, end) if programs else -1
         if self._index_to < 0 and not self._setup.started:
             self._indexed = True
             return
@@ -328,17 +328,19 @@ class SessionMonitor(Monitor):
     def _let_go_left(self) -> None:
         """Release, once, what pages of a dead monitor left pressed: their holds died with it."""
         if self._left and not self.about.read_only:
-            for each in left_pressed(self):
-                if each not in self._let_go:
-                    self._let_go.append(each)
-                    self._pass_on(action_of({**each, "by": "panel, after a restart"}))
+            for order in left_pressed(self):
+                if order not in self._let_go:
+                    self._let_go.append(order)
+                    self._pass_on(action_of({**order, "by": "panel, after a restart"}))
 
     # --- orders
 
     @override
     def latest_orders(self, scan: int) -> list[tuple[int, str]]:
-        kept = self.log.since(self.log.begin)
-        return [(each["scan"], each["order"]) for each in kept if "order" in each and each["scan"] <= scan]
+        events = self.log.since(self.log.begin)
+        return [
+            (event["scan"], event["order"]) for event in events if "order" in event and event["scan"] <= scan
+        ]
 
     @override
     def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:

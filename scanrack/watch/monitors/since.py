@@ -51,12 +51,12 @@ def _of_image(monitor: Monitor, place: Address, scan: int) -> Found:
 def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Found:
     if replica.is_impure:
         raise ValueError("the program calls routines in Python: its scans are not run again")
-    found = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
+    change_scan = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
     before = None
-    if found and replica.show(found - 1):
+    if change_scan and replica.show(change_scan - 1):
         before = shown_value(value_of(replica.engine.tags, tag))
     replica.show(scan)
-    return None if found is None else LastChange(found, before), replica.looked_back(scan)
+    return None if change_scan is None else LastChange(change_scan, before), replica.looked_back(scan)
 
 
 def _of_python(monitor: Monitor, name: str, scan: int) -> Found:

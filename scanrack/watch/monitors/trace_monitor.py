@@ -46,7 +46,9 @@ class Source(NamedTuple):
 
 def _panel_in(trace: Trace, rack: str) -> bytes:
     """Return the operator panel in a recording; empty if it has none."""
-    return next((each.data for each in trace.attachments() if each.name == panel_name(rack)), b"")
+    return next(
+        (attachment.data for attachment in trace.attachments() if attachment.name == panel_name(rack)), b""
+    )
 
 
 class TraceMonitor(Monitor):
@@ -79,10 +81,10 @@ class TraceMonitor(Monitor):
         dtype = row_type(spec.layout.size, PER_SLOT * len(machines))
         subject = Subject(spec, machines, dtype, path)
         subject.timeline.use(trace)
-        for each in sources:
-            subject.programs.add(*each)
+        for source in sources:
+            subject.programs.add(*source)
         self._recorded = RecordedEvents(trace)
-        self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
+        self._brought, self._lost = {source.first for source in sources}, LAST_SCAN
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
         self.branch = branch
@@ -110,7 +112,7 @@ class TraceMonitor(Monitor):
         """Initialize once the first scans are available."""
         self._last, subject = last, self.subject
         self.latest = subject.timeline.row(last)
-        if any(each.catalog is None for each in subject.programs.all):
+        if any(program.catalog is None for program in subject.programs.all):
             subject.values = subject.timeline.values(last)
 
     @override
@@ -122,7 +124,7 @@ class TraceMonitor(Monitor):
         page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
         programs = self.subject.programs.all
-        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in programs):
+        if any(isinstance(program.logic, LadderLogic) and program.logic.functions for program in programs):
             page.send({"note": IMPURE})
 
     @override
@@ -136,9 +138,9 @@ class TraceMonitor(Monitor):
         extent = self.subject.timeline.extent
         if extent is not None and extent[1] > self._last:
             self._go_on_to(extent[1])
-        more = self._recorded.tick() | self.marks.tick()
+        is_busy = self._recorded.tick() | self.marks.tick()
         self._look_for_lost_edits()
-        return more or self._index()
+        return is_busy or self._index()
 
     @override
     def all_events(self) -> Sequence[Json]:
@@ -150,8 +152,8 @@ class TraceMonitor(Monitor):
     def run_once(self) -> None:
         """Skip the indexer's run if the scans depend only on images, since a walk over all scans follows."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
-        links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
-        plain = all(each.good for each in links) and not recorded.orders(0, self._last)
+        links = (link for slot in self.subject.words for link in recorded.links(slot, 0, self._last))
+        plain = all(link.good for link in links) and not recorded.orders(0, self._last)
         if self._indexer is not None and past is not None and plain:
             self._indexer = None
             past.keep(0)

@@ -46,7 +46,7 @@ class ErrorWatch:
 
     def is_on(self, row: Row, bit: ErrorBit) -> bool:
         """Return whether an error bit is on in a row."""
-        (start, _module), _bit = next(each for each in self._bits if each[1] == bit)
+        (start, _module), _bit = next(entry for entry in self._bits if entry[1] == bit)
         return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
@@ -57,14 +57,16 @@ class ErrorWatch:
         """Return the index of each row in which an error bit comes on, and the bit."""
         if not len(rows):
             return []
-        both = rows if self._last is None else np.concatenate([self._last, rows])
-        skipped = len(both) - len(rows)
+        joined = rows if self._last is None else np.concatenate([self._last, rows])
+        skipped = len(joined) - len(rows)
         self._last = rows[-1:].copy()
-        return [(place - skipped, bit) for at, bit in self._bits for place in _rises(both, at, bit)]
+        return [
+            (place - skipped, bit) for address, bit in self._bits for place in _rises(joined, address, bit)
+        ]
 
     def bit(self, slot: int, name: str) -> ErrorBit | None:
         """Return the error bit with a name; None if there is none."""
-        return next((each for _, each in self._bits if (each.slot, each.name) == (slot, name)), None)
+        return next((bit for _, bit in self._bits if (bit.slot, bit.name) == (slot, name)), None)
 
 
 def error_bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:

@@ -33,16 +33,18 @@ def answer(
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             orders = orders_of(trace.events())
-            given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in latest]
-            orders += [each for each in given if each not in orders]
-            found = list(acts_in_trace(trace, Path(folder), tag, value, scan, orders, trust=True))
+            recorded = [
+                RecordedOrder(order_scan, action_of(parsed(text), RECORDED)) for order_scan, text in latest
+            ]
+            orders += [order for order in recorded if order not in orders]
+            answers = list(acts_in_trace(trace, Path(folder), tag, value, scan, orders, trust=True))
     except CpuFault as error:
         raise ValueError(f"the controller has faulted in {error}: ask before that scan") from error
-    return {"scan": scan, "answers": [_described(each) for each in found]}
+    return {"scan": scan, "answers": [_described(row) for row in answers]}
 
 
 def _described(found: Acts) -> dict[str, Any]:
-    acts = None if found.found is None else [each.text for each in found.found]
+    acts = None if found.found is None else [act.text for act in found.found]
     return {
         "text": str(found),
         "acts": acts,

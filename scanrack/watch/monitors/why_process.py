@@ -27,9 +27,9 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
         ValueError: the trace can't be used, or a name is unknown.
     """
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        at = ScanChoice(at=str(more.scan[-1]))
-        queried = why_of_trace(trace, Path(folder), Question(what, at), trust=True, more=more)
-    lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
+        choice = ScanChoice(at=str(more.scan[-1]))
+        queried = why_of_trace(trace, Path(folder), Question(what, choice), trust=True, more=more)
+    lines = [{"file": Path(line.file).name, "line": line.number} for line in queried.lines if line.number]
     chain = [] if queried.chain is None else links_of(queried.chain)
     return {
         "text": "\n".join([queried.text, *queried.notes]),

@@ -37,9 +37,9 @@ def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None 
     from .chain_answer import chain_of, links_of  # imported late, so that the first page does not wait
 
     try:
-        found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
-        if found is not None:
-            return {"text": answer_text(found), "scan": scan, "chain": links_of(found)}
+        chain = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
+        if chain is not None:
+            return {"text": answer_text(chain), "scan": scan, "chain": links_of(chain)}
         forced, uses = monitor.states.forces_at(past), program.catalog.cross_reference
         text = Inquiry(replica.engine, replica, scan, forced, uses).why(tag)
         return {"text": text, "scan": scan, "chain": []}

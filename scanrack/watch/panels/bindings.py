@@ -39,14 +39,14 @@ class Bindings:
 
     def __init__(self, program: Stretch, slots: Sequence[Json], tags: Sequence[Json]) -> None:
         self._program = program
-        self._tags = {each["name"].upper(): each for each in tags}
+        self._tags = {tag["name"].upper(): tag for tag in tags}
         self._inputs = {
-            f"slot{slot['number']}.input.{each['name']}": _pressed(slot["number"], each)
+            f"slot{slot['number']}.input.{slot_input['name']}": _pressed(slot["number"], slot_input)
             for slot in slots
-            for each in slot["inputs"]
+            for slot_input in slot["inputs"]
         }
-        self._at = {each["read"]: each for each in self._inputs.values()}
-        self._names = {each.upper(): each for each in (*(tag["name"] for tag in tags), *self._inputs)}
+        self._at = {source["read"]: source for source in self._inputs.values()}
+        self._names = {name.upper(): name for name in (*(tag["name"] for tag in tags), *self._inputs)}
         self._hints_left = HINTS_MOST
 
     def of(self, item: Mapping[str, Any]) -> Json:
@@ -57,27 +57,27 @@ class Bindings:
         tag that it sets. `broken` says why it does not work, "" if it works.
         """
         kind, tag = KINDS[item["kind"]], item["tag"]
-        found, broken = self._found(tag), ""
-        if found is None:
+        source, broken = self._found(tag), ""
+        if source is None:
             return {"read": "", "type": "", "broken": f"no tag {tag}{self._hint(tag)}"}
-        if not TYPES[kind.types](found["type"]):
-            what = found["type"] or "a structure or an array"
-            broken = f"{tag} is {what}: {item['kind']} needs {kind.types}"
-        elif kind.operates and "press" not in found and "write" not in found:
+        if not TYPES[kind.types](source["type"]):
+            type_text = source["type"] or "a structure or an array"
+            broken = f"{tag} is {type_text}: {item['kind']} needs {kind.types}"
+        elif kind.operates and "press" not in source and "write" not in source:
             broken = f"{tag} can't be set: {item['kind']} needs a tag of the program or an input"
-        return {**found, "broken": broken}
+        return {**source, "broken": broken}
 
     def _hint(self, tag: str) -> str:
         """Return a hint with names for an unknown tag, "" if there are none; the hints are cached."""
-        kept, key = self._program.hints, (tag, len(self._names))
-        if key not in kept and self._hints_left:
+        hints, key = self._program.hints, (tag, len(self._names))
+        if key not in hints and self._hints_left:
             self._hints_left -= 1
             requested = tag.upper()
             near = get_close_matches(requested, _likely(requested, self._names), NEAREST, 0.5)
-            if len(kept) >= HINTS_KEPT:
-                kept.clear()
-            kept[key] = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
-        return kept.get(key, "")
+            if len(hints) >= HINTS_KEPT:
+                hints.clear()
+            hints[key] = f"; did you mean {', '.join(self._names[name] for name in near)}?" if near else ""
+        return hints.get(key, "")
 
     def _found(self, tag: str) -> Json | None:
         """Return the binding of a tag; None if there is no such tag."""
@@ -96,7 +96,7 @@ class Bindings:
 
 def _likely(name: str, names: Iterable[str]) -> list[str]:
     """Return the names that share the most letter pairs with the given name, or else its first letter."""
-    pairs = {f"{one}{other}" for one, other in pairwise(name)}
+    pairs = {f"{first}{second}" for first, second in pairwise(name)}
     return nlargest(
         COMPARED_MOST, names, key=lambda each: (sum(map(each.__contains__, pairs)), each[:1] == name[:1])
     )
@@ -108,5 +108,5 @@ def _pressed(slot: int, bit: Json) -> Json:
     if "word" in bit:
         read = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
     by_machine = "word" not in bit and bit["kind"] != "button"
-    rest = None if by_machine else bit["rest"]
-    return {"read": read, "type": "BOOL", "press": [slot, bit["name"], rest]}
+    rest_level = None if by_machine else bit["rest"]
+    return {"read": read, "type": "BOOL", "press": [slot, bit["name"], rest_level]}

@@ -81,7 +81,7 @@ class KeptPanel:
             items = parse_panel(self.content().decode()).items
         except ValueError:
             return {}
-        return {each["tag"].upper(): each["unit"] for each in items if each.get("unit")}
+        return {item["tag"].upper(): item["unit"] for item in items if item.get("unit")}
 
     def described(self, bindings: Bindings, lacks: str) -> Json:
         """Return the panel for a page.
@@ -98,9 +98,9 @@ class KeptPanel:
                 "mistake": f"{self._path.name}: {error}",
                 "lacks": lacks or "fix the file first",
             }
-        bound = [bindings.of(each) for each in panel.items]
-        found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
-        return empty | found | {"mistake": "", "lacks": lacks}
+        bound = [bindings.of(item) for item in panel.items]
+        fields = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
+        return empty | fields | {"mistake": "", "lacks": lacks}
 
     def save(self, panel: Mapping[str, Any]) -> None:
         """Write the items of a page to the file.

@@ -74,8 +74,10 @@ def _number(value: object) -> bool:
 
 
 def _pair(first: range, second: range) -> Check:
-    one, other = _whole(first), _whole(second)
-    return lambda value: isinstance(value, list) and len(value) == 2 and one(value[0]) and other(value[1])
+    takes_first, takes_second = _whole(first), _whole(second)
+    return lambda value: (
+        isinstance(value, list) and len(value) == 2 and takes_first(value[0]) and takes_second(value[1])
+    )
 
 
 def _different(of: Check) -> Check:
@@ -140,29 +142,29 @@ def parse_panel(text: str) -> Panel:
 def _plain(value: Any) -> Any:
     """Return a TOML value with its decimals as floats."""
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_plain(each) for each in value]
+        return [_plain(inner) for inner in value]
     return float(value) if isinstance(value, Decimal) else value
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
     """Return the comment lines at the top, up to an empty line, and the comment lines of each item."""
     head: list[str] = []
-    found: list[list[str]] = []
+    comments: list[list[str]] = []
     waiting: list[str] = []
     for line in map(str.strip, text.split("\n")):
         if line.startswith("#"):
-            waiting.append("".join(each if each.isprintable() else " " for each in line))
+            waiting.append("".join(character if character.isprintable() else " " for character in line))
             continue
         if line == "[[item]]":
-            found.append([])
-        elif not line and found:
+            comments.append([])
+        elif not line and comments:
             continue  # the following lines belong to the next item, or to the last one
-        (found[-1] if found else head).extend(waiting)
+        (comments[-1] if comments else head).extend(waiting)
         waiting = []
-    (found[-1] if found else head).extend(waiting)
-    return head, found
+    (comments[-1] if comments else head).extend(waiting)
+    return head, comments
 
 
 def panel_text(panel: Panel) -> str:
@@ -193,11 +195,11 @@ def _lines(item: Json) -> Iterable[str]:
 
 def refusals(items: object) -> dict[int, str]:
     """Return the mistakes in items, by place: the item's name, the value, and the allowed values."""
-    if not isinstance(items, list) or not all(isinstance(each, dict) for each in items):
+    if not isinstance(items, list) or not all(isinstance(entry, dict) for entry in items):
         raise ValueError("item must be tables: [[item]]")
     if len(items) > MOST_ITEMS:
         raise ValueError(f"{len(items)} items: a panel has up to {MOST_ITEMS}")
-    found: dict[int, str] = {}
+    errors: dict[int, str] = {}
     names: set[str] = set()
     cells: dict[tuple[int, int], str] = {}
     for place, item in enumerate(items):
@@ -207,32 +209,32 @@ def refusals(items: object) -> dict[int, str]:
                 raise ValueError(f"item {item['name']}: another item has this name")
             _take(item, cells)
         except ValueError as error:
-            found[place] = str(error)
+            errors[place] = str(error)
         names.add(str(item.get("name")))
-    return found
+    return errors
 
 
 def _check(item: Json, place: int) -> None:
     """Check a single item; raise ValueError for a mistake."""
     takes, _ = FIELDS["name"]
-    who = f"item {item['name'] if takes(item.get('name')) else place + 1}"
+    subject = f"item {item['name'] if takes(item.get('name')) else place + 1}"
     kind = KINDS.get(str(item.get("kind")))
     needs, may = ((), ()) if kind is None else (kind.needs, kind.may)
     fields = (*ALWAYS, *needs, *may)
     for key, value in item.items():
         if key in FIELDS and not FIELDS[key][0](value):
-            raise ValueError(f"{who}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
+            raise ValueError(f"{subject}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
         if kind is not None and key not in (*fields, COMMENT):
-            raise ValueError(f"{who}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
+            raise ValueError(f"{subject}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
     for key in (*ALWAYS, *needs):
         if key not in item:
-            raise ValueError(f"{who}: it needs {key}, {FIELDS[key][1]}")
-    _check_comment(item.get(COMMENT, []), who)
-    _check_together(item, who)
+            raise ValueError(f"{subject}: it needs {key}, {FIELDS[key][1]}")
+    _check_comment(item.get(COMMENT, []), subject)
+    _check_together(item, subject)
 
 
 def _check_comment(comment: object, who: str) -> None:
-    if not isinstance(comment, list) or not all(_text(1000)(each) and each[0] == "#" for each in comment):
+    if not isinstance(comment, list) or not all(_text(1000)(line) and line[0] == "#" for line in comment):
         raise ValueError(f"{who}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
 
 

@@ -64,18 +64,22 @@ class ChangeLists:
             parts: parts of a frame whose lists are compared.
             scans: scans that both have.
         """
-        keys = [each for each in self._lists.keys() & other._lists.keys() if each.partition("\n")[0] in parts]
-        found = {key: scan for key in keys if (scan := self._first_unequal(other, key, scans)) is not None}
-        if not found:
+        keys = [key for key in self._lists.keys() & other._lists.keys() if key.partition("\n")[0] in parts]
+        differing = {
+            key: scan for key in keys if (scan := self._first_unequal(other, key, scans)) is not None
+        }
+        if not differing:
             return None
-        first = min(found.values())
-        return Difference(first, sorted(key for key, scan in found.items() if scan == first))
+        first = min(differing.values())
+        return Difference(first, sorted(key for key, scan in differing.items() if scan == first))
 
     def _first_unequal(self, other: ChangeLists, key: str, scans: range) -> int | None:
         if self._lists[key] == other._lists[key]:
             return None
         changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}.intersection(scans)
-        return next((each for each in sorted(changes) if self.at(key, each) != other.at(key, each)), None)
+        return next(
+            (change for change in sorted(changes) if self.at(key, change) != other.at(key, change)), None
+        )
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
         """Return the lists for a page: values, and scans as differences, the first from a given scan.
@@ -90,11 +94,13 @@ class ChangeLists:
 
     def last_changes(self, part: str, scan: int) -> dict[str, int]:
         """Return the last change of each list in a part up to a scan, by name."""
-        found = {}
+        latest = {}
         for key, (scans, _) in self._lists.items():
             if key.startswith(f"{part}\n"):
-                found[key.split("\n")[-1]] = max((each for each in scans[1:] if each <= scan), default=-1)
-        return found
+                latest[key.split("\n")[-1]] = max(
+                    (change for change in scans[1:] if change <= scan), default=-1
+                )
+        return latest
 
 
 def _steps(scans: Sequence[int], first: int) -> list[int]:
@@ -105,9 +111,9 @@ def _steps(scans: Sequence[int], first: int) -> list[int]:
 def _packed(values: list[Any]) -> dict[str, Any]:
     if all(map(_is_small, values)):
         return {"differences": _differences(values)}
-    if all(isinstance(each, list) and len(each) == len(values[0]) for each in values):
-        columns = [list(each) for each in zip(*values, strict=True)]
-        if columns and all(_is_small(each) for column in columns for each in column):
+    if all(isinstance(value, list) and len(value) == len(values[0]) for value in values):
+        columns = [list(column) for column in zip(*values, strict=True)]
+        if columns and all(_is_small(number) for column in columns for number in column):
             return {"columns": list(map(_differences, columns))}
     return {"values": values}
 
@@ -118,7 +124,7 @@ def _is_small(value: object) -> bool:
 
 
 def _differences(values: Sequence[int]) -> list[int]:
-    return [one - other for one, other in zip(values, [0, *values], strict=False)]
+    return [value - previous for value, previous in zip(values, [0, *values], strict=False)]
 
 
 def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
@@ -127,8 +133,8 @@ def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
     for slot, places in layout.places.items():
         images = [words[:, places.columns(image)] for image in ("I", "O")]
         for place, values in enumerate(np.concatenate(images, axis=1).T):
-            at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
-            lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
+            indices = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+            lists.take(f"words\n{slot}\n{place}", scans[indices].tolist(), values[indices].tolist())
 
 
 def take_recorded(
@@ -148,6 +154,6 @@ def take_recorded(
 def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
     """Return the values of an array, made from the values of its elements."""
     return [
-        list(each)
-        for each in zip(*(v for key, v in values.items() if key.startswith(f"{name}[")), strict=True)
+        list(row)
+        for row in zip(*(value for key, value in values.items() if key.startswith(f"{name}[")), strict=True)
     ]

@@ -62,7 +62,7 @@ def collect(
     """
     subject, (first, last, scan) = monitor.subject, stretch
     lists, lead, own, events, programs = gathered(monitor, stretch)
-    before = [each for each in events if each["scan"] < first][-EVENTS_MOST:]
+    before = [event for event in events if event["scan"] < first][-EVENTS_MOST:]
     hello = subject.described(monitor.about, subject.programs.at(scan))
     if failed is not None:
         hello |= {"failure": failed(lists)}
@@ -84,10 +84,10 @@ def collect(
         "machines": list(subject.places.machines),
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
         "lists": lists.packed(lead),
-        "events": before + [each for each in events if each["scan"] >= first],
-        "marks": [each._asdict() for each in monitor.marks.all if first <= each.scan <= last],
+        "events": before + [event for event in events if event["scan"] >= first],
+        "marks": [mark._asdict() for mark in monitor.marks.all if first <= mark.scan <= last],
         "whys": _answers(monitor, lists, scan, tags, others),
-        "notes": [IMPURE] if any(_is_impure(each) for each in subject.programs.all) else [],
+        "notes": [IMPURE] if any(_is_impure(program) for program in subject.programs.all) else [],
     }
 
 
@@ -116,7 +116,9 @@ def gathered(monitor: TraceMonitor, stretch: SharedStretch) -> StretchValues:
     own = rows[np.searchsorted(rows["scan"], stretch.first) :]
     events = monitor.states.up_to(stretch.last, MOST_EVENTS)
     _take_events(lists, monitor, own, events)
-    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, stretch)]
+    programs = [
+        _program(monitor, lists, program, own["scan"].tolist()) for program in _shown(monitor, stretch)
+    ]
     return StretchValues(lists, lead, own, events, programs)
 
 
@@ -128,7 +130,9 @@ def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
     """Return the programs that ran any of the scans."""
     programs = monitor.subject.programs
     return [
-        each for each in programs.all if each.first <= stretch.last and programs.end_of(each) >= stretch.first
+        program
+        for program in programs.all
+        if program.first <= stretch.last and programs.end_of(program) >= stretch.first
     ]
 
 
@@ -147,7 +151,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
     for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
         lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
     first, last = int(scans[0]), int(scans[-1])
-    reported = {each["scan"] + after for each in events for after in (0, 1)} | {first}
+    reported = {event["scan"] + after for event in events for after in (0, 1)} | {first}
     reported |= {fault.scan for fault in states.faults_at(last)}
     readers = {
         "forced": states.forces_at,
@@ -156,7 +160,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    for scan in sorted(each for each in reported if first <= each <= last):
+    for scan in sorted(number for number in reported if first <= number <= last):
         for key, read in readers.items():
             lists.note(key, scan, read(scan))
 
@@ -164,10 +168,10 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
     """Return the drawn routines, by name and width, and their contents."""
     shows, drawn = {}, []
-    for each in routines:
-        widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]
-        answers = {width: catalog.show(each["name"], width) for width in widths}
-        shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
+    for routine in routines:
+        widths = WIDTHS if routine["kind"] == "ladder" else WIDTHS[:1]
+        answers = {width: catalog.show(routine["name"], width) for width in widths}
+        shows[routine["name"]] = {width: answer for width, (_, answer) in answers.items()}
         drawn.append(answers[widths[0]][0])
     return shows, drawn
 
@@ -177,10 +181,10 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
     subject, number = monitor.subject, program.number
     described = program.described(subject.values)
     end = subject.programs.end_of(program)
-    own = [each for each in scans if program.first <= each <= end]
+    own = [scan for scan in scans if program.first <= scan <= end]
     panel = monitor.panel.described(subject.bindings(program), "this is a recording")
-    shows, names, known = {}, [each["name"] for each in described["tags"]], own[-1] + 1
-    names += [each["read"] for each in panel["bound"]]
+    shows, names, known = {}, [tag["name"] for tag in described["tags"]], own[-1] + 1
+    names += [item["read"] for item in panel["bound"]]
     if program.catalog is None:
         if program.source is not None:
             _, answer = program.source.show(tuple(subject.values))
@@ -188,7 +192,7 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
         take_recorded(lists, number, subject.timeline, subject.values, own)
     else:
         shows, drawn = _drawings(program.catalog, described["routines"])
-        names += [name for each in drawn for name in each.names]
+        names += [name for drawing in drawn for name in drawing.names]
         replica = program.past
         assert replica is not None
         walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))
@@ -205,7 +209,7 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
 def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
     """Return the first and last scan of each gap."""
     gaps = np.flatnonzero(np.diff(scans) != 1).tolist()
-    return [[int(scans[at]) + 1, int(scans[at + 1]) - 1] for at in gaps]
+    return [[int(scans[gap]) + 1, int(scans[gap + 1]) - 1] for gap in gaps]
 
 
 def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequence[str], others: int) -> Json:
@@ -214,10 +218,10 @@ def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequen
     if program.past is None:
         return {}
     changed = lists.last_changes(f"tags\n{program.number}", scan)
-    latest = sorted((each for each in changed if changed[each] >= 0), key=lambda each: -changed[each])
-    page, found, causes = Page(), {}, Causes(program.past)
+    latest = sorted((name for name in changed if changed[name] >= 0), key=lambda each: -changed[each])
+    page, answers, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
     for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
         with suppress(ValueError):  # there is no fault, or the value is not a tag
-            found[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
-    return {tag: answer for tag, answer in found.items() if answer}
+            answers[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
+    return {tag: answer for tag, answer in answers.items() if answer}

@@ -101,8 +101,8 @@ def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
 def disclosed(data: Any, *, recording: bool) -> list[str]:
     """Return sentences about what a page discloses to anyone who has it."""
     first, last = data["range"]
-    routines = [each for program in data["programs"] for each in program["described"]["routines"]]
-    tags = {each["name"] for program in data["programs"] for each in program["described"]["tags"]}
+    routines = [routine for program in data["programs"] for routine in program["described"]["routines"]]
+    tags = {tag["name"] for program in data["programs"] for tag in program["described"]["tags"]}
     reported = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
     lines = [
         f"Whoever has it reads {reported}the words of scans {first:,} to {last:,}, "

@@ -49,29 +49,29 @@ class Failure:
         if passed is None or extent is None or extent[1] < stretch.first:
             return row
         last = min(stretch.last, extent[1])
-        others = gathered(passed, SharedStretch(stretch.first, last, last)).lists
-        found = lists.first_difference(others, COMPARED, range(stretch.first, last + 1))
-        if found is None:
+        passed_lists = gathered(passed, SharedStretch(stretch.first, last, last)).lists
+        difference = lists.first_difference(passed_lists, COMPARED, range(stretch.first, last + 1))
+        if difference is None:
             return row | {"against": {"equal_to": last}}
-        before = found.scan == stretch.first > extent[0]  # the page does not include earlier scans
-        names = _named(found.keys, passed.subject.spec.layout)
-        return row | {"against": {"scan": found.scan, "before": before, **names}}
+        before = difference.scan == stretch.first > extent[0]  # the page does not include earlier scans
+        names = _named(difference.keys, passed.subject.spec.layout)
+        return row | {"against": {"scan": difference.scan, "before": before, **names}}
 
 
 def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:
     """Return the names of lists, by kind: tags, rungs, and images or states of the rack."""
-    tags, rungs, others = [], [], []
+    tags, rungs, places = [], [], []
     for key in keys:
-        part, *rest = key.split("\n")
+        part, *fields = key.split("\n")
         if part == "tags":
-            tags.append(rest[-1])
+            tags.append(fields[-1])
         elif part == "power":
-            rungs.append(rest[-1])
+            rungs.append(fields[-1])
         elif part == "words":
-            inputs = layout.places[int(rest[0])].columns("I")
-            image = "inputs" if int(rest[1]) < inputs.stop - inputs.start else "outputs"
-            others.append(f"slot {rest[0]} {image}")
+            inputs = layout.places[int(fields[0])].columns("I")
+            image = "inputs" if int(fields[1]) < inputs.stop - inputs.start else "outputs"
+            places.append(f"slot {fields[0]} {image}")
         else:
-            others.append({"mode": "mode", "forced": "forces"}[part])
-    lists = {"tags": tags, "rungs": rungs, "others": others}
+            places.append({"mode": "mode", "forced": "forces"}[part])
+    lists = {"tags": tags, "rungs": rungs, "others": places}
     return {kind: [*dict.fromkeys(names)][:MOST_NAMES] for kind, names in lists.items()}

@@ -103,22 +103,24 @@ class LadderWalk:
             self._note_power(scan, engine.truths)
         if not self._tags:
             self._tags = [self._tag(name) for name in self._names]
-        due: Iterable[_Tag] = chain(self._always, *[each.changed() for each in self._variables.values()])
+        due: Iterable[_Tag] = chain(
+            self._always, *[variable.changed() for variable in self._variables.values()]
+        )
         if engine.memory.forces is not self._forces:
             self._forces, due = engine.memory.forces, self._tags
-        for each in dict.fromkeys(due):
-            value = each.read()
-            if not each.values or each.values[-1] != value:
-                each.scans.append(scan)
-                each.values.append(value)
+        for variable in dict.fromkeys(due):
+            value = variable.read()
+            if not variable.values or variable.values[-1] != value:
+                variable.scans.append(scan)
+                variable.values.append(value)
 
     def _note_power(self, scan: int, truths: Truths) -> None:
-        for each in self._shown:
-            routine = each.name.upper()
-            now = [truths.get((routine, number)) for number in (*each.rungs, *each.lines)]
+        for ladder in self._shown:
+            routine = ladder.name.upper()
+            now = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
             if self._power_of.get(routine) != now:
                 self._power_of[routine] = now
-                for key, value in each.power(truths).items():
+                for key, value in ladder.power(truths).items():
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
@@ -134,7 +136,7 @@ class LadderWalk:
                 continue
             count = len(cell.cell_contents) if _has_elements(cell) else 0
             variable = self._variables.setdefault(ident, _Variable(cell, [[] for _ in range(count)]))
-            for part in [variable.parts[at] for at in elements] if count else [variable.whole]:
+            for part in [variable.parts[element] for element in elements] if count else [variable.whole]:
                 part.append(tag)
         return tag
 
@@ -144,7 +146,7 @@ def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequenc
     if can_fault(where):
         yield "", ()
         return
-    fixed = [int(each.value) for each in where.indices if isinstance(each, Constant)]
+    fixed = [int(step.value) for step in where.indices if isinstance(step, Constant)]
     for leaf in leaves_in(where):
         dims, begin = leaf.dims, 0
         for index, length in zip(fixed, dims, strict=False):
@@ -164,17 +166,17 @@ def _has_elements(cell: CellType) -> bool:
 
 def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     """Return a function that reads integers or bits directly from a list; None for any other tag."""
-    (ident, elements), *more = _places(where, memory)
+    (ident, elements), *extra_places = _places(where, memory)
     cell, kind = memory.cells.get(ident), where.type
-    if cell is None or not isinstance(cell.cell_contents, list) or more or not _is_whole(where):
+    if cell is None or not isinstance(cell.cell_contents, list) or extra_places or not _is_whole(where):
         return None
     if isinstance(where, Group):
         column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
         return None if column is None or len(where.dims) != 1 else lambda: cell.cell_contents[column[1]]
-    at = elements[0]
+    array_index = elements[0]
     if kind is BOOL:
-        return lambda: bool(cell.cell_contents[at])
-    return lambda: cell.cell_contents[at]
+        return lambda: bool(cell.cell_contents[array_index])
+    return lambda: cell.cell_contents[array_index]
 
 
 def _is_whole(where: Place | Group) -> bool:

@@ -50,7 +50,7 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
     web = files("scanrack.watch") / "web"
     text = (web / "index.html").read_text(encoding="utf-8")
     modules = {
-        each.name: each.read_text(encoding="utf-8") for each in web.iterdir() if each.name.endswith(".js")
+        file.name: file.read_text(encoding="utf-8") for file in web.iterdir() if file.name.endswith(".js")
     }
     modules["socket.js"] = modules.pop(SOURCE_OF_SHARED_PAGES)  # a shared page has no server
     script = _base64(joined(modules).script.encode())
@@ -83,7 +83,7 @@ def _base64(content: bytes) -> str:
 
 
 def _policy(mapped: str) -> str:
-    hashes = " ".join(f"'sha256-{_base64(sha256(each.encode()).digest())}'" for each in (mapped, _START))
+    hashes = " ".join(f"'sha256-{_base64(sha256(script.encode()).digest())}'" for script in (mapped, _START))
     return (
         f"default-src 'none'; script-src {hashes} data:; style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
@@ -106,11 +106,11 @@ def recording_in(path: Path) -> bytes:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise ValueError(f"{path} is larger than a shared page, {MOST_BYTES:,} bytes")
-    found = _RECORDING.search(content)
-    if found is None:
+    match = _RECORDING.search(content)
+    if match is None:
         raise ValueError(f"{path} has no recording in it: scanrack share --with-recording puts it there")
     try:
-        trace = base64.b64decode(found[1], validate=True)
+        trace = base64.b64decode(match[1], validate=True)
     except ValueError as error:
         raise ValueError(f"{path}: its recording is damaged: {error}") from error
     if not TRACE.fits(trace):

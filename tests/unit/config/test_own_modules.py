@@ -124,7 +124,7 @@ def test_the_bench_and_the_page_know_its_names(rack: Path) -> None:
         ("half_ms = 50", "half_s = 1", "the blinker has no such option; did you mean half_ms?"),
         ('module = "blinker"', 'module = "blinkr"', "did you mean blinker?"),
         ('blinker = "blinker.py"', 'blinker = "nosuch.py"', "nosuch.py"),
-        ('blinker = "blinker.py"', 'blinker = "blinker.py:WORDS"', "no ModuleRecord WORDS in it"),
+        ('blinker = "blinker.py"', 'blinker = "blinker.py:WORDS"', "no ModuleRecord named WORDS"),
         ('blinker = "blinker.py"', "blinker = 3", "line.toml:10: modules.blinker = 3"),
         (
             'blinker = "blinker.py"',

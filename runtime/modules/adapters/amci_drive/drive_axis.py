@@ -65,12 +65,12 @@ class DriveAxis(ProfileAxis[DriveProfile]):
     def levels(self) -> int:
         first, second = self._wired
         levels = self.driver.levels
-        shown = (first if levels & 1 else 0) | (second if levels & 2 else 0)
+        shown_levels = (first if levels & 1 else 0) | (second if levels & 2 else 0)
         configuration = self.configuration
         if configuration is None:
-            return shown
+            return shown_levels
         unwired = configuration.inputs_used & ~(first | second)
-        return shown | unwired & ~configuration.active_high  # option unwired: inactive
+        return shown_levels | unwired & ~configuration.active_high  # option unwired: inactive
 
     @override
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:

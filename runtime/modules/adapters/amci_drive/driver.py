@@ -131,12 +131,12 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def note_configuration(self, configuration: Configuration) -> None:
         """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
         options, bits, high = self._options, 0, 0
-        for at, role in enumerate(options.wired):
-            used = role & configuration.inputs_used
-            function = FUNCTIONS[role] if used else InputFunction.GENERAL_PURPOSE
-            bits |= function << 3 * at
-            if not used or configuration.active_high & role:
-                high |= 1 << at
+        for index, role in enumerate(options.wired):
+            is_used = role & configuration.inputs_used
+            function = FUNCTIONS[role] if is_used else InputFunction.GENERAL_PURPOSE
+            bits |= function << 3 * index
+            if not is_used or configuration.active_high & role:
+                high |= 1 << index
         if configuration.quadrature_encoder:
             bits |= Settings.USE_ENCODER.value
         self._inverted = 3 & ~high
@@ -207,7 +207,7 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         if words[0] & CONFIGURES:
             return
         status = StatusBit(words[0] | words[1] << 16)
-        fresh, self.status = status & ~self.status, status
+        new_bits, self.status = status & ~self.status, status
         position = NumberFormat.THOUSANDS.join(words[2], words[3])
         encoder = NumberFormat.THOUSANDS.join(words[4], words[5])
         self._counter = self._counter if position is None else position
@@ -219,9 +219,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         if self._was_ready and status & StatusBit.CONFIG_ERROR:
             raise PowerLostError
         if self._holds or status & StatusBit.CONFIG_ERROR:  # without a configuration it refuses all commands
-            fresh &= ~StatusBit.COMMAND_ERROR
+            new_bits &= ~StatusBit.COMMAND_ERROR
         for bit, (bits, text) in COMPLAINTS.items():
-            if fresh & bit:
+            if new_bits & bit:
                 self.findings.complain(bits, text)
 
     def _put(self, words: Words) -> Talk:
@@ -286,8 +286,8 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     @override
     def read_status(self) -> Talk:
         """Read the image, unless the image after the last command is still unprocessed."""
-        fresh, self._fresh = self._fresh, False
-        if not fresh or self._taken != self._words:
+        is_fresh, self._fresh = self._fresh, False
+        if not is_fresh or self._taken != self._words:
             yield from self._refresh()
             self._fresh = False
 
@@ -432,10 +432,15 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def _rests_long(self) -> Generator[Step, Reply | None, bool]:
         """Whether a search without a result has ended: a search pauses where it reverses."""
-        before = self._counter
+        counter_before = self._counter
         for _ in range(HANDSHAKES_MAX):
             yield from self._refresh()
-            if self.cut or self.busy or self._counter != before or self.status & (StatusBit.AT_HOME | FAILED):
+            if (
+                self.cut
+                or self.busy
+                or self._counter != counter_before
+                or self.status & (StatusBit.AT_HOME | FAILED)
+            ):
                 return False
         return True
 

@@ -29,8 +29,10 @@ class DriveDevice:
     """
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
-        wired = {f"in{at}": name for at, name in ((1, options.in1), (2, options.in2)) if name != "none"}
-        self.drive = DriveUnit(options.row, machine, wired)
+        wired_inputs = {
+            f"in{number}": name for number, name in ((1, options.in1), (2, options.in2)) if name != "none"
+        }
+        self.drive = DriveUnit(options.row, machine, wired_inputs)
         self._registers = DriveRegisters(
             [DriveUnit(options.row) for _ in range(options.axis - 1)] + [self.drive]
         )
@@ -92,7 +94,7 @@ class FaultyNetwork(FaultyDevice):
 
 
 class SimulatedDrive(SimulatedController):
-    """A drive, the network to it, and its machine; the options define its wiring."""
+    """A drive, its network link and its machine; the options define the wiring."""
 
     device: DriveDevice
 

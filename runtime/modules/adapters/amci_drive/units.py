@@ -100,9 +100,9 @@ def segments_of(program: BlendProgram, start_sps: int) -> list[Segment]:
     """
     legs = [(length, speed, int(rate), int(rate)) for length, speed, rate, _ in program.segments]
     length, speed, rate, _ = legs.pop()
-    before = legs[-1][1] if legs else start_sps
-    if speed < before and rate != program.final_deceleration:
-        ramp = -(-(before**2 - speed**2) // (2000 * rate))
+    speed_before = legs[-1][1] if legs else start_sps
+    if speed < speed_before and rate != program.final_deceleration:
+        ramp = -(-(speed_before**2 - speed**2) // (2000 * rate))
         legs.append((ramp, speed, rate, rate))
         length -= ramp
     return [*legs, (length, speed, rate, program.final_deceleration)]

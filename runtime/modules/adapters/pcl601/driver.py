@@ -190,9 +190,9 @@ class Pcl601Driver(ProfileDriver[Drive]):
         reply = yield from self._insist(pdus.read_registers(Register.ENCODER_POSITION, 5))
         low, high, _, busy, errors = reply.words
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
-        fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
+        new_errors, self.errors = Error(errors) & ~self.errors, Error(errors)
         for error, bits in ERRORS.items():
-            if error & fresh:
+            if error & new_errors:
                 self.findings.complain(bits, CAUSES[error])
 
     @override
@@ -231,9 +231,9 @@ class Pcl601Driver(ProfileDriver[Drive]):
         return self.read_status, self._read_inputs_early, self.read_position, self.read_inputs
 
     def _read_inputs_early(self) -> Talk:
-        before = self.inputs
+        inputs_before = self.inputs
         yield from self.read_inputs()
-        if self.inputs != before:
+        if self.inputs != inputs_before:
             yield PUBLISH
 
     def _determine_limit_side(self) -> Talk:

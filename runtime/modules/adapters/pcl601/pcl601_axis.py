@@ -62,10 +62,10 @@ class Pcl601Axis(ProfileAxis[Drive]):
     @property
     @override
     def levels(self) -> int:
-        wired, levels = WIRED_INPUTS, LIMITS[self._limit_side]
+        wired_inputs, levels = WIRED_INPUTS, LIMITS[self._limit_side]
         if self._limits_on_inputs:
-            wired, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
-        for mask, bit in wired.items():
+            wired_inputs, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
+        for mask, bit in wired_inputs.items():
             if self.driver.inputs & mask:
                 levels |= bit
         return levels

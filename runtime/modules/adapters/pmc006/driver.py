@@ -68,10 +68,10 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     def note_configuration(self, configuration: Configuration) -> None:
         """Adopt the starting speed, the limits that stop the motor, and their edges; idle is high."""
         self._start_sps = configuration.starting_speed
-        used, high = configuration.inputs_used, configuration.active_high
+        inputs_used, high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
-        self._limits = (EXT1_STOP if used & ccw else 0) | (EXT2_STOP if used & cw else 0)
-        ext1 = ccw if used & ccw else InputBit.HOME.value
+        self._limits = (EXT1_STOP if inputs_used & ccw else 0) | (EXT2_STOP if inputs_used & cw else 0)
+        ext1 = ccw if inputs_used & ccw else InputBit.HOME.value
         self._rising = (0 if high & ext1 else EXT1_STOP) | (0 if high & cw else EXT2_STOP)
 
     def is_active(self, stop: int) -> bool:

@@ -77,8 +77,8 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     @property
     def _on_fset(self) -> int:
         """The input that is wired to FSET, which is the one in use; 0 = none."""
-        used = 0 if self.configuration is None else self.configuration.inputs_used
-        return next((bit.value for bit in FSET_INPUTS if used & bit.value), 0)
+        inputs_used = 0 if self.configuration is None else self.configuration.inputs_used
+        return next((bit.value for bit in FSET_INPUTS if inputs_used & bit.value), 0)
 
     @override
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:

@@ -50,8 +50,8 @@ def _uses(configuration: Configuration, bit: InputBit) -> bool:
 
 
 def _levels_of_ext1_differ(configuration: Configuration, options: Pmc006Options) -> bool:
-    both = configuration.inputs_used & SHARED == SHARED
-    return both and configuration.active_high & SHARED not in (0, SHARED)
+    uses_both = configuration.inputs_used & SHARED == SHARED
+    return uses_both and configuration.active_high & SHARED not in (0, SHARED)
 
 
 # One row of the table is one row here; the formatter would spread each over many lines.

@@ -49,10 +49,10 @@ class SimulatedPmc006(Plant):
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Wire FSET to the input that the configuration uses."""
-        used = [bit for bit in FSET_INPUTS if configuration.inputs_used & bit.value]
-        wired = used[0] if used else self._on_fset
-        if wired is not self._on_fset:
-            self._on_fset = wired
+        used_bits = [bit for bit in FSET_INPUTS if configuration.inputs_used & bit.value]
+        wired_bit = used_bits[0] if used_bits else self._on_fset
+        if wired_bit is not self._on_fset:
+            self._on_fset = wired_bit
             self.wire(now_ns)
 
     @override
@@ -65,5 +65,5 @@ class SimulatedPmc006(Plant):
         contacts = tuple(
             contact for bit in bits for switch in self.feeds(bit) for contact in contacts_of(switch)
         )
-        held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
-        self.device.controller.set_pin(pin, False if held else Parallel(contacts=contacts))
+        is_held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
+        self.device.controller.set_pin(pin, False if is_held else Parallel(contacts=contacts))

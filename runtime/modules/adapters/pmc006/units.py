@@ -35,7 +35,7 @@ def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
     """
     if nearest:
         return min(range(1, 9), key=lambda at: abs(ACCELERATIONS_PPS2[at] - 1000 * Fraction(rate_spmss)))
-    return next(at for at, rate in enumerate(ACCELERATIONS_PPS2) if at and rate <= 1000 * rate_spmss)
+    return next(code for code, rate in enumerate(ACCELERATIONS_PPS2) if code and rate <= 1000 * rate_spmss)
 
 
 def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:

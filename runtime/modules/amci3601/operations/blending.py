@@ -68,7 +68,7 @@ class BlendBlock:
         if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
             self._spoil("PRF-04")
         types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
-        codes = [types >> 2 * at & 0b11 for at in range(SEGMENTS_MAX)]
+        codes = [types >> 2 * index & 0b11 for index in range(SEGMENTS_MAX)]
         session.types = [SHAPES[code] for code in codes]
         if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.announced)]:
             self._spoil("BLD-12")
@@ -123,7 +123,7 @@ class BlendBlock:
             (not limits.takes_rate(command.words[6]), BrokenRule("BLD-18")),
             (length > 0 and self.session.too_long_with(length), BrokenRule("BLD-19")),
         )
-        return [fault for broken, fault in rows if broken]
+        return [fault for is_broken, fault in rows if is_broken]
 
 
 class BlendRun(Operation):

@@ -117,12 +117,12 @@ class EncoderFollower(Operation):
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """Add the counts, and make the steps of the scan that ends here."""
         counts = self.axis.encoder
-        fresh, self._last_count = counts - self._last_count, counts
+        new_counts, self._last_count = counts - self._last_count, counts
         self.shown_direction = self.shown_ramp = 0
         self._divide_by(command.words[3])
-        self._owed += self.sense * fresh * command.words[2] * (self._parts // self._divisor)
+        self._owed += self.sense * new_counts * command.words[2] * (self._parts // self._divisor)
         steps = self._steps_of_scan(self._scan_ns, command.words[6], command.words[7])
-        moves = fresh or steps or self._speed_msps or self._phase
+        moves = new_counts or steps or self._speed_msps or self._phase
         self._at_rest = not moves and _whole(self._owed, self._parts) == 0
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
@@ -141,8 +141,8 @@ class EncoderFollower(Operation):
         owed = _whole(self._owed, self._parts)
         if acceleration == 0 and deceleration == 0:
             self._speed_msps = self._phase = 0
-            most = self._top_speed_msps * elapsed_ns // PICO
-            return max(-most, min(most, owed))
+            steps_most = self._top_speed_msps * elapsed_ns // PICO
+            return max(-steps_most, min(steps_most, owed))
         self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
         if owed:
             self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # also between two steps
@@ -160,15 +160,15 @@ class EncoderFollower(Operation):
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
         """Ramp the speed toward that of the owed steps, within the rates."""
         target = self._allowed_speed(owed, deceleration)
-        before = self._speed_msps
-        growing = abs(target) > abs(before) and target * before >= 0
+        speed_before = self._speed_msps
+        growing = abs(target) > abs(speed_before) and target * speed_before >= 0
         rate = acceleration if growing else deceleration
         if rate == 0:
             self._speed_msps = target
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
-        self._speed_msps = max(before - change, min(before + change, target))
-        if 0 < change <= abs(target - before):  # otherwise it only keeps up with the encoder
+        self._speed_msps = max(speed_before - change, min(speed_before + change, target))
+        if 0 < change <= abs(target - speed_before):  # otherwise it only keeps up with the encoder
             self.shown_ramp = 1 if growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:

@@ -267,11 +267,11 @@ class Homing(Operation):
         if self.phase in SEARCHING and not self.reversed and host.state.active & limit_of(self.direction):
             self._dwell(now_ns)
             return True
-        same = host.state.active & limit_of(self.direction) if self.phase in SEARCHING else 0
+        met_limit = host.state.active & limit_of(self.direction) if self.phase in SEARCHING else 0
         opposite = (host.state.active if self.reversed else host.state.risen) & limit_of(-self.direction)
-        if same or opposite:
+        if met_limit or opposite:
             host.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
-        return bool(same or opposite)
+        return bool(met_limit or opposite)
 
     # -- the end -----------------------------------------------------------------------------
 

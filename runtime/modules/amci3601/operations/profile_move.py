@@ -49,9 +49,9 @@ class ProfileMove(Operation):
     @override
     def on_external(self, now_ns: int) -> None:
         """Hold the move as the command does [chapter 6, External Input]."""
-        before = self.holding
+        was_holding = self.holding
         self._hold(now_ns)
-        self.by_external = self.by_external or self.holding != before
+        self.by_external = self.by_external or self.holding != was_holding
 
     def _hold(self, now_ns: int) -> None:
         axis, profile = self.axis, self.profile
@@ -68,7 +68,7 @@ class ProfileMove(Operation):
         """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):
             self.host.finish(now_ns, HOLD_STATE, "held")
-            held = HeldMove(self.target, self.name) if self.resumable else None
-            self.state.hold(held, by_external=self.by_external)
+            held_move = HeldMove(self.target, self.name) if self.resumable else None
+            self.state.hold(held_move, by_external=self.by_external)
         else:
             self.host.complete(now_ns)

@@ -89,8 +89,8 @@ class RegistrationMove(ManualMove):
     @property
     def _below_minimum(self) -> bool:
         """Whether the registration input is still ignored."""
-        made, least = abs(self.axis.position - self.started_at), self.state.minimum_registration
-        return least > 0 and made <= least
+        steps_made, steps_least = abs(self.axis.position - self.started_at), self.state.minimum_registration
+        return steps_least > 0 and steps_made <= steps_least
 
     @override
     def on_hold(self, now_ns: int) -> None:

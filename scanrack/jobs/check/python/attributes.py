@@ -81,10 +81,10 @@ def _dotted(node: ast.Attribute, reader: Reader, local: set[str]) -> None:
 def _of_parameter(node: ast.Attribute, function: Function, reader: Reader) -> None:
     """Note an attribute that a parameter's dataclass does not have."""
     name = node.value.id if isinstance(node.value, ast.Name) else ""
-    annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
+    annotation = next((arg.annotation for arg in function.args.args if arg.arg == name), None)
     kind = None if annotation is None else resolved(annotation, reader.names)
     names = nodes_in(function, ast.Name)
-    if not is_dataclass(kind) or any(each.id == name and is_stored(each) for each in names):
+    if not is_dataclass(kind) or any(occurrence.id == name and is_stored(occurrence) for occurrence in names):
         return
     reader.remark_unless_in({*dir(kind), *(field.name for field in fields(kind))}, node)
 
@@ -94,7 +94,7 @@ def _element(node: ast.Subscript, reader: Reader) -> None:
     is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
     table = resolved(node.value, reader.names) if is_table else None
     keys = (node.slice.body, node.slice.orelse) if isinstance(node.slice, ast.IfExp) else (node.slice,)
-    for key in (each.value for each in keys if isinstance(each, ast.Constant)):
+    for key in (constant.value for constant in keys if isinstance(constant, ast.Constant)):
         text = _no_key(ast.unparse(node.value), table, key, reader.tree)
         if text:
             reader.remark("subscript", node, text)
@@ -114,9 +114,9 @@ def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
     """Return the keys that a table may have; None if other code may add keys."""
     used = [node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.value) == name]
-    changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
-    stored = [each.slice for each in filter(is_stored, used) if id(each) not in changed]
-    constants = [each.value for each in stored if isinstance(each, ast.Constant)]
+    changed = {id(node.target) for node in nodes_in(tree, ast.AugAssign)}
+    stored = [node.slice for node in filter(is_stored, used) if id(node) not in changed]
+    constants = [node.value for node in stored if isinstance(node, ast.Constant)]
     is_handed_on = list(names_in(tree)).count(name) - 1 > len(used)
     return None if is_handed_on or len(constants) < len(stored) else {*table, *constants}
 
@@ -130,7 +130,7 @@ def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> None:
         parameters = signature(own)  # type: ignore[arg-type]  # a class or a function
     except (TypeError, ValueError):
         return
-    named = {str(each.arg): None for each in call.keywords}
+    named = {str(keyword.arg): None for keyword in call.keywords}
     try:
         parameters.bind(*[None] * (len(call.args) + skipped), **named)
     except TypeError as error:
@@ -142,11 +142,15 @@ def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple
     method = field_of(call.func)
     if method and owner is not None:
         kind = reader.names.get(owner.name)
-        found = vars(kind).get(method) if isinstance(kind, type) else None
-        return (found, 1) if isfunction(found) else (None, 0)
+        attribute = vars(kind).get(method) if isinstance(kind, type) else None
+        return (attribute, 1) if isfunction(attribute) else (None, 0)
     root = ast.unparse(call.func).partition(".")[0]
-    found = None if root in reader.local else resolved(call.func, reader.names)
-    return (found, 0) if isinstance(found, FunctionType | type) and _is_ours(found, reader) else (None, 0)
+    attribute = None if root in reader.local else resolved(call.func, reader.names)
+    return (
+        (attribute, 0)
+        if isinstance(attribute, FunctionType | type) and _is_ours(attribute, reader)
+        else (None, 0)
+    )
 
 
 def _is_ours(found: object, reader: Reader) -> bool:

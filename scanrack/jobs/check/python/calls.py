@@ -41,7 +41,7 @@ class Calls:
 
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
         self._reader, self._classes = reader, list(classes)
-        own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
+        own = [node for node in reader.tree.body if not _is_other_class(node, reader.names, classes)]
         self._calls = list(nodes_in(own, ast.Call))
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
@@ -96,14 +96,14 @@ class Calls:
         starting_speed = axis.starting_speed
         neutral = {**NEUTRAL, "speed": starting_speed}
         arguments = self._arguments(axis, call, neutral)
-        for each in variants(arguments) if arguments else ():
+        for variant in variants(arguments) if arguments else ():
             try:
-                command = getattr(axis, _method(call))(**each)
+                command = getattr(axis, _method(call))(**variant)
             except (TypeError, ValueError):  # the call itself fails, which is reported elsewhere
                 return ""
             if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
                 return command.detail
-            speed, least = each.get("speed"), starting_speed
+            speed, least = variant.get("speed"), starting_speed
             if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
                 return f"speed {speed} is below the starting speed of {axis.name}, {least}"
         return ""
@@ -127,13 +127,13 @@ class Calls:
 
     def _no_condition(self, call: ast.Call) -> str:
         """Return a message if a wait has a value where it needs a function; "" if not, or if unknown."""
-        given = call.args[0] if call.args else None
-        name = "" if given is None else field_of(given)
+        argument = call.args[0] if call.args else None
+        name = "" if argument is None else field_of(argument)
         field = getattr_static(self._classes[0], name, None) if name and self._classes else None
-        if given is not None and (
-            isinstance(given, _VALUES) or isinstance(field, bool | int | float | Signal)
+        if argument is not None and (
+            isinstance(argument, _VALUES) or isinstance(field, bool | int | float | Signal)
         ):
-            text = ast.unparse(given)
+            text = ast.unparse(argument)
             return f"{ast.unparse(call.func)}: `{text}` is a value of now; give a function: lambda: {text}"
         return ""
 
@@ -167,7 +167,7 @@ def _method(call: ast.Call) -> str:
 
 def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
     """Return the arguments of a call by parameter name; TypeError if they do not fit."""
-    named = {str(each.arg): each.value for each in call.keywords}
+    named = {str(keyword.arg): keyword.value for keyword in call.keywords}
     return dict(of.bind(*call.args, **named).arguments)
 
 
@@ -188,8 +188,8 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
 
 def _fraction(call: ast.Call) -> str:
     """Return which argument of a command is a fraction; "" if none is."""
-    named = ((each.arg or "", each.value) for each in call.keywords)
-    for _, node in (*(("", each) for each in call.args), *named):
+    named = ((keyword.arg or "", keyword.value) for keyword in call.keywords)
+    for _, node in (*(("", arg) for arg in call.args), *named):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
             return f"{_method(call)}: `{ast.unparse(node)}` is a fraction, a whole number is needed: write //"
     return ""
@@ -198,6 +198,7 @@ def _fraction(call: ast.Call) -> str:
 def _taken(of: Signature) -> str:
     """Return the parameters of a method, such as "position, speed=, acceleration="."""
     named = [
-        f"{each.name}=" if each.kind is each.KEYWORD_ONLY else each.name for each in of.parameters.values()
+        f"{parameter.name}=" if parameter.kind is parameter.KEYWORD_ONLY else parameter.name
+        for parameter in of.parameters.values()
     ]
     return ", ".join(named)

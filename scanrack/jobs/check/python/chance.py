@@ -34,8 +34,8 @@ def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
         names: global names of the module, with their values.
     """
     name = ast.unparse(call.func)
-    found = resolved(call.func, names)
-    module = getattr(found, "__module__", None) or _module_of(found)
+    function = resolved(call.func, names)
+    module = getattr(function, "__module__", None) or _module_of(function)
     root = names.get(name.partition(".")[0])
     root_module = root.__name__ if isinstance(root, ModuleType) else ""
     of_class = str(getattr(root, "__module__", "")) if isinstance(root, type) else ""

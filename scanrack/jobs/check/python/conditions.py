@@ -62,11 +62,13 @@ def condition(node: ast.expr, names: ConditionNames) -> Condition:
         case ast.UnaryOp(ast.Not(), operand):
             return negated(condition(operand, names))
         case ast.BoolOp(op, values):
-            parts = tuple(condition(each, names) for each in values)
+            parts = tuple(condition(part, names) for part in values)
             return AllOf(parts) if isinstance(op, ast.And) else AnyOf(parts)
         case ast.Compare(left, ops, comparators):
             sides = [left, *comparators]
-            parts = tuple(_compared(sides[at], op, sides[at + 1], names) for at, op in enumerate(ops))
+            parts = tuple(
+                _compared(sides[index], op, sides[index + 1], names) for index, op in enumerate(ops)
+            )
             return parts[0] if len(parts) == 1 else AllOf(parts)
     return Bit(names.of(node)) if is_plain(node) else UNKNOWN
 

@@ -128,7 +128,7 @@ def _unbounded(reader: Reader, tables: _Tables) -> None:
     if any(nodes_in(reader.tree, ast.ExceptHandler)):
         return  # an IndexError may be how it ends
     counting = list(_counting(reader.tree))
-    fields = {ast.unparse(each): each.attr for each in counting if isinstance(each, ast.Attribute)}
+    fields = {ast.unparse(node): node.attr for node in counting if isinstance(node, ast.Attribute)}
     for text, name in fields.items():
         own = [node for node in nodes_in(reader.tree, ast.Attribute) if node.attr == name]
         if _only_counts(own, counting):
@@ -140,7 +140,7 @@ def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables) -> None:
     if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
     changed = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
-    for name in sorted({each.id for each in _counting(loop.body) if isinstance(each, ast.Name)}):
+    for name in sorted({node.id for node in _counting(loop.body) if isinstance(node, ast.Name)}):
         own = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
         if _only_counts(own, changed):
             _note_unbounded(name, own, tables.elements(loop.body, name), reader)
@@ -187,8 +187,8 @@ class _Tables:
 
     def elements(self, tree: ast.AST | Iterable[ast.AST], index: str) -> list[ast.Subscript]:
         """Return the elements of tables whose index is written as given."""
-        found = (node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.slice) == index)
-        return [node for node in found if self._is_table(node.value)]
+        subscripts = (node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.slice) == index)
+        return [node for node in subscripts if self._is_table(node.value)]
 
     def _is_table(self, node: ast.expr) -> bool:
         if isinstance(node, ast.Name):

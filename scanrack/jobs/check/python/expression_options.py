@@ -55,8 +55,14 @@ OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
 }
 
 PURE: Mapping[object, Callable[..., Any]] = {
-    **{each: each for each in (abs, int, round, min, max, divmod, bool, len, sum, split_thousands, Image)},
-    **{each: lambda *given, of=each: tuple(of(*given)) for each in (range, enumerate, zip, tuple, list)},
+    **{
+        function: function
+        for function in (abs, int, round, min, max, divmod, bool, len, sum, split_thousands, Image)
+    },
+    **{
+        function: lambda *given, of=function: tuple(of(*given))
+        for function in (range, enumerate, zip, tuple, list)
+    },
 }
 """Functions whose result depends only on their arguments."""
 
@@ -111,7 +117,7 @@ class Options:
             case ast.UnaryOp(op, operand):
                 return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
             case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
-                return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
+                return _each([self.of(side, names, depth) for side in (left, right)], OPERATORS[type(op)])
         if type(node) not in self._ways:
             raise UnknownError
         return self._ways[type(node)](node, names, depth)
@@ -120,10 +126,10 @@ class Options:
 
     def _named(self, name: str, names: Names, depth: int) -> Choices:
         if name in names:
-            found = names[name]
-            if found is None:
+            choices = names[name]
+            if choices is None:
                 raise UnknownError
-            return found if isinstance(found, Choices) else self.of(found, {}, depth - 1)
+            return choices if isinstance(choices, Choices) else self.of(choices, {}, depth - 1)
         if name in self._reader.local or name in self._changed or name not in self._reader.names:
             raise UnknownError
         return Choices((_plain(self._reader.names[name]),))
@@ -132,10 +138,10 @@ class Options:
         try:
             tested = self.of(node.test, names, depth)
         except UnknownError:
-            parts = [self.of(each, names, depth) for each in (node.body, node.orelse)]
+            parts = [self.of(branch, names, depth) for branch in (node.body, node.orelse)]
             options = tuple(option for part in parts for option in part.options)
             return Choices(options[:MOST], ast.unparse(node))
-        ways = {bool(each) for each in tested.options}
+        ways = {bool(option) for option in tested.options}
         if len(ways) > 1:
             raise UnknownError
         return self.of(node.body if ways.pop() else node.orelse, names, depth)
@@ -150,10 +156,10 @@ class Options:
 
     def _any_element(self, node: ast.Subscript, table: Choices) -> Choices:
         """Return the elements of a table, for an unknown index."""
-        found = table.options[0]
-        if len(table.options) > 1 or not isinstance(found, tuple | list | dict) or not found:
+        elements = table.options[0]
+        if len(table.options) > 1 or not isinstance(elements, tuple | list | dict) or not elements:
             raise UnknownError
-        pairs = list(found.items() if isinstance(found, dict) else enumerate(found))[:MOST]
+        pairs = list(elements.items() if isinstance(elements, dict) else enumerate(elements))[:MOST]
         text = ast.unparse(node.value)
         names = tuple(f"{text}[{key!r}] = {value}" for key, value in pairs)
         return Choices(tuple(value for _, value in pairs), ast.unparse(node), names)
@@ -177,11 +183,11 @@ class Options:
         names: list[str] = []
         for value in self._stored[text]:
             try:
-                found = self.of(value, {}, depth - 1)
+                choices = self.of(value, {}, depth - 1)
             except UnknownError:
                 continue
-            options += found.options
-            names += found.names or [f"{text} = {option}" for option in found.options]
+            options += choices.options
+            names += choices.names or [f"{text} = {option}" for option in choices.options]
         if not options:
             raise UnknownError
         return Choices(tuple(options[:MOST]), text if len(options) > 1 else "", tuple(names[:MOST]))
@@ -191,15 +197,15 @@ class Options:
     def _called(self, call: ast.Call, names: Names, depth: int) -> Choices:
         if unpacks(call):
             raise UnknownError
-        keys = [str(each.arg) for each in call.keywords]
-        nodes = [*call.args, *(each.value for each in call.keywords)]
-        given = [self.of(node, names, depth) for node in nodes]
-        if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not given:
+        keys = [str(keyword.arg) for keyword in call.keywords]
+        nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
+        arguments = [self.of(node, names, depth) for node in nodes]
+        if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not arguments:
             made = self.of(call.func.value, names, depth)
             return _each([made], lambda each: tuple(each.to_image()))
         function = self._function(ast.unparse(call.func), depth)
         count = len(call.args)
-        return _each(given, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
+        return _each(arguments, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
 
     def _function(self, name: str, depth: int) -> Callable[..., Any]:
         """Return the function of a name; UnknownError if its result may depend on more than its arguments."""
@@ -224,7 +230,7 @@ class Options:
             raise UnknownError
         values = {**dict(zip(parameters, given, strict=False)), **named}
         local: dict[str, ast.expr | Choices | None] = {
-            name: Choices((each,)) for name, each in values.items()
+            name: Choices((value,)) for name, value in values.items()
         }
         try:
             self._body(helper.body, local, depth)
@@ -249,30 +255,30 @@ class Options:
                     raise UnknownError
 
     def _one(self, node: ast.expr, local: Names, depth: int) -> Any:
-        found = self.of(node, local, depth)
-        if len(found.options) > 1:
+        choices = self.of(node, local, depth)
+        if len(choices.options) > 1:
             raise UnknownError
-        return found.options[0]
+        return choices.options[0]
 
     @staticmethod
     def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values = value if isinstance(target, ast.Tuple) else [value]
-        for each, part in zip(targets, values, strict=True):
-            if not isinstance(each, ast.Name):
+        for target_name, part in zip(targets, values, strict=True):
+            if not isinstance(target_name, ast.Name):
                 raise UnknownError
-            local[each.id] = Choices((part,))
+            local[target_name.id] = Choices((part,))
 
 
-_BUILT_IN: Mapping[str, object] = {str(getattr(each, "__name__", "")): each for each in PURE}
+_BUILT_IN: Mapping[str, object] = {str(getattr(function, "__name__", "")): function for function in PURE}
 
 
 def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
     """Apply a function to options; UnknownError if sources differ or the call fails."""
-    found = combined(parts, of)
-    if not found.options:
+    choices = combined(parts, of)
+    if not choices.options:
         raise UnknownError
-    return found
+    return choices
 
 
 def _plain(value: Any) -> Any:
@@ -297,13 +303,13 @@ def _is_frozen(value: Any) -> bool:
 
 def _changed(tree: ast.Module) -> Sequence[str]:
     """Return the names of tables that the text changes, and of globals that its functions assign."""
-    found = []
+    tables = []
     for node in ast.walk(tree):
         match node:
             case ast.Subscript(value=table, ctx=ast.Store() | ast.Del()):
-                found.append(ast.unparse(table))
+                tables.append(ast.unparse(table))
             case ast.Global(names=names):
-                found += names
+                tables += names
             case ast.Call(func=ast.Attribute(value=table, attr=method)) if method in CHANGING:
-                found.append(ast.unparse(table))
-    return found
+                tables.append(ast.unparse(table))
+    return tables

@@ -41,14 +41,14 @@ class Flow:
     # --- conditions and lines
 
     def _body(self, body: Sequence[ast.stmt], reached: Condition) -> None:
-        for at, each in enumerate(body):
-            self._statement(each, reached)
-            if at + 1 < len(body) and _never_ends(each):
-                text = f"line {each.lineno} never goes on to this line"
-                self._reader.remark("unreachable", body[at + 1], text)
+        for index, statement in enumerate(body):
+            self._statement(statement, reached)
+            if index + 1 < len(body) and _never_ends(statement):
+                text = f"line {statement.lineno} never goes on to this line"
+                self._reader.remark("unreachable", body[index + 1], text)
                 return
-            if isinstance(each, ast.If) and not each.orelse and _leaves(each.body):
-                reached = _both(reached, negated(condition(each.test, self._names)))
+            if isinstance(statement, ast.If) and not statement.orelse and _leaves(statement.body):
+                reached = _both(reached, negated(condition(statement.test, self._names)))
 
     def _statement(self, node: ast.stmt, reached: Condition) -> None:
         match node:
@@ -83,29 +83,29 @@ class Flow:
     def _test(self, test: ast.expr, reached: Condition) -> Condition:
         """Note a test that always or never holds; return its condition."""
         own = condition(test, self._names)
-        found = constant_condition(own)
-        if found is None and own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
-            found = "contradiction", "never holds here: the conditions before it exclude it"
-        if found is None:
+        remark = constant_condition(own)
+        if remark is None and own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
+            remark = "contradiction", "never holds here: the conditions before it exclude it"
+        if remark is None:
             self._expressions(test)
             return own
-        rule, says = found
+        rule, says = remark
         self._reader.remark(rule, test, f"`{ast.unparse(test)}` {says}")
         return UNKNOWN
 
     def _expressions(self, node: ast.AST) -> None:
         """Note mistakes in conditions in a statement's expressions, such as those of `until` and `and`."""
         outer: set[int] = set()
-        for each in nodes_in(node, ast.BoolOp, ast.IfExp, ast.Compare):
-            if id(each) in outer:
+        for expression in nodes_in(node, ast.BoolOp, ast.IfExp, ast.Compare):
+            if id(expression) in outer:
                 continue
-            outer |= {id(inner) for inner in ast.walk(each)}
-            tested = each.test if isinstance(each, ast.IfExp) else each
+            outer |= {id(inner) for inner in ast.walk(expression)}
+            tested = expression.test if isinstance(expression, ast.IfExp) else expression
             own = condition(tested, self._names)
-            is_literal = isinstance(own, FixedTruth) and not isinstance(each, ast.Compare)
-            found = None if own == UNKNOWN or is_literal else constant_condition(own)
-            if found is not None:
-                self._reader.remark(found[0], each, f"`{ast.unparse(tested)}` {found[1]}")
+            is_literal = isinstance(own, FixedTruth) and not isinstance(expression, ast.Compare)
+            remark = None if own == UNKNOWN or is_literal else constant_condition(own)
+            if remark is not None:
+                self._reader.remark(remark[0], expression, f"`{ast.unparse(tested)}` {remark[1]}")
 
     # --- numbers
 
@@ -123,9 +123,9 @@ class Flow:
         """Whether the dividend, a constant or a remainder, is smaller than the divisor."""
         is_rest = isinstance(dividend, ast.BinOp) and isinstance(dividend.op, ast.Mod)
         most = dividend.right if is_rest and isinstance(dividend, ast.BinOp) else dividend
-        found = self._reader.number(most)
+        divided = self._reader.number(most)
         is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # a named value may be small
-        return is_literal and isinstance(found, int) and 0 < found <= divisor - (not is_rest)
+        return is_literal and isinstance(divided, int) and 0 < divided <= divisor - (not is_rest)
 
 
 def _both(one: Condition, other: Condition) -> Condition:
@@ -141,7 +141,7 @@ def _never_ends(node: ast.stmt) -> bool:
     if isinstance(node, _LEAVES):
         return True
     if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:
-        return not any(_breaks(each) for each in node.body)
+        return not any(_breaks(statement) for statement in node.body)
     if isinstance(node, ast.If):
         return bool(node.orelse) and _leaves(node.body) and _leaves(node.orelse)
     return False

@@ -54,8 +54,10 @@ class HandWrites:
 
     def _assigned(self, target: ast.expr, value: ast.expr, place: WalkPlace) -> Iterator[WordWrite]:
         if isinstance(target, ast.Tuple | ast.List):
-            for each, part in zip(target.elts, self._walk.local.parts(value, len(target.elts)), strict=True):
-                yield from self._assigned(each, part, place)
+            for element, part in zip(
+                target.elts, self._walk.local.parts(value, len(target.elts)), strict=True
+            ):
+                yield from self._assigned(element, part, place)
         elif isinstance(target, ast.Subscript):
             slot, word = self._output_word(target)
             if slot is not None and word is not None:
@@ -97,12 +99,12 @@ class HandWrites:
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: WalkPlace) -> Iterator[WordWrite]:
         """Yield the writes that load a whole image."""
         try:
-            found = self._walk.options.of(self._walk.local.closed(image), {})
-            images = [tuple(option) for option in found.options if len(tuple(option)) == WORDS]
+            choices = self._walk.options.of(self._walk.local.closed(image), {})
+            images = [tuple(option) for option in choices.options if len(tuple(option)) == WORDS]
         except (UnknownError, TypeError):
-            found, images = UNKNOWN_CHOICES, []
+            choices, images = UNKNOWN_CHOICES, []
         for word in range(WORDS):
-            value = Choices(tuple(each[word] for each in images), found.source, found.names)
+            value = Choices(tuple(words[word] for words in images), choices.source, choices.names)
             if len(set(value.options)) == 1:
                 value = Choices(value.options[:1])
             yield self._word(call, slot, word, value, place)
@@ -120,9 +122,9 @@ class HandWrites:
             return self._bits(call, slot, word, sets, clears, place)
         is_known = UNKNOWN not in leaves(free)
         if word == 0:
-            at, both = self._walk.reader.place(call), place.inside(free, free).free
+            written_at, both = self._walk.reader.place(call), place.inside(free, free).free
             name = str(CommandMsw(mask).name)
-            self.outputs.append(OutputWrite(at, name, f"{slot} {name}", both, f"slot {slot}"))
+            self.outputs.append(OutputWrite(written_at, name, f"{slot} {name}", both, f"slot {slot}"))
         own = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
         return self._bits(call, slot, word, mask, mask, place.inside(own, free))
 
@@ -154,19 +156,25 @@ class HandWrites:
         clears: int,
         place: WalkPlace,
     ) -> WordWrite:
-        at = self._walk.reader.place(node)
+        written_at = self._walk.reader.place(node)
         steps, text = self._steps.where(place.when), ast.unparse(node)
-        return WordWrite(at, slot, word, value, sets, clears, place.when, steps, text)
+        return WordWrite(written_at, slot, word, value, sets, clears, place.when, steps, text)
 
     # --- what expressions are
 
     def _outputs(self, node: ast.expr) -> int | None:
         """Return the slot of a 3601 if an expression is its output image; None for another one."""
-        found = self._walk.local.closed(node)
-        if not isinstance(found, ast.Attribute) or found.attr != "outputs":
+        attribute = self._walk.local.closed(node)
+        if not isinstance(attribute, ast.Attribute) or attribute.attr != "outputs":
             return None
-        is_slot = isinstance(found.value, ast.Subscript) and ast.unparse(found.value.value).endswith("slot")
-        slot = self._number(found.value.slice) if is_slot and isinstance(found.value, ast.Subscript) else None
+        is_slot = isinstance(attribute.value, ast.Subscript) and ast.unparse(attribute.value.value).endswith(
+            "slot"
+        )
+        slot = (
+            self._number(attribute.value.slice)
+            if is_slot and isinstance(attribute.value, ast.Subscript)
+            else None
+        )
         if slot is None and len(self._slots) == 1:
             slot = self._slots[0]
         return slot if slot in self._slots else None
@@ -180,24 +188,24 @@ class HandWrites:
 
     def _value(self, node: ast.expr, target: ast.expr) -> Choices:
         try:
-            found = self._walk.options.of(self._walk.local.closed(node), {})
+            choices = self._walk.options.of(self._walk.local.closed(node), {})
         except UnknownError:
             return UNKNOWN_CHOICES
-        options = [option for option in found.options if isinstance(option, int)]
-        wrong = [at for at, each in enumerate(options) if not WORD_MIN <= each <= UNSIGNED_MAX]
-        if len(options) < len(found.options):
+        options = [option for option in choices.options if isinstance(option, int)]
+        wrong = [index for index, option in enumerate(options) if not WORD_MIN <= option <= UNSIGNED_MAX]
+        if len(options) < len(choices.options):
             return UNKNOWN_CHOICES
         if not wrong:
-            return Choices(tuple(map(signed_word, options)), found.source, found.names)
-        if found.source:
-            name = (*found.names, *[found.source] * len(options))[wrong[0]]
+            return Choices(tuple(map(signed_word, options)), choices.source, choices.names)
+        if choices.source:
+            name = (*choices.names, *[choices.source] * len(options))[wrong[0]]
             text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
             self.remarks.append(Violation(self._walk.reader.place(target), text))
         return UNKNOWN_CHOICES
 
     def _number(self, node: ast.expr) -> int | None:
         try:
-            found = self._walk.options.of(self._walk.local.closed(node), {}).options
+            options = self._walk.options.of(self._walk.local.closed(node), {}).options
         except UnknownError:
             return None
-        return found[0] if len(found) == 1 and isinstance(found[0], int) else None
+        return options[0] if len(options) == 1 and isinstance(options[0], int) else None

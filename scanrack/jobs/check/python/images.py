@@ -41,7 +41,7 @@ class Images:
         self._words = {slot.number: slot.words for slot in spec.slot}
         self._functions = [function for function, _ in functions_in(reader.tree)]
         self._given: dict[tuple[str, str], set[What]] = {
-            (each.name, "scan"): {("scan", None)} for each in self._functions
+            (function.name, "scan"): {("scan", None)} for function in self._functions
         }
 
     def note(self) -> None:
@@ -70,7 +70,7 @@ class Images:
     ) -> None:
         """Note a word or a bit that an image does not have."""
         kind, slot = self.what(image, local)
-        numbers = [each for each in map(self._number, given) if each is not None]
+        numbers = [number for number in map(self._number, given) if number is not None]
         if kind not in ("inputs", "outputs") or not numbers or len(numbers) < len(given):
             return
         text = self._lacks(kind[0].upper(), slot, *numbers)
@@ -80,7 +80,7 @@ class Images:
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
         """Return a message that an image lacks a word or bit; "" if it has it, or if that is unknown."""
         known = [self._words[slot]] if slot in self._words else self._words.values()
-        words = max((len(each.named(image)) for each in known), default=WORDS)
+        words = max((len(words_of.named(image)) for words_of in known), default=WORDS)
         if not -words <= word < words:
             return f"the image has words 0 to {words - 1}"
         if bit is not None and not 0 <= bit < BITS:
@@ -92,8 +92,8 @@ class Images:
         return f"the card in slot {slot} has {there}" if is_lacking else ""
 
     def _number(self, node: ast.expr) -> int | None:
-        found = self._reader.number(node)
-        return found if isinstance(found, int) else None
+        number = self._reader.number(node)
+        return number if isinstance(number, int) else None
 
     # --- what names are
 
@@ -103,21 +103,21 @@ class Images:
         for function in self._functions:
             if function.name == name:
                 for parameter, node in zip(parameters_of(function), call.args, strict=False):
-                    what = self.what(node, local)
-                    if what[0]:
-                        self._given.setdefault((name, parameter), set()).add(what)
+                    content = self.what(node, local)
+                    if content[0]:
+                        self._given.setdefault((name, parameter), set()).add(content)
 
     def locals_of(self, function: Function) -> dict[str, What]:
         """Return what the local names of a function are, if each is only one thing."""
-        found: dict[str, What] = {
+        contents: dict[str, What] = {
             name: next(iter(kinds))
             for (owner, name), kinds in self._given.items()
             if owner == function.name and len(kinds) == 1
         }
         for name, values in grouped(_assigned(function), lambda pair: pair[0]).items():
-            whats = {NOTHING if value is None else self.what(value, found) for _, value in values}
-            found[name] = next(iter(whats)) if len(whats) == 1 else NOTHING
-        return found
+            whats = {NOTHING if value is None else self.what(value, contents) for _, value in values}
+            contents[name] = next(iter(whats)) if len(whats) == 1 else NOTHING
+        return contents
 
     def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
         """Return what an expression is, "scan", "slot", "inputs", "outputs" or "", and its slot."""

@@ -40,10 +40,18 @@ class LocalNames:
     def join(self, other: Names, test: ast.expr) -> None:
         """Join the names after the two arms of a statement; `other` has those after the first arm."""
         for name in {*other, *self._names}:
-            one, two = other.get(name), self._names.get(name)
-            if one is two or (one is not None and two is not None and ast.dump(one) == ast.dump(two)):
+            other_value, own_value = other.get(name), self._names.get(name)
+            if other_value is own_value or (
+                other_value is not None
+                and own_value is not None
+                and ast.dump(other_value) == ast.dump(own_value)
+            ):
                 continue
-            both = None if one is None or two is None else ast.IfExp(self.closed(test), one, two)
+            both = (
+                None
+                if other_value is None or own_value is None
+                else ast.IfExp(self.closed(test), other_value, own_value)
+            )
             self._names[name] = both
 
     def forget(self, name: str) -> None:
@@ -54,38 +62,38 @@ class LocalNames:
         """Set what a target means; None for unknown."""
         if isinstance(target, ast.Tuple):
             parts = [None] * len(target.elts) if value is None else self.parts(value, len(target.elts))
-            for each, part in zip(target.elts, parts, strict=True):
-                self.bind(each, part)
+            for element, part in zip(target.elts, parts, strict=True):
+                self.bind(element, part)
         elif isinstance(target, ast.Name):
             self._names[target.id] = None if value is None else _short(self.closed(value))
 
     def parts(self, value: ast.expr, count: int) -> Sequence[ast.expr]:
         """Return the elements of a value that is being unpacked."""
         if isinstance(value, ast.Tuple) and len(value.elts) == count:
-            return [self.closed(each) for each in value.elts]
+            return [self.closed(elt) for elt in value.elts]
         closed = self.closed(value)
         return [
-            ast.copy_location(ast.Subscript(closed, ast.Constant(at), ast.Load()), value)
-            for at in range(count)
+            ast.copy_location(ast.Subscript(closed, ast.Constant(index), ast.Load()), value)
+            for index in range(count)
         ]
 
     def enter(self, function: Function, call: ast.Call) -> Names:
         """Enter a called function; return the names at the call."""
         parameters = parameters_of(function)
-        given = {name: _short(self.closed(value)) for name, value in given_to(parameters, call).items()}
-        return self.swap({**given, **{name: None for name in parameters if name not in given}})
+        arguments = {name: _short(self.closed(value)) for name, value in given_to(parameters, call).items()}
+        return self.swap({**arguments, **{name: None for name in parameters if name not in arguments}})
 
     def closed(self, node: ast.expr) -> ast.expr:
         """Return an expression with local names replaced by their meaning."""
-        found = _Closing(self._names).visit(_copy(node))
-        assert isinstance(found, ast.expr)
-        return found
+        expression = _Closing(self._names).visit(_copy(node))
+        assert isinstance(expression, ast.expr)
+        return expression
 
     def inputs(self, node: ast.expr) -> ast.expr:
         """Return the same with bits of input images replaced by names."""
-        found = _InputNames(self._options).visit(self.closed(node))
-        assert isinstance(found, ast.expr)
-        return found
+        expression = _InputNames(self._options).visit(self.closed(node))
+        assert isinstance(expression, ast.expr)
+        return expression
 
 
 class _Closing(ast.NodeTransformer):
@@ -111,10 +119,10 @@ class _InputNames(ast.NodeTransformer):
         if not isinstance(image, ast.Attribute) or image.attr != "inputs":
             return node
         try:
-            at = [self._options.of(each, {}).options[0] for each in node.args]
+            position = [self._options.of(arg, {}).options[0] for arg in node.args]
         except UnknownError:
             return node
-        return ast.copy_location(ast.Name(f"{INPUT}{ast.unparse(image)}.{at}", ast.Load()), node)
+        return ast.copy_location(ast.Name(f"{INPUT}{ast.unparse(image)}.{position}", ast.Load()), node)
 
 
 def _short(node: ast.expr) -> ast.expr | None:

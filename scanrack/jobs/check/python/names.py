@@ -114,27 +114,27 @@ class Accesses:
         declared = [node.target] if isinstance(node, ast.AnnAssign) else []
         value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
         for target in targets_of(node) or declared:
-            for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
-                self._write(each, Touch.WRITE if each is not target else _use(value), place, value)
+            for element in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
+                self._write(element, Touch.WRITE if element is not target else _use(value), place, value)
         self._names.forget()
 
     def _reads(self, node: ast.AST) -> None:
-        for each in nodes_in(node, ast.Attribute):
-            name = field_of(each)
-            if name in self._facts.variables and is_loaded(each):
-                self._add(Access(name, "", Touch.READ, self._reader.place(each)))
+        for attribute in nodes_in(node, ast.Attribute):
+            name = field_of(attribute)
+            if name in self._facts.variables and is_loaded(attribute):
+                self._add(Access(name, "", Touch.READ, self._reader.place(attribute)))
 
     def _write(self, target: ast.expr, use: Touch, place: _Place, value: ast.expr | None = None) -> None:
         name = field_of(target)
         if name not in self._facts.variables:
             return
-        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(place.reached))
+        needs = frozenset(Bit(bit.name.replace("self.", "", 1), bit.on) for bit in needed(place.reached))
         is_every_scan = self._function.name == "every_scan"
         is_default = place.top and is_every_scan and use is not Touch.BOTH
-        use, at = Touch.COIL if is_default else use, self._reader.place(target)
-        self._add(Access(name, "", use, at, needs=needs, once=place.once, default=is_default))
+        use, line = Touch.COIL if is_default else use, self._reader.place(target)
+        self._add(Access(name, "", use, line, needs=needs, once=place.once, default=is_default))
         if is_every_scan:
-            self._switched(name, at, place.reached, value)
+            self._switched(name, line, place.reached, value)
 
     def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
         """Note the condition under which an output is switched on."""
@@ -180,9 +180,9 @@ def called_twice(
     """Yield repeated calls of a block in a method that every scan executes, and in its helpers."""
     calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
     own = [(call, arms) for call, arms in calls if field_of(call.func) in blocks]
-    for at, (call, arms) in enumerate(own):
+    for index, (call, arms) in enumerate(own):
         name = field_of(call.func)
-        before = (others for other, others in own[:at] if field_of(other.func) == name)
+        before = (others for other, others in own[:index] if field_of(other.func) == name)
         if not all(_exclude(arms, others) for others in before):
             yield call, name
 
@@ -194,7 +194,7 @@ Arms = tuple[tuple[int, int], ...]
 def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
     for node in body:
         tested = node.test if isinstance(node, ast.If) else node
-        yield from ((each, arms) for each in nodes_in(tested, ast.Call))
+        yield from ((call, arms) for call in nodes_in(tested, ast.Call))
         if isinstance(node, ast.If):
             yield from _paths(node.body, (*arms, (id(node), 0)))
             yield from _paths(node.orelse, (*arms, (id(node), 1)))
@@ -208,10 +208,14 @@ def _with_helpers(
         yield call, arms
         helper = methods.get(field_of(call.func))
         if isinstance(helper, ast.FunctionDef) and depth:
-            inner = ((each, (*arms, *others)) for each, others in _paths(helper.body, ()))
+            inner = ((inner_call, (*arms, *others)) for inner_call, others in _paths(helper.body, ()))
             yield from _with_helpers(inner, methods, depth - 1)
 
 
 def _exclude(one: Arms, other: Arms) -> bool:
     """Whether two calls are in different arms of the same statement."""
-    return any(a == b and m != n for a, m in one for b, n in other)
+    return any(
+        arm == other_arm and branch != other_branch
+        for arm, branch in one
+        for other_arm, other_branch in other
+    )

@@ -38,8 +38,8 @@ def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]: ...
 
 def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]:
     """Yield the nodes of the given kinds in a tree, or in the trees of several statements."""
-    for each in [tree] if isinstance(tree, ast.AST) else tree:
-        for node in ast.walk(each):
+    for root in [tree] if isinstance(tree, ast.AST) else tree:
+        for node in ast.walk(root):
             if isinstance(node, kinds):
                 yield node
 
@@ -94,7 +94,7 @@ def bodies_of(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
         if name in ("body", "orelse", "finalbody"):
             yield getattr(statement, name)
         elif name in ("handlers", "cases"):
-            yield from (each.body for each in getattr(statement, name))
+            yield from (child.body for child in getattr(statement, name))
 
 
 def parents_in(tree: ast.AST) -> dict[int, ast.AST]:
@@ -104,19 +104,19 @@ def parents_in(tree: ast.AST) -> dict[int, ast.AST]:
 
 def unpacks(call: ast.Call) -> bool:
     """Whether a call unpacks arguments, so that their parameters are unknown."""
-    is_starred = any(isinstance(each, ast.Starred) for each in call.args)
-    return is_starred or any(each.arg is None for each in call.keywords)
+    is_starred = any(isinstance(arg, ast.Starred) for arg in call.args)
+    return is_starred or any(keyword.arg is None for keyword in call.keywords)
 
 
 def given_to(parameters: Iterable[str], call: ast.Call) -> dict[str, ast.expr]:
     """Return the arguments of a call by parameter name, without those that it unpacks."""
-    named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+    named = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg is not None}
     return {**dict(zip(parameters, call.args, strict=False)), **named}
 
 
 def parameters_of(function: Function) -> list[str]:
     """Return the names of the parameters that positional arguments fill, without `self`."""
-    return [each.arg for each in function.args.args if each.arg != "self"]
+    return [arg.arg for arg in function.args.args if arg.arg != "self"]
 
 
 def is_self(node: ast.AST) -> bool:
@@ -136,7 +136,7 @@ def last_name(node: ast.AST) -> str:
 
 def missing(text: str, name: str, names: Collection[str]) -> str:
     """Return a message that an attribute does not exist, with the closest existing name."""
-    return f"no {text}{nearest(name, [each for each in names if not each.startswith('_')])}"
+    return f"no {text}{nearest(name, [known for known in names if not known.startswith('_')])}"
 
 
 def nearest(name: str, names: Collection[str]) -> str:

@@ -53,16 +53,16 @@ class Numbers:
         """Return the elements of a sequence; None if the text does not determine them."""
         is_listed = isinstance(node, ast.Tuple | ast.List)
         try:
-            found = self._evaluated(node) if is_listed else self._reader.value(node)
+            elements = self._evaluated(node) if is_listed else self._reader.value(node)
         except UnknownError:
-            found = self._evaluated(node)
-        return found if isinstance(found, tuple | list) else None
+            elements = self._evaluated(node)
+        return elements if isinstance(elements, tuple | list) else None
 
     def _evaluated(self, node: ast.expr) -> object:
         """Return the value of an expression whose calls only construct sequences; None for any other."""
         names = (ast.unparse(call.func) for call in nodes_in(node, ast.Call))
         called = [self._reader.names.get(name, name) for name in names]
-        if not all(each is BlendSegment or each in ("range", "tuple", "list") for each in called):
+        if not all(kind is BlendSegment or kind in ("range", "tuple", "list") for kind in called):
             return None
         if any(nodes_in(node, ast.Await, ast.Lambda, ast.Pow)):
             return None
@@ -84,8 +84,8 @@ class Numbers:
         stored = self._known(node) if depth else []
         if stored:
             return tuple(choice for value in stored for choice in self.choices(value, given, depth - 1))
-        found = self._range(node, given, depth)
-        return (found,) if found != ANY else self._options_of(node)
+        range_ = self._range(node, given, depth)
+        return (range_,) if range_ != ANY else self._options_of(node)
 
     def _known(self, node: ast.expr) -> list[ast.expr]:
         """Return all values that the text assigns to a name or attribute; empty if any of them is unknown."""
@@ -116,25 +116,30 @@ class Numbers:
                     self.of(left, given, depth - 1), self.of(right, given, depth - 1)
                 )
             case ast.Call(func=ast.Name(name), args=args) if args and not node.keywords:
-                return self._of_call(name, [self.of(each, given, depth - 1) for each in args])
+                return self._of_call(name, [self.of(arg, given, depth - 1) for arg in args])
         return ANY
 
     def _of_loop(self, name: str, given: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
         """Return the range of a loop variable in `for i in range(...)`."""
-        iterable, at = self._reader.loops[name]
-        if not (isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range") or at is not None:
+        iterable, position = self._reader.loops[name]
+        if (
+            not (isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range")
+            or position is not None
+        ):
             return ANY
-        bounds = [self.of(each, given, depth - 1) for each in iterable.args]
-        if not all(each.is_constant for each in bounds):
+        bounds = [self.of(arg, given, depth - 1) for arg in iterable.args]
+        if not all(bound.is_constant for bound in bounds):
             return ANY
-        passes = range(*(int(each.least) for each in bounds))
+        passes = range(*(int(bound.least) for bound in bounds))
         return Range(min(passes), max(passes)) if passes else ANY
 
     @staticmethod
     def _of_call(name: str, ranges: Sequence[Range]) -> Range:
         if name in ("min", "max") and len(ranges) > 1:
             pick = min if name == "min" else max
-            return Range(pick(number.least for number in ranges), pick(each.most for each in ranges), False)
+            return Range(
+                pick(number.least for number in ranges), pick(range_.most for range_ in ranges), False
+            )
         if name == "abs":
             return OPERATIONS["ABS"](ranges[0])
         return OPERATIONS["TRN"](ranges[0]) if name in ("int", "round") else ANY

@@ -113,18 +113,18 @@ class Reader:
                 if name in NEUTRAL:
                     arguments[name] = (NEUTRAL[name],)
         try:
-            made = [] if unpacks(call) else [_class(kind)(**each) for each in variants(arguments)]
+            made = [] if unpacks(call) else [_class(kind)(**variant) for variant in variants(arguments)]
         except TypeError:  # the call itself fails, or an argument is unknown
             return None
         return made[0] if made else None
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
         """Return the arguments of a call that have a single value."""
-        found = {}
+        values = {}
         for name, node in given_to(signature(_class(kind)).parameters, call).items():
             with suppress(UnknownError):
-                found[name] = self.value(node)
-        return found
+                values[name] = self.value(node)
+        return values
 
     def possible(self, node: ast.expr) -> Sequence[object]:
         """Return the possible values of an expression: one, or the elements of the sequence it is taken from.
@@ -135,18 +135,18 @@ class Reader:
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
             return self._elements(node.value)
         if isinstance(node, ast.Name) and node.id in self.loops:
-            iterable, at = self.loops[node.id]
+            iterable, position = self.loops[node.id]
             elements = self._elements(iterable)
-            return elements if at is None else [_item(element, at) for element in elements]
+            return elements if position is None else [_item(element, position) for element in elements]
         return (self.value(node),)
 
     def _elements(self, node: ast.expr) -> Sequence[object]:
         if isinstance(node, ast.Tuple | ast.List):
-            return [self._element(each) for each in node.elts]
-        found = self.value(node)
-        if not isinstance(found, tuple | list) or not found:
+            return [self._element(elt) for elt in node.elts]
+        elements = self.value(node)
+        if not isinstance(elements, tuple | list) or not elements:
             raise UnknownError
-        return found
+        return elements
 
     def _element(self, node: ast.expr) -> object:
         return self._elements(node) if isinstance(node, ast.Tuple | ast.List) else self.value(node)
@@ -173,16 +173,16 @@ class Reader:
     def number(self, node: ast.expr) -> int | float | None:
         """Return the number that an expression is; None if it is not a number, or unknown."""
         try:
-            found = self.value(node)
+            number = self.value(node)
         except UnknownError:
             return None
-        return found if isinstance(found, int | float) else None
+        return number if isinstance(number, int | float) else None
 
     def held(self) -> Iterator[Violation]:
         """Yield the last command of a program that never clears word 0."""
-        given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
-        if given and not self._may_zero():
-            line, kind = max(given)
+        setters = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
+        if setters and not self._may_zero():
+            line, kind = max(setters)
             text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
             yield Violation(FileLine(self.file, line), text)
 
@@ -208,9 +208,9 @@ def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | No
     """Yield the functions of a module and the methods of its classes, with their class."""
     for node in tree.body:
         owner = node if isinstance(node, ast.ClassDef) else None
-        for each in (node,) if owner is None else owner.body:
-            if isinstance(each, Function):
-                yield each, owner
+        for statement in (node,) if owner is None else owner.body:
+            if isinstance(statement, Function):
+                yield statement, owner
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
@@ -232,9 +232,9 @@ def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, 
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
         targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
-        for at, target in enumerate(targets):
+        for position, target in enumerate(targets):
             if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
-                yield target.id, (loop.iter, None if target is loop.target else at)
+                yield target.id, (loop.iter, None if target is loop.target else position)
 
 
 def _item(row: object, at: int) -> object:

@@ -42,20 +42,20 @@ class _PythonReals:
 
     def differ(self, node: ast.Compare, function: Function) -> bool:
         """Whether one of the compared values is a calculated fraction, which is not exact."""
-        one, other = sides = (node.left, node.comparators[0])
+        left, right = sides = (node.left, node.comparators[0])
         if self._is_exact(sides, node.ops[0]):
             return False
         local = _assigned(function)
-        copies = self._copies(one, other, local) or self._copies(other, one, local)
+        copies = self._copies(left, right, local) or self._copies(right, left, local)
         return not copies and any(self._is_calculated(side, local, DEPTH) for side in sides)
 
     def _is_exact(self, sides: Sequence[ast.expr], op: ast.cmpop) -> bool:
         """Whether a compared constant is not a number, or is a 0 that may be compared for equality."""
-        found = [each.value for each in map(constant_of, sides) if each is not None]
-        if not all(isinstance(each, int | float) for each in found):
+        constants = [constant.value for constant in map(constant_of, sides) if constant is not None]
+        if not all(isinstance(constant, int | float) for constant in constants):
             return True
         may_be_zero = isinstance(op, ast.NotEq) or any(ast.unparse(side) in self._divisors for side in sides)
-        return may_be_zero and not all(found)
+        return may_be_zero and not all(constants)
 
     def _copies(self, copy: ast.expr, source: ast.expr, local: Mapping[str, list[ast.expr]]) -> bool:
         """Whether one value is assigned from the other."""
@@ -74,24 +74,26 @@ class _PythonReals:
             case ast.UnaryOp(operand=operand):
                 return self._is_calculated(operand, local, depth)
             case ast.Name() | ast.Attribute() if depth:
-                found = local if isinstance(node, ast.Name) else self._attributes
-                values = found.get(ast.unparse(node), ())
+                assignments = local if isinstance(node, ast.Name) else self._attributes
+                values = assignments.get(ast.unparse(node), ())
                 return any(self._is_calculated(value, local, depth - 1) for value in values)
         return False
 
 
 def _assigned(tree: ast.AST) -> dict[str, list[ast.expr]]:
     """Return all values that a text assigns to each target; for `x += 1`, the sum."""
-    found: dict[str, list[ast.expr]] = {}
+    assignments: dict[str, list[ast.expr]] = {}
     for node in nodes_in(tree, ast.Assign, ast.AnnAssign, ast.AugAssign):
         if isinstance(node, ast.AugAssign):
             value = ast.BinOp(node.target, node.op, node.value)
-            found.setdefault(ast.unparse(node.target), []).append(value)
-        for target, each in assignments_in([node]):
-            found.setdefault(ast.unparse(target), []).append(each)
-    return found
+            assignments.setdefault(ast.unparse(node.target), []).append(value)
+        for target, assigned in assignments_in([node]):
+            assignments.setdefault(ast.unparse(target), []).append(assigned)
+    return assignments
 
 
 def _is_fraction(node: ast.expr) -> bool:
-    found = constant_of(node)
-    return found is not None and isinstance(found.value, float) and found.value != int(found.value)
+    constant = constant_of(node)
+    return (
+        constant is not None and isinstance(constant.value, float) and constant.value != int(constant.value)
+    )

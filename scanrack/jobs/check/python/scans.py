@@ -72,8 +72,8 @@ class Scans:
     def _is_image(self, node: ast.expr, end: str) -> bool:
         text = ast.unparse(node)
         for _ in self._aliases:
-            first, dot, rest = text.partition(".")
-            text = f"{self._aliases.get(first, first)}{dot}{rest}"
+            first, dot, members = text.partition(".")
+            text = f"{self._aliases.get(first, first)}{dot}{members}"
         return ".slot[" in text and text.endswith(end)
 
     def _assigned(self, target: ast.expr, value: ast.expr) -> None:
@@ -95,9 +95,9 @@ class Scans:
             if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
                 known = {*dir(value), *_fields(classes[kind.__name__])}
                 self._missing(self._reader.tree, name, known)
-        for each in classes.values():
-            if not [*each.bases, *each.keywords]:
-                self._missing(each, "self", {*_fields(each), *dir(object)})
+        for class_ in classes.values():
+            if not [*class_.bases, *class_.keywords]:
+                self._missing(class_, "self", {*_fields(class_), *dir(object)})
         for name, view in self._views().items():
             self._missing(self._reader.tree, name, set(dir(view)))
 
@@ -123,9 +123,9 @@ class Scans:
         """Note the commands that are given as words."""
         tree = self._reader.tree
         if self._slot is not None:
-            zeroed = {id(each) for node in nodes_in(tree, ast.Assign) for each in _zeroed(node)}
+            zeroed = {id(target) for node in nodes_in(tree, ast.Assign) for target in _zeroed(node)}
             stored = (node for node in nodes_in(tree, ast.Subscript) if is_stored(node))
-            if any(self._is_image(each.value, ".outputs") for each in stored if id(each) not in zeroed):
+            if any(self._is_image(node.value, ".outputs") for node in stored if id(node) not in zeroed):
                 self._facts.computed.add(self._slot)
             self._facts.commands += self._given(self._slot)
         load = next(filter(self._loads_motion, nodes_in(tree, ast.Call)), None)
@@ -155,7 +155,9 @@ class Scans:
         name = text.partition(".")[0]
         assignments = (node for node in nodes_in(self._reader.tree, ast.Assign))
         named = [ast.unparse(node.value) for node in assignments if ast.unparse(node.targets[0]) == name]
-        return any(f"{kind}(" in each for kind in ("Move", "FindHome", "Manual") for each in (text, *named))
+        return any(
+            f"{kind}(" in text_part for kind in ("Move", "FindHome", "Manual") for text_part in (text, *named)
+        )
 
     def _is_used(self, made: ast.Call) -> bool:
         """Whether a configuration is used, in place or by its global name."""
@@ -163,7 +165,7 @@ class Scans:
         own = [node for node in assignments if made in ast.walk(node.value)]
         names = {ast.unparse(target) for node in own for target in node.targets}
         loads = filter(is_loaded, nodes_in(self._reader.tree, ast.Name))
-        return not own or any(each.id in names for each in loads)
+        return not own or any(node.id in names for node in loads)
 
 
 def _zeroed(node: ast.Assign) -> list[ast.expr]:

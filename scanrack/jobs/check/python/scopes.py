@@ -42,10 +42,10 @@ class Scopes:
         if is_entry or function.decorator_list or function.name.startswith("__") or _is_stub(function):
             return
         used = set(names_in(function))
-        for each in every if owner is None else every[1:]:
-            if each.arg not in used and not each.arg.startswith("_"):
-                text = f"{function.name} does not use its parameter {each.arg}"
-                self._reader.remark("unused-parameter", each, text)
+        for parameter in every if owner is None else every[1:]:
+            if parameter.arg not in used and not parameter.arg.startswith("_"):
+                text = f"{function.name} does not use its parameter {parameter.arg}"
+                self._reader.remark("unused-parameter", parameter, text)
 
     def _is_called(self, name: str) -> bool:
         calls = (node.func for node in nodes_in(self._reader.tree, ast.Call))
@@ -83,8 +83,10 @@ class Scopes:
         calls: dict[str, set[str]] = {}
         for function, owner in functions:
             called = (node.func for node in nodes_in(function, ast.Call))
-            own = (each for each in called if isinstance(each, ast.Name) or (owner and field_of(each)))
-            calls[function.name] = {ast.unparse(each).removeprefix("self.") for each in own}
+            own = (
+                callee for callee in called if isinstance(callee, ast.Name) or (owner and field_of(callee))
+            )
+            calls[function.name] = {ast.unparse(node).removeprefix("self.") for node in own}
         for function, _ in functions:
             if function.name in reached([function.name], lambda name: calls.get(name, ())):
                 text = f"{function.name} calls itself, directly or through others"
@@ -94,11 +96,11 @@ class Scopes:
 def _is_stub(function: Function) -> bool:
     """Whether a function only raises, passes, or returns a constant, for another class to implement."""
     body = [
-        each
-        for each in function.body
-        if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
+        statement
+        for statement in function.body
+        if not (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))
     ]
-    return all(isinstance(each, ast.Pass | ast.Raise) for each in body)
+    return all(isinstance(statement, ast.Pass | ast.Raise) for statement in body)
 
 
 def _declared(node: ast.stmt) -> Iterator[str]:
@@ -111,7 +113,7 @@ def _declared(node: ast.stmt) -> Iterator[str]:
         case ast.AnnAssign(target=target):
             yield from names_in(target)
         case ast.Import(names=names) | ast.ImportFrom(names=names):
-            yield from ((each.asname or each.name).partition(".")[0] for each in names)
+            yield from ((alias.asname or alias.name).partition(".")[0] for alias in names)
 
 
 def _bound_in(function: Function) -> Iterator[tuple[str, ast.arg | ast.Name]]:

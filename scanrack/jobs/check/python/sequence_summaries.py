@@ -95,19 +95,19 @@ class SequenceSummaries:
         self, function: Function, call: ast.Call, place: _Place
     ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
         """Return the axes and number ranges that a call passes to a helper, by parameter."""
-        given = given_to([each.arg for each in function.args.args[1:]], call)
-        axes = {name: axis for name, node in given.items() if (axis := self._axis(node, place))}
-        self._followed |= {id(given[name]) for name in axes}
+        nodes_by_name = given_to([arg.arg for arg in function.args.args[1:]], call)
+        axes = {name: axis for name, node in nodes_by_name.items() if (axis := self._axis(node, place))}
+        self._followed |= {id(nodes_by_name[name]) for name in axes}
         choices = self._numbers[place.file].choices
-        numbers = {name: choices(node, place.numbers) for name, node in given.items()}
-        return axes, {name: found for name, found in numbers.items() if joined(*found).is_known}
+        numbers = {name: choices(node, place.numbers) for name, node in nodes_by_name.items()}
+        return axes, {name: ranges for name, ranges in numbers.items() if joined(*ranges).is_known}
 
     # --- statements
 
     def _body(self, body: Sequence[ast.stmt], place: _Place) -> None:
-        for each in body:
-            self._statement(each, place)
-            if any(isinstance(inner, ast.Return) for inner in ast.walk(each)):
+        for statement in body:
+            self._statement(statement, place)
+            if any(isinstance(inner, ast.Return) for inner in ast.walk(statement)):
                 place = replace(place, sure=False)
 
     def _statement(self, node: ast.stmt, place: _Place) -> None:
@@ -142,7 +142,7 @@ class SequenceSummaries:
         self._body(node.body, place)
         after, self._pending = self._pending, before
         self._body(node.orelse, place)
-        self._pending = {name: each for name, each in self._pending.items() if name in after}
+        self._pending = {name: call for name, call in self._pending.items() if name in after}
 
     def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Place) -> None:
         """Note statement bodies that may not all run. No command is pending at the start of each."""
@@ -153,9 +153,9 @@ class SequenceSummaries:
     def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
         """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
         listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
-        axes = [self._axis(each, place) for each in listed]
+        axes = [self._axis(node, place) for node in listed]
         if isinstance(loop.target, ast.Name) and axes and all(axes):
-            self._followed |= {id(each) for each in listed}
+            self._followed |= {id(node) for node in listed}
             for axis in axes:
                 yield replace(place, axes={**place.axes, loop.target.id: axis})
         else:
@@ -172,14 +172,14 @@ class SequenceSummaries:
 
     def escaped(self) -> set[str]:
         """Return the axes that the text passes to code that is not followed."""
-        found = set()
+        attributes = set()
         for _, function in self._methods.values():
             parents = parents_in(function)
             for node in nodes_in(function, ast.Attribute):
                 is_used = isinstance(parents.get(id(node)), ast.Attribute) or id(node) in self._followed
                 if field_of(node) in self._axes and not is_used:
-                    found.add(node.attr)
-        return found
+                    attributes.add(node.attr)
+        return attributes
 
     def _with(self, statement: ast.With | ast.AsyncWith, place: _Place) -> _Place:
         """Note the locks that a statement takes; return the state in its body."""
@@ -197,24 +197,24 @@ class SequenceSummaries:
             text = f"{self._owner} takes {name}, which it holds: it waits for itself"
             self._facts.remark("lock-order", at, text)
             return
-        for each in held:
-            back = self._way(name, each)
+        for lock in held:
+            back = self._way(name, lock)
             if back is not None:
                 where = f"line {back.line} leads the other way"
-                text = f"{self._owner} takes {name} while it holds {each}: {where}"
+                text = f"{self._owner} takes {name} while it holds {lock}: {where}"
                 self._facts.remark("lock-order", at, text)
-            self._taken.setdefault(each, {}).setdefault(name, at)
+            self._taken.setdefault(lock, {}).setdefault(name, at)
 
     def _way(self, first: str, last: str) -> FileLine | None:
         """Return where a chain of lock orders from one lock to another begins; None if there is none."""
         seen, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
-            name, at = todo.pop(0)
+            name, line = todo.pop(0)
             if name == last:
-                return at
+                return line
             if name not in seen:
                 seen.add(name)
-                todo += [(each, at) for each in self._taken.get(name, {})]
+                todo += [(lock, line) for lock in self._taken.get(name, {})]
         return None
 
     # --- expressions
@@ -222,7 +222,7 @@ class SequenceSummaries:
     def _expression(self, node: ast.AST, place: _Place) -> None:
         """Note the commands in an expression, in order."""
         waits = list(nodes_in(node, ast.Await))
-        awaited = {id(each) for each in nodes_in(waits, ast.Call)}
+        awaited = {id(lock) for lock in nodes_in(waits, ast.Call)}
         in_one: dict[str, str] = {}
         for call in _calls(node):
             axis = self._commanded(call, place)
@@ -231,8 +231,8 @@ class SequenceSummaries:
                 self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
             elif helper in self._methods:
                 self._call(helper, place, call)
-        others = (each.value for each in waits if not self._commanded(each.value, place))
-        if not all(isinstance(each, ast.Call) and last_name(each.func) == "dwell" for each in others):
+        others = (wait.value for wait in waits if not self._commanded(wait.value, place))
+        if not all(isinstance(other, ast.Call) and last_name(other.func) == "dwell" for other in others):
             self._pending = {}
 
     def _commanded(self, node: ast.expr, place: _Place) -> str:
@@ -243,16 +243,16 @@ class SequenceSummaries:
     def _command(
         self, axis: str, kind: str, call: ast.Call, place: _Place, *, awaited: bool, in_one: dict[str, str]
     ) -> None:
-        at = FileLine(place.file, call.lineno)
+        place_of_call = FileLine(place.file, call.lineno)
         self._order += 1
         values = self._values(axis, kind, call, place)
         command = Command(
             "register" if _is_registration(kind, values, call) else kind,
             axis,
             self._axes[axis].slot,
-            at,
+            place_of_call,
             f"{axis}.{kind}",
-            {name: joined(*each) for name, each in values.items()},
+            {name: joined(*ranges) for name, ranges in values.items()},
             values,
             self._order,
             place.unit,
@@ -286,26 +286,29 @@ class SequenceSummaries:
     def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
         """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
         listed = given_to(["segments"], call).get("segments")
-        found = self._numbers[place.file].sequence(listed) if listed is not None else None
-        if found is None or not all(isinstance(each, BlendSegment) for each in found):
+        segments = self._numbers[place.file].sequence(listed) if listed is not None else None
+        if segments is None or not all(isinstance(segment, BlendSegment) for segment in segments):
             return None
-        return tuple((exactly(each.length), exactly(each.speed), exactly(each.rate)) for each in found)  # type: ignore[attr-defined]
+        return tuple(
+            (exactly(segment.length), exactly(segment.speed), exactly(segment.rate))  # type: ignore[attr-defined]
+            for segment in segments
+        )
 
     def _values(self, axis: str, kind: str, call: ast.Call, place: _Place) -> dict[str, tuple[Range, ...]]:
         """Return the ranges of a command's arguments, as far as they are known."""
         bound = self._bound(axis, kind, call)
         segments = bound.pop("segments", None)
         numbers = self._numbers[place.file]
-        found = {name: numbers.choices(node, place.numbers) for name, node in bound.items()}
+        choices = {name: numbers.choices(node, place.numbers) for name, node in bound.items()}
         path = None if segments is None else numbers.sequence(segments)
         if path is not None:
-            found["segments"] = (exactly(len(path)),)
-        return {name: each for name, each in found.items() if joined(*each) != ANY}
+            choices["segments"] = (exactly(len(path)),)
+        return {name: ranges for name, ranges in choices.items() if joined(*ranges) != ANY}
 
     def _bound(self, axis: str, kind: str, call: ast.Call) -> dict[str, ast.expr]:
         """Return the arguments of a command by parameter; empty if they do not fit."""
         method: Any = getattr(self._axes[axis], kind, None)
-        named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+        named = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg is not None}
         try:
             return dict(signature(method).bind_partial(*call.args, **named).arguments)
         except TypeError:
@@ -331,4 +334,6 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
 
 def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:
     """Whether a command is a registration move, which has a distance from the edge."""
-    return (kind == "run" and "register" in values) or any(each.arg == "register" for each in call.keywords)
+    return (kind == "run" and "register" in values) or any(
+        keyword.arg == "register" for keyword in call.keywords
+    )

@@ -92,8 +92,8 @@ class _SequenceReader:
         self._attributes = {node.attr for node in nodes_in(self._trees, ast.Attribute)}
         self._constants = {node.value for node in nodes_in(self._trees, ast.Constant)}
         self._parts = {part.name: part for part in parts_of(logic)}
-        self._axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
-        self._blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
+        self._axes = {name: part for name, part in self._parts.items() if isinstance(part, Axis3601)}
+        self._blocks = {name: part for name, part in self._parts.items() if isinstance(part, Block)}
         self._methods = dict(self._all_methods())
 
     def note(self) -> None:
@@ -110,9 +110,9 @@ class _SequenceReader:
             Flow(reader).note()
             note_names(reader)
             note_reals(reader)
-        for each in variables_of(self._logic, self._path, self._is_recorded):
-            self._facts.variables[each.name] = each
-            self._unnamed(each)
+        for variable in variables_of(self._logic, self._path, self._is_recorded):
+            self._facts.variables[variable.name] = variable
+            self._unnamed(variable)
         owners = self._summaries()
         self._unknown_attributes()
         if len(self._readers) == 1 and not self._facts.reads_all:
@@ -135,7 +135,7 @@ class _SequenceReader:
 
     def _loops(self, reader: Reader) -> None:
         """Note the loops that never wait, once per line."""
-        inputs = [name for name, each in self._parts.items() if isinstance(each, Input | InputWord)]
+        inputs = [name for name, part in self._parts.items() if isinstance(part, Input | InputWord)]
         tree = reader.tree
         loops = [*endless(tree, inputs), *skips_wait(tree), *fixed_loops(tree, self._parts)]
         for line, text in dict(loops).items():
@@ -163,10 +163,13 @@ class _SequenceReader:
 
     def _summaries(self) -> Mapping[str, set[str]]:
         """Note what sequences do, and how methods use fields; return the sequences that reach each method."""
-        locks = [name for name, each in self._parts.items() if isinstance(each, Lock)]
-        numbers = {each.file: Numbers(each, _stored(each, self._logic)) for each in self._readers}
+        locks = [name for name, part in self._parts.items() if isinstance(part, Lock)]
+        numbers = {
+            logic_reader.file: Numbers(logic_reader, _stored(logic_reader, self._logic))
+            for logic_reader in self._readers
+        }
         summaries = SequenceSummaries(self._methods, self._axes, locks, numbers, self._facts)
-        sequences = [each.name for each in sequences_of(self._logic)]
+        sequences = [named_sequence.name for named_sequence in sequences_of(self._logic)]
         for sequence in sequences:
             summaries.follow(sequence, sequence)
         summaries.follow("every_scan", "")
@@ -196,14 +199,14 @@ class _SequenceReader:
 
     def _zero_presets(self) -> None:
         """Note blocks with a preset of 0."""
-        for name, each in self._blocks.items():
-            if (isinstance(each, Timer) and each.preset_ns == 0) or getattr(each, "preset", 1) == 0:
+        for name, block in self._blocks.items():
+            if (isinstance(block, Timer) and block.preset_ns == 0) or getattr(block, "preset", 1) == 0:
                 text = f"{name}: its preset is 0, so it is done at once"
-                self._facts.remark("preset-zero", place_at(each.declared, self._path), text)
+                self._facts.remark("preset-zero", place_at(block.declared, self._path), text)
 
     def _called_twice(self) -> None:
         """Note blocks that are called twice in a scan."""
-        helpers = {each.name: each for _, each in self._methods.values()}
+        helpers = {method.name: method for _, method in self._methods.values()}
         called = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
         for reader, function in self._methods.values():
             is_helper = isinstance(function, ast.FunctionDef) and function.name in called
@@ -256,29 +259,29 @@ class _SequenceReader:
 
 def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
     """Return the values that a text assigns to each field and local variable; None for unknown values."""
-    found: dict[str, list[ast.expr | None]] = {}
+    values: dict[str, list[ast.expr | None]] = {}
     simple: set[int] = set()
     for target, value in _single_assignments(reader.tree):
         simple.add(id(target))
-        found.setdefault(ast.unparse(target), []).append(value)
+        values.setdefault(ast.unparse(target), []).append(value)
     for node in nodes_in(reader.tree, ast.Name, ast.Attribute, ast.arg):
         if isinstance(node, ast.arg):
-            found.setdefault(node.arg, []).append(None)
+            values.setdefault(node.arg, []).append(None)
         elif is_stored(node) and id(node) not in simple:
-            found.setdefault(ast.unparse(node), []).append(None)
+            values.setdefault(ast.unparse(node), []).append(None)
     for name, initial in fields_of(logic).items():
-        if isinstance(initial, int) and f"self.{name}" in found and initial:
-            found[f"self.{name}"].append(ast.parse(repr(int(initial)), mode="eval").body)
-    return found
+        if isinstance(initial, int) and f"self.{name}" in values and initial:
+            values[f"self.{name}"].append(ast.parse(repr(int(initial)), mode="eval").body)
+    return values
 
 
 def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]:
     """Yield names and attributes that get a value, or an element of one, each with the value."""
     for target, value in assignments_in(tree):
-        for at, each in enumerate(target.elts if isinstance(target, ast.Tuple) else [target]):
-            if isinstance(each, ast.Name | ast.Attribute):
-                element = ast.Subscript(value, ast.Constant(at), ast.Load())
-                yield each, value if each is target else element
+        for index, element_target in enumerate(target.elts if isinstance(target, ast.Tuple) else [target]):
+            if isinstance(element_target, ast.Name | ast.Attribute):
+                element = ast.Subscript(value, ast.Constant(index), ast.Load())
+                yield element_target, value if element_target is target else element
 
 
 def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
@@ -287,9 +290,9 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
     try:
         logic.__attach_logic__(slots)
     except DeclarationError as error:
-        for each in error.errors:
-            place = place_at(next(sites_of(each), NOWHERE), path)
-            yield Violation(place, each.reason if isinstance(each, SiteError) else str(each))
+        for mistake in error.errors:
+            place = place_at(next(sites_of(mistake), NOWHERE), path)
+            yield Violation(place, mistake.reason if isinstance(mistake, SiteError) else str(mistake))
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
@@ -312,9 +315,9 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     by_name = _uses_names(texts)
     signals = ((part.name, part.at) for part in parts_of(logic) if isinstance(part, Signal))
     places = {
-        (at.slot, at.image, at.word, at.bit)
-        for name, at in signals
-        if at is not None and (by_name or name in used[at.image])
+        (signal.slot, signal.image, signal.word, signal.bit)
+        for name, signal in signals
+        if signal is not None and (by_name or name in used[signal.image])
     }
 
     def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
@@ -330,7 +333,7 @@ def _uses_names(texts: Iterable[ast.AST]) -> bool:
 
 
 def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:
-    """Return the plain values in the class body that its text never changes, by name."""
+    """Return the class attributes with plain values that no statement assigns to, by name."""
     kinds = [kind for kind in type(logic).__mro__ if issubclass(kind, Logic)]
     names = dict.fromkeys(name for kind in kinds for name in vars(kind)).keys() - stored_attributes(texts)
     values = {name: getattr_static(type(logic), name) for name in names}

@@ -24,7 +24,7 @@ from .nodes import assignments_in, is_stored, last_name, nodes_in
 from .scans import KINDS as CLASSES
 from .walk import Walk, WalkPlace
 
-END_SIGNS = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
+END_SIGNS = re.compile(r"now_ns|number|position|" + "|".join(status.name or "" for status in StatusMsw))
 """Finds, in the text of a value, signs that a motion has ended or that time has passed."""
 
 START = "__init__"
@@ -78,7 +78,7 @@ class PythonSteps:
         number = self._walk.names.number
         numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
         there = steps_in(reached, machine, frozenset(numbers))
-        return None if there is None else frozenset(numbers[each] for each in there)
+        return None if there is None else frozenset(numbers[step] for step in there)
 
     def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which a condition may hold, and whether it holds in every scan of them."""
@@ -94,7 +94,7 @@ class PythonSteps:
         stored = self._stored.get(machine)  # None for an element, such as that of an image
         if stored is None or not stored <= self._assigning or any(others):
             return None
-        bodies = [body for of, one, body in self._arms() if of == machine and one == step]
+        bodies = [body for of, step_of, body in self._arms() if of == machine and step_of == step]
         works = any(any(nodes_in(body, *_WORKING)) for body in bodies)
         return StepUse(bool(bodies), works, chosen=True)
 
@@ -105,25 +105,25 @@ class PythonSteps:
         bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
         bodies += [self._walk.functions[START].body] if START in self._walk.functions else []
         declared = (pair for body in bodies for pair in assignments_in(body))
-        found = (_step(value) for target, value in declared if last_name(target) == name)
-        return frozenset(each for each in found if each is not None)
+        steps = (_step(value) for target, value in declared if last_name(target) == name)
+        return frozenset(step for step in steps if step is not None)
 
     @cached_property
     def _stored(self) -> dict[str, set[int]]:
         """The lines that assign each target, except those in the start function."""
-        found: dict[str, set[int]] = {}
+        lines: dict[str, set[int]] = {}
         for function in self._walk.functions.values():
             for node in nodes_in(function, ast.Name, ast.Attribute) if function.name != START else ():
                 if is_stored(node):
-                    found.setdefault(ast.unparse(node), set()).add(node.lineno)
-        return found
+                    lines.setdefault(ast.unparse(node), set()).add(node.lineno)
+        return lines
 
     def _arms(self) -> Iterator[tuple[str, Step | None, Sequence[ast.stmt]]]:
         """Yield the machine, step and body of each `if step == "feed":` and `case "feed":`."""
         for node in nodes_in(self._reader.tree, ast.If):
-            for each in nodes_in(node.test, ast.Compare):
-                if len(each.ops) == 1 and isinstance(each.ops[0], ast.Eq):
-                    yield ast.unparse(each.left), _step(each.comparators[0]), node.body
+            for comparison in nodes_in(node.test, ast.Compare):
+                if len(comparison.ops) == 1 and isinstance(comparison.ops[0], ast.Eq):
+                    yield ast.unparse(comparison.left), _step(comparison.comparators[0]), node.body
         for match in nodes_in(self._reader.tree, ast.Match):
             for case in match.cases:
                 for pattern in nodes_in(case.pattern, ast.MatchValue):
@@ -138,23 +138,23 @@ class PythonSteps:
         for node in nodes_in(self._reader.tree, ast.Compare):
             if len(node.comparators) == 1:
                 compared.setdefault(ast.unparse(node.left), set()).add(_step(node.comparators[0]))
-        found: dict[str, frozenset[Step]] = {}
+        machines: dict[str, frozenset[Step]] = {}
         for text, values in self._walk.values.items():
             steps = set(map(_step, values))
-            every = frozenset(each for each in steps | compared.get(text, set()) if each is not None)
+            every = frozenset(step for step in steps | compared.get(text, set()) if step is not None)
             if None not in steps and len(every) > 1:
-                found[text] = every
-        return found
+                machines[text] = every
+        return machines
 
     def kind(self, loaded: ast.expr) -> str:
         """Return the command in an image; "" if there is none."""
         text = ast.unparse(loaded)
         name = text.partition(".")[0]
-        texts = [text, *(ast.unparse(each) for each in self._walk.values.get(name, ()))]
-        for each in texts:
-            if each.startswith("Move("):
-                return "move_to" if "ABSOLUTE" in each else "move_by"
-            kind = CLASSES.get(each.partition("(")[0], "")
+        texts = [text, *(ast.unparse(value) for value in self._walk.values.get(name, ()))]
+        for call_text in texts:
+            if call_text.startswith("Move("):
+                return "move_to" if "ABSOLUTE" in call_text else "move_by"
+            kind = CLASSES.get(call_text.partition("(")[0], "")
             if kind:
                 return kind
         return ""
@@ -184,6 +184,6 @@ def _last(name: str) -> str:
 
 def _step(node: ast.AST) -> Step | None:
     """Return the step that an expression is; None if it is not a step."""
-    found = constant_of(node) if isinstance(node, ast.expr) else None
-    value = None if found is None else found.value
+    constant = constant_of(node) if isinstance(node, ast.expr) else None
+    value = None if constant is None else constant.value
     return value if isinstance(value, str | int | float) and not isinstance(value, bool) else None

@@ -22,8 +22,8 @@ def note_short_times(reader: Reader, scan_ns: int) -> None:
         names = _names(function)
         for node in nodes_in(function, ast.Compare):
             sides = (node.left, node.comparators[0])
-            for one, other in (sides, sides[::-1]) if len(node.comparators) == 1 else ():
-                unit, limit = _unit(one, names, reader), _number(other, reader)
+            for side, other_side in (sides, sides[::-1]) if len(node.comparators) == 1 else ():
+                unit, limit = _unit(side, names, reader), _number(other_side, reader)
                 if unit is not None and limit is not None and 0 < limit * unit < scan_ns:
                     time = f"{limit * unit:,g} ns, and a scan takes {scan_ns:,} ns"
                     reader.remark("preset-unit", node, f"`{ast.unparse(node)}` is a time of {time}")
@@ -31,11 +31,11 @@ def note_short_times(reader: Reader, scan_ns: int) -> None:
 
 def _names(function: Function) -> dict[str, ast.expr]:
     """Return the local names that a function assigns only once, with their values."""
-    found: dict[str, list[ast.expr]] = {}
+    assignments: dict[str, list[ast.expr]] = {}
     for node in nodes_in(function, ast.Assign):
         if isinstance(node.targets[0], ast.Name):
-            found.setdefault(node.targets[0].id, []).append(node.value)
-    return {name: values[0] for name, values in found.items() if len(values) == 1}
+            assignments.setdefault(node.targets[0].id, []).append(node.value)
+    return {name: values[0] for name, values in assignments.items() if len(values) == 1}
 
 
 def _unit(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:
@@ -59,5 +59,5 @@ def _is_clock(node: ast.expr, names: Mapping[str, ast.expr]) -> bool:
 
 
 def _number(node: ast.expr, reader: Reader) -> float | None:
-    found = reader.number(node)
-    return None if isinstance(found, bool) else found
+    number = reader.number(node)
+    return None if isinstance(number, bool) else number

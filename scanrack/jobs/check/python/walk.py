@@ -75,14 +75,14 @@ class Walk:
     @cached_property
     def values(self) -> Mapping[str, list[ast.expr]]:
         """The values that the text assigns, by target."""
-        found: dict[str, list[ast.expr]] = {}
+        assigned: dict[str, list[ast.expr]] = {}
         for node in nodes_in(self.reader.tree, ast.Assign, ast.AugAssign):
             if isinstance(node, ast.Assign):
                 for target in node.targets:
-                    found.setdefault(ast.unparse(target), []).append(node.value)
+                    assigned.setdefault(ast.unparse(target), []).append(node.value)
             else:
-                found.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
-        return found
+                assigned.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
+        return assigned
 
     def statements(self) -> Iterator[Statement]:
         """Yield the assignments, and the calls of methods and functions from elsewhere."""
@@ -104,9 +104,9 @@ class Walk:
             case ast.If():
                 yield from self._if(node, place)
             case ast.Match(subject=subject, cases=cases):
-                for each in cases:
+                for case in cases:
                     before = self.local.copy()
-                    yield from self._body(each.body, place.inside(self._chosen(subject, each), TRUE))
+                    yield from self._body(case.body, place.inside(self._chosen(subject, case), TRUE))
                     self.local.swap(before)
             case ast.For(target=target, iter=iterable, body=body):
                 for value in self._passes(iterable):
@@ -131,9 +131,9 @@ class Walk:
         """Return the condition under which a case is chosen."""
         patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
         parts: list[Condition] = [
-            condition(ast.Compare(subject, [ast.Eq()], [each.value]), self.names)
-            for each in patterns
-            if isinstance(each, ast.MatchValue)
+            condition(ast.Compare(subject, [ast.Eq()], [pattern.value]), self.names)
+            for pattern in patterns
+            if isinstance(pattern, ast.MatchValue)
         ]
         guard = TRUE if case.guard is None else condition(case.guard, self.names)
         return AllOf((AnyOf(tuple(parts)), guard)) if len(parts) == len(patterns) else guard
@@ -142,13 +142,13 @@ class Walk:
         """Return the value of the loop variable in each pass; a single None if it is unknown."""
         closed = self.local.closed(iterable)
         try:
-            found = self.options.of(closed, {}).options
+            options = self.options.of(closed, {}).options
         except UnknownError:
             return [None]
-        rows = found[0] if len(found) == 1 and isinstance(found[0], tuple | list) else ()
+        rows = options[0] if len(options) == 1 and isinstance(options[0], tuple | list) else ()
         if not 0 < len(rows) <= LOOP_PASSES:
             return [None]
-        return [ast.Subscript(closed, ast.Constant(at), ast.Load()) for at in range(len(rows))]
+        return [ast.Subscript(closed, ast.Constant(index), ast.Load()) for index in range(len(rows))]
 
     def _called(self, call: ast.Call, place: WalkPlace) -> Iterator[Statement]:
         inner = self.functions.get(callee_of(call))

@@ -44,12 +44,12 @@ def _wrong_segment(
 ) -> str:
     """Return what is wrong with a segment; "" if nothing is, or if its values are unknown."""
     least = min((configuration.starting_speed for configuration in configurations), default=0)
-    ranges = (_out_of_range(number, each, least, limits) for number, each in enumerate(segments, 1))
+    ranges = (_out_of_range(number, segment, least, limits) for number, segment in enumerate(segments, 1))
     wrong = next(filter(None, ranges), "")
     if wrong or not all(part.is_constant for segment in segments for part in segment):
         return wrong
-    for number, (one, other) in enumerate(pairwise(segments), 1):
-        if one[1] == other[1]:
+    for number, (before, after) in enumerate(pairwise(segments), 1):
+        if before[1] == after[1]:
             return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
     return _too_short(segments, least) if configurations else ""
 
@@ -60,11 +60,11 @@ Segment = tuple[Range, Range, Range]
 
 def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Limits) -> str:
     """Return which value of a segment is out of range; "" if none is, or if they are unknown."""
-    for name, found, most in zip(
+    for name, value, most in zip(
         ("length", "speed", "rate"), segment, (PARAMETER_MAX, limits.speed, limits.rate), strict=True
     ):
-        if found.outside(1, most):
-            return f"{name} {found} of segment {number}: must be 1 to {most}"
+        if value.outside(1, most):
+            return f"{name} {value} of segment {number}: must be 1 to {most}"
     speed = segment[1]
     if speed.most < starting_speed:
         return f"speed {speed} of segment {number} is below the starting speed, {starting_speed}"
@@ -87,7 +87,7 @@ def without_blend(subject: Subject) -> Iterator[Violation]:
     for commands in subject.by_axis():
         runs = [command for command in commands if command.kind == "run_blend"]
         if runs and not is_open(subject, runs[0]):
-            programs = [each for each in commands if each.kind == PROGRAM]
+            programs = [command for command in commands if command.kind == PROGRAM]
             yield from _not_programmed(subject, runs, programs)
 
 
@@ -101,8 +101,8 @@ def _not_programmed(
     early = _in_order(runs, programs) or _at_once(runs, programs) or _in_steps(subject.facts, runs[0].axis)
     if early is not None:
         place, text, line = early
-        what = f"{text} comes before the blend is programmed in line {line}"
-        yield Violation(place, f"{what}: {RULES['CMD-16'].text}")
+        mistake = f"{text} comes before the blend is programmed in line {line}"
+        yield Violation(place, f"{mistake}: {RULES['CMD-16'].text}")
 
 
 Early = tuple[FileLine, str, int]
@@ -125,7 +125,7 @@ def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | No
             or Bit(f"{name}.DONE") in needed(program.implies)
             for program in programs
         ]
-        if run.execute and all(each.execute for each in programs) and all(is_early):
+        if run.execute and all(program.execute for program in programs) and all(is_early):
             return run.place, run.text, programs[0].place.line
     return None
 
@@ -134,7 +134,7 @@ def _first_time(on: Condition, name: str) -> Condition:
     """Return the condition of a block's Execute before its first run, when its own result bits are off."""
     parts = on.parts if isinstance(on, AllOf) else (on,)
     own = (isinstance(part, Bit) and not part.on and part.name.startswith(f"{name}.") for part in parts)
-    return all_of(*(each for each, is_own in zip(parts, own, strict=True) if not is_own))
+    return all_of(*(part for part, is_own in zip(parts, own, strict=True) if not is_own))
 
 
 def _in_steps(facts: Facts, axis: str) -> Early | None:

@@ -15,19 +15,23 @@ def coil_and_latch(subject: Subject) -> Iterator[Violation]:
     """Find bits that a coil writes in every scan and that OTL or OTU also write."""
     for variable, accesses in subject.by_variable:
         coils = [access for access in accesses if access.use is Touch.COIL]
-        for each in accesses:
-            coil = _coil_of(each, coils, variable) if each.use in (Touch.LATCH, Touch.UNLATCH) else None
-            if coil is not None and not _is_before(each, coil):
+        for latch_access in accesses:
+            coil = (
+                _coil_of(latch_access, coils, variable)
+                if latch_access.use in (Touch.LATCH, Touch.UNLATCH)
+                else None
+            )
+            if coil is not None and not _is_before(latch_access, coil):
                 where = f"line {coil.place.line} writes it in every scan"
-                text = f"{_name(each, variable)} is latched or unlatched here, and {where}"
-                yield Violation(each.place, text)
+                text = f"{_name(latch_access, variable)} is latched or unlatched here, and {where}"
+                yield Violation(latch_access.place, text)
                 break
 
 
 def _coil_of(latch: Access, coils: Sequence[Access], variable: Variable) -> Access | None:
     """Return the coil of a latched bit; if others also use the variable, only a coil in the same routine."""
     own = (coil for coil in coils if coil.part == latch.part)
-    return next((each for each in own if not variable.shown or each.unit == latch.unit), None)
+    return next((access for access in own if not variable.shown or access.unit == latch.unit), None)
 
 
 def _name(access: Access, variable: Variable) -> str:
@@ -69,12 +73,12 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written both as a whole and bit by bit."""
     for variable, accesses in subject.by_variable:
         bits = [access for access in accesses if access.use is Touch.COIL and access.part]
-        for each in accesses if variable.role is not Role.BLOCK else ():
-            is_move = each.use is Touch.WRITE and not each.once
-            bit = _bit_under(each, bits) if is_move else None
+        for move in accesses if variable.role is not Role.BLOCK else ():
+            is_move = move.use is Touch.WRITE and not move.once
+            bit = _bit_under(move, bits) if is_move else None
             if bit is not None:
                 part = f"line {bit.place.line} its bit {_name(bit, variable)}"
-                yield Violation(each.place, f"this writes all of {_name(each, variable)}, and {part}")
+                yield Violation(move.place, f"this writes all of {_name(move, variable)}, and {part}")
 
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
@@ -89,8 +93,8 @@ def _contains(whole: str, part: str) -> bool:
 
 def _exclude(one: Access, other: Access) -> bool:
     """Whether one access needs a bit to be on that the other needs to be off."""
-    bits = {base_of(each.name): each.on for each in one.needs}
-    return any(bits.get(base_of(each.name), each.on) != each.on for each in other.needs)
+    bits = {base_of(need.name): need.on for need in one.needs}
+    return any(bits.get(base_of(need.name), need.on) != need.on for need in other.needs)
 
 
 def never_written(subject: Subject) -> Iterator[Violation]:
@@ -145,9 +149,12 @@ def parameters_never_read(subject: Subject) -> Iterator[Violation]:
     """Find tags that SBR receives but nothing reads."""
     for variable, accesses in subject.by_variable:
         if not variable.shown and not any(access.reads for access in accesses):
-            for each in accesses:
-                if each.parameter:
-                    yield Violation(each.place, f"{each.unit} takes {variable.name}, and nothing reads it")
+            for parameter_access in accesses:
+                if parameter_access.parameter:
+                    yield Violation(
+                        parameter_access.place,
+                        f"{parameter_access.unit} takes {variable.name}, and nothing reads it",
+                    )
 
 
 CLEARING = (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL)
@@ -157,21 +164,21 @@ CLEARING = (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL)
 def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     """Find bits that are set but never cleared."""
     for variable, accesses in subject.own_variables:
-        for each in _latches(accesses):
+        for latch in _latches(accesses):
             clearing = (other.part for other in accesses if other.use in CLEARING)
-            clears = any(overlap(part, each.part) for part in clearing)
-            is_guarded = any(not bit.on and _is_of(bit.name, variable, each) for bit in each.needs)
+            clears = any(overlap(part, latch.part) for part in clearing)
+            is_guarded = any(not bit.on and _is_of(bit.name, variable, latch) for bit in latch.needs)
             if not clears and not is_guarded:
-                yield Violation(each.place, f"{_name(each, variable)} is set here, and nothing clears it")
+                yield Violation(latch.place, f"{_name(latch, variable)} is set here, and nothing clears it")
 
 
 def _latches(accesses: Iterable[Access]) -> Iterable[Access]:
     """Return the first latch of each bit, except latches that are meant to stay."""
-    found: dict[str, Access] = {}
+    latches: dict[str, Access] = {}
     for access in accesses:
         if access.use is Touch.LATCH and not access.once and not access.steady:
-            found.setdefault(access.part, access)
-    return found.values()
+            latches.setdefault(access.part, access)
+    return latches.values()
 
 
 def _is_of(name: str, variable: Variable, access: Access) -> bool:
@@ -196,7 +203,7 @@ def several_writers(subject: Subject) -> Iterator[Violation]:
 def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterator[Violation]:
     """Find the first write in a sequence to an output that is also written in every scan."""
     always = next((access for access in accesses if access.use is Touch.COIL and not access.owner), None)
-    other = next((each for each in accesses if each.writes and each.owner), None)
+    other = next((access for access in accesses if access.writes and access.owner), None)
     if always is not None and other is not None:
         line = always.place.line
         text = f"sequence {other.owner} writes {variable.name}, and line {line} does in every scan"

@@ -35,10 +35,10 @@ OPPOSITES = (
 def opposite_outputs(subject: Subject) -> Iterator[Violation]:
     """Find outputs with opposite names that inputs can switch on together."""
     own = [output for output in subject.facts.outputs if not output.commands]
-    for one, other in combinations(own, 2):
-        if _are_opposite(one.name, other.name) and _meet(one, other):
+    for first, other in combinations(own, 2):
+        if _are_opposite(first.name, other.name) and _meet(first, other):
             text = (
-                f"{other.name} is switched on here while {one.name} of line {one.place.line} may be on: "
+                f"{other.name} is switched on here while {first.name} of line {first.place.line} may be on: "
                 "their inputs do not exclude each other"
             )
             yield Violation(other.place, text)
@@ -47,10 +47,10 @@ def opposite_outputs(subject: Subject) -> Iterator[Violation]:
 def both_commands(subject: Subject) -> Iterator[Violation]:
     """Find command bits of a 3601 that inputs can set together."""
     row = RULES["CMD-02"]
-    for one, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
-        if one.commands == other.commands and one.name != other.name and _meet(one, other):
+    for first, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
+        if first.commands == other.commands and first.name != other.name and _meet(first, other):
             text = (
-                f"{other.name} is set here while {one.name} of line {one.place.line} may be set: "
+                f"{other.name} is set here while {first.name} of line {first.place.line} may be set: "
                 f"{row.text.rstrip('.')} [{row.section}]: let each exclude the other"
             )
             yield Violation(other.place, text)
@@ -71,8 +71,8 @@ def _are_opposite(one: str, other: str) -> bool:
 
 def _words(name: str) -> list[str]:
     """Return the words of a name: `DoorOpen_1` has door, open and 1."""
-    found = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.rpartition(".")[2])
-    return [each.lower() for each in found]
+    words = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.rpartition(".")[2])
+    return [word.lower() for word in words]
 
 
 def _meet(one: OutputWrite, other: OutputWrite) -> bool:
@@ -80,13 +80,15 @@ def _meet(one: OutputWrite, other: OutputWrite) -> bool:
     ways, others = alternatives(one.free), alternatives(other.free)
     both: Term = (Bit(one.key), Bit(other.key))
     return any(
-        not is_impossible((*a, *b, *both)) and _is_free(set(a) - set(b)) and _is_free(set(b) - set(a))
-        for a in ways or ()
-        for b in others or ()
+        not is_impossible((*way, *other_way, *both))
+        and _is_free(set(way) - set(other_way))
+        and _is_free(set(other_way) - set(way))
+        for way in ways or ()
+        for other_way in others or ()
     )
 
 
 def _is_free(parts: set[Condition]) -> bool:
     """Whether parts of a condition are only inputs, one or more of them on, and bits that start off."""
     on = [part.name.startswith(INPUT) for part in parts if isinstance(part, Bit) and part.on]
-    return bool(on) and all(on) and all(isinstance(each, Bit) for each in parts)
+    return bool(on) and all(on) and all(isinstance(part, Bit) for part in parts)

@@ -37,10 +37,10 @@ def out_of_range(subject: Subject) -> Iterator[Violation]:
     for command in subject.facts.commands:
         limits = allowed(command.kind, subject.profile(command.slot).limits)
         wrong = (
-            f"{name} is {found}: must be {limits[name][0]} to {limits[name][1]}"
+            f"{name} is {value}: must be {limits[name][0]} to {limits[name][1]}"
             for name in command.values
-            for found in _possible(command, name)
-            if name in limits and found.outside(*limits[name])
+            for value in _possible(command, name)
+            if name in limits and value.outside(*limits[name])
         )
         text = next(wrong, "") or _no_direction(command) or _too_slow(subject, command)
         if text:
@@ -57,15 +57,17 @@ def _no_direction(command: Command) -> str:
 
 def _possible(command: Command, name: str) -> list[Range]:
     """Return the values of an argument. Of several, 0 is left out: it is not meant for the command."""
-    several = [each for each in command.choices.get(name, ()) if each.least or each.most]
+    several = [range_ for range_ in command.choices.get(name, ()) if range_.least or range_.most]
     return several if len(several) > 1 else [command.value(name)]
 
 
 def _too_slow(subject: Subject, command: Command) -> str:
-    least = min((each.starting_speed for each in subject.configurations(command.slot)), default=0)
+    least = min(
+        (configuration.starting_speed for configuration in subject.configurations(command.slot)), default=0
+    )
     speeds = _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else []
     most = subject.profile(command.slot).limits.speed
-    for speed in speeds if all(each.most < most for each in speeds) else ():
+    for speed in speeds if all(value.most < most for value in speeds) else ():
         if speed.most < least:
             return f"speed {speed} is below the starting speed, {least}"
     return ""
@@ -113,8 +115,8 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
         if not configuring and not _is_sent(subject, first):
             text = f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
             yield Violation(first.place, text)
-        ordered = [each for each in configuring if each.order]
-        motions = [each for each in commands if each.kind in MOTIONS]
+        ordered = [command for command in configuring if command.order]
+        motions = [command for command in commands if command.kind in MOTIONS]
         for motion, other in first_before(ordered, motions):
             text = f"{motion.text} comes before the configuration in line {other.place.line}"
             yield Violation(motion.place, text)
@@ -128,11 +130,13 @@ def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collecti
 
 def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iterator[tuple[Command, Command]]:
     """Yield the first command that precedes the first one that it needs in their sequence, with that one."""
-    if len({each.owner for each in needed}) != 1 or not all(each.order for each in needed):
+    if len({command.owner for command in needed}) != 1 or not all(command.order for command in needed):
         return
     first = min(needed, key=lambda each: each.order)
     before = [
-        each for each in commands if each.sure and each.owner == first.owner and 0 < each.order < first.order
+        command
+        for command in commands
+        if command.sure and command.owner == first.owner and 0 < command.order < first.order
     ]
     if before:
         yield min(before, key=lambda each: each.order), first
@@ -159,10 +163,10 @@ def without_position(subject: Subject) -> Iterator[Violation]:
         if first is not None and not positioning:
             text = "needs a valid position, and nothing searches for home or sets the position"
             yield Violation(first.place, f"{first.text} {text}")
-        moves = [each for each in commands if each.kind == "move_to"]
+        moves = [command for command in commands if command.kind == "move_to"]
         for move, other in first_before(positioning, moves) if first is not None else ():
-            what = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
-            text = f"{move.text} needs a valid position, and {what}: {_section('CMD-06')}"
+            reason = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
+            text = f"{move.text} needs a valid position, and {reason}: {_section('CMD-06')}"
             yield Violation(move.place, text)
 
 
@@ -174,16 +178,16 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
     """Find motions that begin before the previous one is complete."""
     for commands in subject.by_axis():
         motions = [command for command in commands if command.kind in MOTIONS and command.execute]
-        for at, each in enumerate(motions):
-            for other in motions[:at]:
-                if _start_together(other, each):
+        for index, motion in enumerate(motions):
+            for other in motions[:index]:
+                if _start_together(other, motion):
                     where = f"{other.text} of line {other.place.line}"
-                    yield Violation(each.place, f"{each.text} aborts {where}: both start in one scan")
-        for each in motions:
-            busy = _while_busy(subject, each, motions)
+                    yield Violation(motion.place, f"{motion.text} aborts {where}: both start in one scan")
+        for motion in motions:
+            busy = _while_busy(subject, motion, motions)
             if busy is not None:
-                text = f"{each.text} aborts {busy.text} of line {busy.place.line}, which is under way then"
-                yield Violation(each.place, text)
+                text = f"{motion.text} aborts {busy.text} of line {busy.place.line}, which is under way then"
+                yield Violation(motion.place, text)
 
 
 def _start_together(one: Command, other: Command) -> bool:
@@ -204,9 +208,9 @@ def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) 
 def _needed_by(subject: Subject, bit: str) -> Iterator[str]:
     """Yield the bits that must be on when a coil or latch switches a bit on."""
     tag = bit.partition(".")[0].partition("[")[0]
-    for each in subject.by_key.get(tag, ()):
-        if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == bit:
-            yield from (base_of(needed.name) for needed in each.needs if needed.on)
+    for access in subject.by_key.get(tag, ()):
+        if access.use in (Touch.COIL, Touch.LATCH) and f"{access.variable}{access.part}" == bit:
+            yield from (base_of(needed.name) for needed in access.needs if needed.on)
 
 
 def beyond_limits(subject: Subject) -> Iterator[Violation]:
@@ -219,9 +223,9 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
         home = _home_range(slot.machine)
         if home is None or not _is_positioned_by_home(own, subject.configurations(slot.number)):
             continue
-        for each in own:
-            if each.kind == "move_to":
-                yield from _beyond_limit(subject, slot, each, home)
+        for move in own:
+            if move.kind == "move_to":
+                yield from _beyond_limit(subject, slot, move, home)
 
 
 def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
@@ -235,7 +239,9 @@ def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
 def _is_positioned_by_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
     """Whether an axis gets its position only from a search for the home switch, not for a marker."""
     kinds = {command.kind for command in commands if command.kind in ("home", "set_position")}
-    is_by_switch = bool(configurations) and not any(each.marker_home for each in configurations)
+    is_by_switch = bool(configurations) and not any(
+        configuration.marker_home for configuration in configurations
+    )
     return kinds == {"home"} and is_by_switch
 
 
@@ -264,19 +270,19 @@ def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
 def two_movers(subject: Subject) -> Iterator[Violation]:
     """Find axes that two sequences move without a lock."""
     for commands in subject.by_axis():
-        moving = [each for each in commands if each.kind in MOTIONS and each.owner and each.axis]
-        firsts = ((each, _other_mover(each, moving)) for each in moving)
-        for each, first in firsts:
-            if first is not None and first.order < each.order:
+        moving = [mover for mover in commands if mover.kind in MOTIONS and mover.owner and mover.axis]
+        firsts = ((mover, _other_mover(mover, moving)) for mover in moving)
+        for command, first in firsts:
+            if first is not None and first.order < command.order:
                 where = f"sequence {first.owner} moves in line {first.place.line}"
-                text = f"sequence {each.owner} moves {each.axis}, which {where}"
-                yield Violation(each.place, text)
+                text = f"sequence {command.owner} moves {command.axis}, which {where}"
+                yield Violation(command.place, text)
                 break
 
 
 def _other_mover(command: Command, moving: Sequence[Command]) -> Command | None:
     """Return the first motion of another sequence that shares no lock with this one."""
-    others = (each for each in moving if each.owner != command.owner and not each.locks & command.locks)
+    others = (rival for rival in moving if rival.owner != command.owner and not rival.locks & command.locks)
     return next(others, None)
 
 
@@ -306,7 +312,9 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
 
 def _execute_of(subject: Subject, block: str) -> str:
     """Return the bit that starts a block; "" if no command has that block."""
-    own = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {block}"))
+    own = (
+        command.execute for command in subject.facts.commands if command.text.upper().endswith(f" {block}")
+    )
     return next(own, "")
 
 

@@ -34,9 +34,9 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> File
     """Return the line of the first machine part that operates an input."""
     machine = slot.machine
     for key in ("switches", "stations", "timeline"):
-        for at, part in enumerate(getattr(machine, key)):
+        for place, part in enumerate(getattr(machine, key)):
             if part.input == bit:
-                return subject.place("slot", index, "machine", key, at)
+                return subject.place("slot", index, "machine", key, place)
     return subject.place("slot", index, "machine")
 
 
@@ -56,10 +56,12 @@ def active_at_rest(subject: Subject) -> Iterator[Violation]:
             is_high = _level_at_rest(slot.machine, bit)
             is_wired = wired_inputs(slot.machine) & bit.value
             is_missing = not is_wired and bit is InputBit.HOME  # search_without_switch reports it
-            if not is_missing and all(_is_active(each, bit, is_high=is_high) for each in configurations):
+            if not is_missing and all(
+                _is_active(configuration, bit, is_high=is_high) for configuration in configurations
+            ):
                 contact, level = _AT_REST[is_high]
-                found = f"{input_name(bit)} is {contact if is_wired else 'not wired'}"
-                text = f"{found}, and its configured level is active {level}"
+                state = f"{input_name(bit)} is {contact if is_wired else 'not wired'}"
+                text = f"{state}, and its configured level is active {level}"
                 where = f"slot {slot.number}: {text}: it is active wherever its switch is not operated"
                 yield Violation(_wiring(subject, index, slot, bit), where)
 
@@ -75,7 +77,7 @@ def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
     switches = [switch.normally_closed for switch in machine.switches if switch.input == bit]
     if switches:
         return switches[0]  # all switches of an input are of the same kind
-    first = [each.energized for each in machine.timeline if each.input == bit and each.at_ns == 0]
+    first = [event.energized for event in machine.timeline if event.input == bit and event.at_ns == 0]
     return bool(first and first[-1])
 
 
@@ -98,9 +100,13 @@ def _has_home(machine: MachineSpec) -> bool:
 
 def _beyond_limit(subject: Subject) -> Iterator[Violation]:
     """Find home switches within the range of a limit switch, which ends the search first."""
-    searched = {each.slot for each in subject.facts.searches}
+    searched = {search.slot for search in subject.facts.searches}
     for index, slot in subject.steppers:
-        homes = [at for at, each in enumerate(slot.machine.switches) if each.input == InputBit.HOME]
+        homes = [
+            switch_index
+            for switch_index, switch in enumerate(slot.machine.switches)
+            if switch.input == InputBit.HOME
+        ]
         if len(homes) != 1 or not searched & {None, slot.number}:
             continue
         limit = _limit_over(slot.machine, slot.machine.switches[homes[0]])
@@ -112,7 +118,9 @@ def _beyond_limit(subject: Subject) -> Iterator[Violation]:
 
 def _limit_over(machine: MachineSpec, home: Switch) -> Switch | None:
     """Return the limit switch that is operated wherever the home switch is."""
-    limits = (each for each in machine.switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT))
+    limits = (
+        switch for switch in machine.switches if switch.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
+    )
     return next((limit for limit in limits if _covers(limit, home)), None)
 
 
@@ -126,8 +134,8 @@ def unused_terminals(subject: Subject) -> Iterator[Violation]:
     """Find wired terminals that the program never uses."""
     uses = subject.facts.uses_bit
     for index, slot in enumerate(subject.job.spec.slot if uses is not None and not subject.alone else ()):
-        for group, verb, name, at in terminals(slot):
-            if uses is not None and not uses(slot.number, at.image, name, at.word, at.bit):
+        for group, verb, name, terminal in terminals(slot):
+            if uses is not None and not uses(slot.number, terminal.image, name, terminal.word, terminal.bit):
                 place = subject.place("slot", index, "options", f"{group}s", name)
                 yield Violation(place, f"slot {slot.number}: the program never {verb} {group} {name}")
 
@@ -142,8 +150,8 @@ def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
         ("input", "reads", "I", words.inputs),
         ("output", "writes", "O", words.outputs),
     ):
-        for name, at in words.groups.get(group, {}).items():
-            yield group, verb, name, at
+        for name, terminal in words.groups.get(group, {}).items():
+            yield group, verb, name, terminal
         channels = [word for of, word in words.profile_words.values() if of == image]
         for word in channels:
             if names[word] != f"ch{word}_data":  # the rack file names the channel

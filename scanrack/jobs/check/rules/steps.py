@@ -16,8 +16,8 @@ class _Machine:
 
     def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
         self._goes = [action for action in actions if action.goes is not None and action.steps is not None]
-        self._own = [each for each in actions if each.axis == axis]
-        self.motions = [each for each in self._own if each.kind in MOTIONS and each.steps is not None]
+        self._own = [action for action in actions if action.axis == axis]
+        self.motions = [action for action in self._own if action.kind in MOTIONS and action.steps is not None]
 
     def onward(self, step: Step) -> Iterator[StepAction]:
         """Yield the actions that leave a step."""
@@ -26,16 +26,18 @@ class _Machine:
     def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
         """Yield the actions that leave a step; if some have the same condition as its motion, only those."""
         every = list(self.onward(step))
-        own = [each for each in every if each.when == motion.when]
+        own = [action for action in every if action.when == motion.when]
         yield from own if own and step in (motion.steps or ()) else every
 
     def clears(self, step: Step, bits: int) -> bool:
         """Whether anything may clear bits of the command word in a step."""
-        return any(each.clears & bits for each in self._own if each.happens_in(step))
+        return any(action.clears & bits for action in self._own if action.happens_in(step))
 
     def clears_before(self, step: Step, bits: int) -> bool:
         """Whether anything may clear bits of the command word in a step before its motion starts."""
-        return any(each.clears & bits for each in self._own if each.happens_in(step) and not each.moves)
+        return any(
+            action.clears & bits for action in self._own if action.happens_in(step) and not action.moves
+        )
 
     def motions_with_steps(self) -> Iterator[tuple[StepAction, Step]]:
         """Yield the motions, each with the steps in which it may start."""
@@ -102,8 +104,8 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
     for machine, goes in grouped(leading, lambda each: each.machine).items():
         graph = _Graph(goes)
         for step in graph.dead_ends():
-            found = use(machine, step)
-            if found is not None and graph.is_stuck(step, found, subject.facts.first_steps(machine)):
+            step_use = use(machine, step)
+            if step_use is not None and graph.is_stuck(step, step_use, subject.facts.first_steps(machine)):
                 tag = subject.facts.variables.get(machine)
                 name = machine if tag is None else tag.name
                 text = f"{name} goes to step {_text(step)} here, and nothing leaves this step"
@@ -118,12 +120,12 @@ class _Graph:
         entered = dict.fromkeys(action.goes for action in goes if action.goes is not None)
         self._ways = {step: self._ways_from(step) for step in entered}
         self._turns = any(step in reached([step], lambda one: self._ways.get(one, ())) for step in entered)
-        self._never_entered = {step for each in goes for step in each.steps or ()} - entered.keys()
+        self._never_entered = {step for action in goes for step in action.steps or ()} - entered.keys()
 
     def _ways_from(self, step: Step) -> set[Step]:
         """Return the steps that can follow a step."""
         onward = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
-        return {each for each in onward if each is not None}
+        return {target for target in onward if target is not None}
 
     def entering(self, step: Step) -> list[StepAction]:
         """Return the actions that go to a step."""
@@ -150,8 +152,8 @@ class _Graph:
     def _is_chosen_end(self, step: Step) -> bool:
         """Whether each step that leads to this one may also lead elsewhere."""
         return all(
-            each.steps is not None and all(len(self._ways_from(one)) > 1 for one in each.steps)
-            for each in self.entering(step)
+            action.steps is not None and all(len(self._ways_from(way_step)) > 1 for way_step in action.steps)
+            for action in self.entering(step)
         )
 
 

@@ -78,17 +78,26 @@ def accesses_of(point: Point, view: LadderView, variables: Variables) -> Iterato
     mentions = list(mentions_of(lowered.sites[step.site], step))
     if step.name == ADD_ON:
         mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
-    for each in mentions:
-        key = variables.key(each)
+    for mention in mentions:
+        key = variables.key(mention)
         if key:
-            use = use_of(point, each)
+            use = use_of(point, mention)
             yield Access(
-                *(key, part_of(each.where, _start(key, each)), use, point.place, unit, needs, owner, once),
+                *(
+                    key,
+                    part_of(mention.where, _start(key, mention)),
+                    use,
+                    point.place,
+                    unit,
+                    needs,
+                    owner,
+                    once,
+                ),
                 default=not point.is_rung and use is Touch.COIL,
                 steady=steady,
                 parameter=step.name == "SBR",
-                zero=each.writes and gives_zero(step),
-                text=each.text,
+                zero=mention.writes and gives_zero(step),
+                text=mention.text,
             )
 
 

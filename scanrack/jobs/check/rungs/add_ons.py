@@ -24,18 +24,20 @@ OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 def note_add_ons(view: LadderView, facts: Facts) -> None:
     """Note local tags and outputs of add-on instructions that are read but never written."""
     owned = {
-        (add_on.name.upper(), each.name.upper()): each
+        (add_on.name.upper(), tag.name.upper()): tag
         for add_on in view.add_ons
-        for each in _owned(add_on, view.written_members)
+        for tag in _owned(add_on, view.written_members)
     }
     accesses = grouped(_accesses(owned, view), lambda each: each[0])
-    for key, each in owned.items():
+    for key, member in owned.items():
         own = [access for _, access in accesses.get(key, ())]
-        if each.type.name in RUN:
-            is_run(Variable(each.name, view.declaration(each.name), Role.PLAIN, each.type.name), own, facts)
+        if member.type.name in RUN:
+            is_run(
+                Variable(member.name, view.declaration(member.name), Role.PLAIN, member.type.name), own, facts
+            )
         elif not any(access.writes for access in own):
-            kind = "local tag" if each.way is ParameterMode.LOCAL else "output"
-            text = f"{kind} {each.name} is read, and no routine of the add-on writes it: it is always 0"
+            kind = "local tag" if member.way is ParameterMode.LOCAL else "output"
+            text = f"{kind} {member.name} is read, and no routine of the add-on writes it: it is always 0"
             for first in own[:1]:
                 facts.remark("never-written", first.place, text)
 
@@ -52,7 +54,11 @@ def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Paramete
 
 def hosts_in(add_on: AddOn) -> set[str]:
     """Return the parameters that contain other parameters, in capitals."""
-    return {each.at.upper().partition(".")[0].partition("[")[0] for each in add_on.parameters if each.at}
+    return {
+        parameter.at.upper().partition(".")[0].partition("[")[0]
+        for parameter in add_on.parameters
+        if parameter.at
+    }
 
 
 def _is_set(initial: object) -> bool:
@@ -69,13 +75,15 @@ def _accesses(
     frames = {frame for frame, _ in owned}
     for point in view.points:
         frame = point.routine.frame
-        for each in mentions_of(view.lowered.sites[point.step.site], point.step) if frame in frames else ():
-            leaf = first_leaf(each.where)
+        for mention in (
+            mentions_of(view.lowered.sites[point.step.site], point.step) if frame in frames else ()
+        ):
+            leaf = first_leaf(mention.where)
             name = leaf.path.upper().partition(".")[0]
             if leaf.root == OWN and (frame, name) in owned:
-                zero = each.writes and gives_zero(point.step)
-                part = part_of(each.where, name)
+                zero = mention.writes and gives_zero(point.step)
+                part = part_of(mention.where, name)
                 yield (
                     (frame, name),
-                    Access(name, part, touch_of(each), point.place, zero=zero, text=each.text),
+                    Access(name, part, touch_of(mention), point.place, zero=zero, text=mention.text),
                 )

@@ -37,10 +37,10 @@ def misordered(view: LadderView, facts: Facts) -> None:
                 "what it asks is sent in the next scan"
             )
             facts.remark("block-order", before.place, text)
-    for each in () if view.lowered.axes else view.calls:  # other axes may have an owner elsewhere
-        if each.axis and not each.is_owner and each.axis not in owned:
-            text = f"no Amci3601 joins axis {each.axis} with a module: {each.call.name} moves nothing"
-            facts.remark("block-order", each.place, text)
+    for block in () if view.lowered.axes else view.calls:  # other axes may have an owner elsewhere
+        if block.axis and not block.is_owner and block.axis not in owned:
+            text = f"no Amci3601 joins axis {block.axis} with a module: {block.call.name} moves nothing"
+            facts.remark("block-order", block.place, text)
 
 
 def slots_shared(view: LadderView, facts: Facts) -> None:
@@ -76,9 +76,9 @@ def parameters_out_of_range(view: LadderView, limits: Limits) -> Iterator[Violat
             continue
         parameter = path_of(target).rpartition(".")[2]
         least, most = ranges.get(WRITTEN.get(parameter, ""), (-inf, inf))
-        found = view.values.of(step.operands[step.name == ":="])
-        if found.outside(least, most):
-            text = f"{target.text} is {found}: must be {least} to {most}"
+        value = view.values.of(step.operands[step.name == ":="])
+        if value.outside(least, most):
+            text = f"{target.text} is {value}: must be {least} to {most}"
             yield Violation(point.place, text)
 
 

@@ -82,13 +82,13 @@ def block_calls(points: Iterable[Point]) -> Iterator[BlockCall]:
 
 def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
     """Return the slot of each axis, as given to Amci3601."""
-    found = {}
+    slots = {}
     for call in calls:
         outputs = call.call.handed.get("OUTPUTS") if call.is_owner else None
         slot = None if outputs is None else first_leaf(outputs).slot
         if slot is not None:
-            found[call.axis] = slot
-    return found
+            slots[call.axis] = slot
+    return slots
 
 
 def commands_of(
@@ -169,5 +169,5 @@ def _segments(
     if not count.is_constant or not 0 < count.least <= SEGMENTS_MAX:
         return None
     arrays = [call.handed.get(name) for name in ("LENGTHS", "VELOCITIES", "RATES")]
-    columns = [values.elements(each, int(count.least)) for each in arrays if each is not None]
+    columns = [values.elements(array, int(count.least)) for array in arrays if array is not None]
     return tuple(zip(*columns, strict=True)) if len(columns) == len(arrays) and all(columns) else None

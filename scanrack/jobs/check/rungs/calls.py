@@ -50,19 +50,19 @@ class RoutineCalls:
         calls = self.of(routine.name)
         if not calls or depth == 0:
             return [Run(TRUE, 0)]
-        found = []
+        runs_so_far = []
         for point in calls:
             if point.routine.chart is None and point.step.name == "JSR":
                 for run in self.runs(point.routine, depth - 1):
-                    found.append(Run(AllOf((run.when, plain(point.condition))), point.place.line))
-        return found
+                    runs_so_far.append(Run(AllOf((run.when, plain(point.condition))), point.place.line))
+        return runs_so_far
 
     def exclude(self, one: Point, other: Point) -> bool:
         """Whether two instructions are in routines that never run in the same scan."""
         if one.routine is other.routine:
             return False
         ways = product(self.runs(one.routine), self.runs(other.routine))
-        return all(never(AllOf((a.when, b.when))) for a, b in ways)
+        return all(never(AllOf((run.when, other_run.when))) for run, other_run in ways)
 
     def mixed(self, *, latches: bool) -> Iterator[Violation]:
         """Yield structured text assignments to bits that an OTE also writes in every scan.
@@ -97,7 +97,7 @@ class RoutineCalls:
                 ways[name] = self._both_ways(point.routine)
             both = ways.get(name) if kept else None
             if both is not None:
-                lines = " and ".join(str(each) for each in sorted({each.line for each in both}))
+                lines = " and ".join(str(line) for line in sorted({run.line for run in both}))
                 text = f"{kept} runs twice in a scan: lines {lines} both lead to routine {name}"
                 facts.remark("block-twice", point.place, text)
 
@@ -125,12 +125,12 @@ def exclusive_repeats(
 ) -> Iterator[Violation]:
     """Yield the remarks on repeated coils and timers, except in routines that never run in the same scan."""
     writing = [point for point in points if _written(point)] if remarks else []
-    at = grouped(writing, lambda point: point.place)
+    by_place = grouped(writing, lambda point: point.place)
     writers = grouped(writing, _written)
     for remark in remarks:
         excluded = (  # the first pair that can both run decides, as n coils have n² pairs
             calls.exclude(point, other)
-            for point in at.get(remark.place, ())
+            for point in by_place.get(remark.place, ())
             for other in writers[_written(point)]
             if other is not point
         )

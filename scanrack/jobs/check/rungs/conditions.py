@@ -99,18 +99,18 @@ class Conditions:
 
     def decided(self, step: LoweredStep) -> Condition:
         """Return the condition that an instruction tests."""
-        given = step.operands
-        if step.name in ("XIC", "XIO") and isinstance(given[0], Place):
-            return Bit(self.names.of(given[0]), step.name == "XIC")
+        operands = step.operands
+        if step.name in ("XIC", "XIO") and isinstance(operands[0], Place):
+            return Bit(self.names.of(operands[0]), step.name == "XIC")
         if step.name in COMPARISONS:
-            return self.compared(given[0], COMPARISONS[step.name], given[1])
-        if step.name == "ONS" and isinstance(given[0], Place):
+            return self.compared(operands[0], COMPARISONS[step.name], operands[1])
+        if step.name == "ONS" and isinstance(operands[0], Place):
             self.names.forget()
-            return Bit(f"{EDGE}{self.names.of(given[0])}")
+            return Bit(f"{EDGE}{self.names.of(operands[0])}")
         if step.name == "LIM":
-            return self._limited(*given)
+            return self._limited(*operands)
         if step.name in ("CMP", "IF"):
-            return self.condition(given[0])
+            return self.condition(operands[0])
         return {"AFI": FALSE, "NOP": TRUE, "LBL": TRUE, "EXIT": TRUE, "CASE": TRUE}.get(step.name, UNKNOWN)
 
     def _limited(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
@@ -162,7 +162,7 @@ class Conditions:
         """Whether a number gets only constants, all different from a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
         known = len(choices) > 2 and all(choice.is_constant for choice in choices)
-        return known and all(each.least != value for each in choices)
+        return known and all(choice.least != value for choice in choices)
 
     def _limits(self, operand: Resolved) -> Range:
         """Return the range of a compared number: that of the constants written to it, or that of its type."""

@@ -49,10 +49,10 @@ def _queues(points: Sequence[Point], facts: Facts) -> None:
         load, step = LOADS.get(point.step.name, ""), point.step
         others = filled.get((load, _array(step)), {}) if load else {}
         if others and _control(step) not in others:
-            name, at = next(iter(others.items()))
+            name, place = next(iter(others.items()))
             text = (
                 f"{step.name} takes from {_array(step)} with {_control(step)}, and "
-                f"{load} of line {at.line} fills it with {name}: they need the same CONTROL"
+                f"{load} of line {place.line} fills it with {name}: they need the same CONTROL"
             )
             facts.remark("control-mixed", point.place, text)
 
@@ -80,9 +80,9 @@ def _counters(points: Sequence[Point], facts: Facts) -> None:
     for point in points:
         group = group_of(point.step, ("CTU", "CTD"))
         if group is not None and is_fixed(group):
-            at = first.setdefault((point.routine.name, point.step.name, group.text.upper()), point.place)
-            if at != point.place:
-                where = f"in line {at.line} already"
+            place = first.setdefault((point.routine.name, point.step.name, group.text.upper()), point.place)
+            if place != point.place:
+                where = f"in line {place.line} already"
                 text = f"{group.text} counts here, and {where}: it takes one edge for another"
                 facts.remark("repeated-coil", point.place, text)
 
@@ -134,9 +134,11 @@ def _is_input(point: Point, target: Place) -> bool:
 def _control(step: LoweredStep) -> str:
     """Return the CONTROL of an instruction; "" if it has none or a computed one."""
     controls = (operand for use, operand in uses_of(step) if use is Use.CONTROL)
-    return next((each.text for each in controls if isinstance(each, Group) and is_fixed(each)), "")
+    return next(
+        (control.text for control in controls if isinstance(control, Group) and is_fixed(control)), ""
+    )
 
 
 def _array(step: LoweredStep) -> str:
-    found = (operand.text for use, operand in uses_of(step) if use is Use.ARRAY)
-    return next(found, "").partition("[")[0]
+    arrays = (operand.text for use, operand in uses_of(step) if use is Use.ARRAY)
+    return next(arrays, "").partition("[")[0]

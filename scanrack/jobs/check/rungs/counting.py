@@ -55,14 +55,14 @@ def never_run(facts: Facts) -> None:
 def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
     """Note a counter or timer if its result is read but nothing runs it."""
     running = [access for access in accesses if _runs(access)]
-    for each in accesses:
-        member, element = _member(each.part)
-        is_result = each.reads and member in RESULTS
+    for member_access in accesses:
+        member, element = _member(member_access.part)
+        is_result = member_access.reads and member in RESULTS
         if is_result and not any(overlap(element, _member(other.part)[1]) for other in running):
-            read = each.text or variable.name
+            read = member_access.text or variable.name
             name = read.rpartition(".")[0] or variable.name
             text = f"{read} is read, and no instruction {RUN[variable.type]} {name}"
-            facts.remark("never-run", each.place, text)
+            facts.remark("never-run", member_access.place, text)
             return
 
 
@@ -73,8 +73,8 @@ def _runs(access: Access) -> bool:
 
 def _member(part: str) -> tuple[str, str]:
     """Return the member in a part, and the element that it belongs to."""
-    found = PART.fullmatch(part)
-    return (found[1] or "", found[2]) if found else ("?", "")
+    match = PART.fullmatch(part)
+    return (match[1] or "", match[2]) if match else ("?", "")
 
 
 BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
@@ -84,12 +84,12 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 def unbounded(view: LadderView, facts: Facts) -> None:
     """Note subscripts that count up or down and that nothing limits."""
     used: dict[str, Subscript] = {}
-    for each in chain.from_iterable(map(_subscripts, view.points)):
-        used.setdefault(key_of(each.number), each)
-    counting = {key: each for key, each in used.items() if _only_counts(each.number, view.values)}
+    for subscript in chain.from_iterable(map(_subscripts, view.points)):
+        used.setdefault(key_of(subscript.number), subscript)
+    counting = {key: counted for key, counted in used.items() if _only_counts(counted.number, view.values)}
     limits, resets = _bounds(view.points if counting else (), used, view.places)
-    for key, each in counting.items():
-        _note_reached(each, limits[key], resets[key], facts)
+    for key, subscript in counting.items():
+        _note_reached(subscript, limits[key], resets[key], facts)
 
 
 Bounds = defaultdict[str, list[Point]]
@@ -169,7 +169,7 @@ def _tests(condition: Condition, key: str) -> bool:
 
 def _subscripts(point: Point) -> Iterator[Subscript]:
     """Yield the single numbers that are used in an instruction's subscripts."""
-    for operand in (part for given in point.step.operands for part in parts_of(given)):
+    for operand in (part for step_operand in point.step.operands for part in parts_of(step_operand)):
         if isinstance(operand, Place | Group):
             for number, last in _numbers(operand):
                 yield Subscript(number, point.place, operand.text, last)
@@ -202,12 +202,12 @@ def _counts(source: Resolved | None, key: str) -> bool:
 
 def _read(operand: object) -> Iterator[str]:
     """Yield the keys of the numbers that an operand reads, except in subscripts."""
-    given: Iterable[object] = (operand,)
+    nested: Iterable[object] = (operand,)
     if isinstance(operand, Call | AddOnCall):
-        given = operand.inputs if isinstance(operand, Call) else operand.handed.values()
-    for each in (part for one in given for part in parts_of(one)):
-        if isinstance(each, Place):
-            yield key_of(each)
+        nested = operand.inputs if isinstance(operand, Call) else operand.handed.values()
+    for operand_part in (part for step_operand in nested for part in parts_of(step_operand)):
+        if isinstance(operand_part, Place):
+            yield key_of(operand_part)
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
@@ -215,7 +215,7 @@ def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     parts = set(leaves(point.condition)) - {TRUE}
     bits = [part for part in parts if isinstance(part, Bit)]
     levels = [bit for bit in bits if not bit.name.startswith(EDGE)]
-    is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
+    is_pressed = bool(levels) and all(_is_button(level, places) for level in levels)
     return in_first_scan(levels) or (is_pressed and len(bits) == len(parts))
 
 

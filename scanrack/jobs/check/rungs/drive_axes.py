@@ -17,7 +17,7 @@ from .view import LadderView
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
     """Return the largest limits in a rack: the given ones or those of its drives."""
     own = [model.limits for model in models]
-    speeds, rates = (each.speed for each in own), (each.rate for each in own)
+    speeds, rates = (move.speed for move in own), (move.rate for move in own)
     return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
 
 
@@ -46,8 +46,8 @@ def _wrong_configuration(operand: object, model: Model, words_of: WordsOf) -> It
     if words is None and words_of(operand, 8) is not None:
         yield f"the configuration of an {model.title} has {WORDS} words: the array is shorter"
     elif words is not None and None not in words:
-        given = [word & 0xFFFF for word in words if word is not None]
-        for rule in broken_rules(given, model):
+        unsigned = [word & 0xFFFF for word in words if word is not None]
+        for rule in broken_rules(unsigned, model):
             yield f"the configuration is invalid: {rule.text.rstrip('.')} [{rule.id}, {rule.section}]"
 
 

@@ -73,17 +73,20 @@ def _may_write(step: LoweredStep, paths: set[str]) -> bool:
     """Whether an instruction may write one of the given paths; calls may write any."""
     if step.name in ("JSR", ADD_ON, "FOR", "GSV"):
         return True
-    within = {each for path in paths for each in (path, *around(path))}
-    return any(isinstance(each, Place | Group) and path_of(each) in within for each in written_by(step))
+    within = {path_part for path in paths for path_part in (path, *around(path))}
+    return any(
+        isinstance(written_place, Place | Group) and path_of(written_place) in within
+        for written_place in written_by(step)
+    )
 
 
 def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
     """Yield rungs that always jump back, over rungs that never leave the loop."""
-    for at, line in enumerate(routine.lines):
+    for index, line in enumerate(routine.lines):
         label = _always_jumps_to(line)
-        target = routine.labels.get(label, at + 1)
-        between = (step for each in routine.lines[target:at] for step in each.all_steps)
-        if target <= at and not any(step.name in LEAVES for step in between):
+        target = routine.labels.get(label, index + 1)
+        between = (step for routine_line in routine.lines[target:index] for step in routine_line.all_steps)
+        if target <= index and not any(step.name in LEAVES for step in between):
             yield line, f"this always jumps back to {label}: the scan never ends"
 
 
@@ -97,7 +100,7 @@ def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, fr
     """Yield each count of a FOR: its tag in capitals, its range in the loop, and what counts it."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
-            sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
+            sites = frozenset(act.steps[-1].site for act in (loop.start, loop.advance) if act is not None)
             yield from ((path, range_, sites) for path, range_ in _counted_by(loop))
         for step in steps_in(routine):
             if step.name == "FOR" and all(isinstance(operand, Constant) for operand in step.operands[2:4]):
@@ -106,15 +109,15 @@ def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, fr
 
 def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Range]]:
     """Return, for each instruction in the body of a FOR, the range of each count, by path in capitals."""
-    found: dict[int, dict[str, Range]] = {}
+    counts: dict[int, dict[str, Range]] = {}
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             steps = _steps(loop.body)
             for path, range_ in _counted_by(loop):
                 if not any(_may_write(step, {path}) for step in steps):
                     for step in steps:
-                        found.setdefault(step.site, {})[path] = range_
-    return found
+                        counts.setdefault(step.site, {})[path] = range_
+    return counts
 
 
 def _counted_by(loop: Loop) -> Iterator[tuple[str, Range]]:
@@ -134,10 +137,10 @@ def _range(first: Constant, last: Constant) -> Range:
 
 def loops_in(body: Body) -> Iterator[Loop]:
     """Yield the loops in statements."""
-    for each in body:
-        if isinstance(each, Loop):
-            yield each
-        for inner in bodies_of(each):
+    for statement in body:
+        if isinstance(statement, Loop):
+            yield statement
+        for inner in bodies_of(statement):
             yield from loops_in(inner)
 
 
@@ -161,14 +164,14 @@ def _steps(body: Body) -> list[LoweredStep]:
 
 def lines_in(body: Body) -> Iterator[LoweredLine]:
     """Yield the lines of statements, those of each statement before the lines inside it."""
-    for each in body:
-        match each:
+    for statement in body:
+        match statement:
             case Act(line) | Selection(line):
                 yield line
             case Arms():
-                yield from (line for line, _ in each.arms)
+                yield from (line for line, _ in statement.arms)
             case Loop():
-                lines = (each.start, each.test, each.advance, each.until)
+                lines = (statement.start, statement.test, statement.advance, statement.until)
                 yield from (line for line in lines if line is not None)
-        for inner in bodies_of(each):
+        for inner in bodies_of(statement):
             yield from lines_in(inner)

@@ -108,9 +108,9 @@ class Mistakes:
 
     def _decided(self, point: Point, own: Condition, text: str) -> None:
         """Note a condition that never or always holds."""
-        found = constant_condition(own)
-        if found is not None:
-            rule, says = found
+        remark = constant_condition(own)
+        if remark is not None:
+            rule, says = remark
         elif not _is_excluded(point.condition, own) or never(point.condition):
             return
         else:
@@ -143,8 +143,8 @@ class Mistakes:
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
         written = written_value(step) if step.name == "DIV" else None
-        for each in (*quotients, written):
-            if isinstance(each, Calculation) and self._is_always_zero(each, point.target):
+        for divided in (*quotients, written):
+            if isinstance(divided, Calculation) and self._is_always_zero(divided, point.target):
                 text = f"{point.text}: the quotient of two integers is cut to 0 here"
                 self._facts.remark("integer-zero", point.place, text)
 
@@ -158,8 +158,8 @@ class Mistakes:
         return self._is_zero(quotient) and not self._is_zero(dividend)
 
     def _is_zero(self, operand: Resolved) -> bool:
-        found = self._values.of(operand)
-        return found.is_constant and found.least == 0
+        value = self._values.of(operand)
+        return value.is_constant and value.least == 0
 
     def _conversion(self, point: Point) -> None:
         """Note a number that does not fit into its target."""
@@ -174,15 +174,15 @@ class Mistakes:
 
     def _lost(self, point: Point, source: Resolved, target: Place) -> str:
         """Return what is lost when a number is written to its target; "" if nothing is."""
-        found, limits = self._values.of(source), type_range(target.type)
+        value, limits = self._values.of(source), type_range(target.type)
         if isinstance(source, Constant):
             return _constant_lost(source, limits, is_pattern=self._is_pattern(point, target))
         if isinstance(source, Calculation) and point.step.name == ":=" and not _is_rounded(source):
             return "the expression is a REAL: its fraction is lost"
-        if found.is_known and found.outside(limits.least, limits.most):
-            return f"it is {found}"
+        if value.is_known and value.outside(limits.least, limits.most):
+            return f"it is {value}"
         if isinstance(source, Place) and _is_copy(point.step):
-            return _copy_lost(source, target, found, limits)
+            return _copy_lost(source, target, value, limits)
         return ""
 
     def _is_pattern(self, point: Point, target: Place) -> bool:
@@ -196,11 +196,11 @@ class Mistakes:
         if group is None or group.frame or not is_fixed(group):
             return
         path = path_of(group)
-        found = None if self._values.is_written(f"{path}.PRE") else self._values.initial(group.member("PRE"))
+        preset = None if self._values.is_written(f"{path}.PRE") else self._values.initial(group.member("PRE"))
         is_for_people = point.step.name in COUNTERS and f"{path}.DN" not in self._view.read
-        if found is not None and found.most != 0:
-            self._short(point, group, found)
-        elif found is not None and not is_for_people:
+        if preset is not None and preset.most != 0:
+            self._short(point, group, preset)
+        elif preset is not None and not is_for_people:
             text = f"{point.text}: the preset of {group.text} is 0, so it is done at once"
             self._facts.remark("preset-zero", point.place, text)
 
@@ -217,7 +217,7 @@ class Mistakes:
 def sealed(view: LadderView, facts: Facts) -> None:
     """Note coils that an input switches on and that then hold themselves on with no way off."""
     writes = [access for access in facts.accesses if access.writes]
-    first = {(each.place, each.text): each for each in reversed(writes)}
+    first = {(word_write.place, word_write.text): word_write for word_write in reversed(writes)}
     for point in view.main:
         name = _sealed_bit(point, view.places)
         write = first.get((point.place, name)) if name else None
@@ -246,7 +246,8 @@ def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) ->
 def _others(own: Access, writes: Sequence[Access]) -> bool:
     """Whether any other access writes what this access writes."""
     return any(
-        each is not own and each.variable == own.variable and overlap(each.part, own.part) for each in writes
+        write is not own and write.variable == own.variable and overlap(write.part, own.part)
+        for write in writes
     )
 
 
@@ -305,10 +306,10 @@ def _decides(step: LoweredStep) -> bool:
 
 def _always_has_power(branch: Parallel, conditions: Conditions) -> bool:
     """Whether one leg or another of a branch without inner branches always holds, but no single leg does."""
-    if not all(isinstance(each, LoweredStep) for leg in branch.legs for each in leg):
+    if not all(isinstance(step, LoweredStep) for leg in branch.legs for step in leg):
         return False
     legs = tuple(
-        AllOf(tuple(conditions.decided(each) for each in leg if isinstance(each, LoweredStep)))
+        AllOf(tuple(conditions.decided(step) for step in leg if isinstance(step, LoweredStep)))
         for leg in branch.legs
     )
     return always(AnyOf(legs)) and not any(map(always, legs))

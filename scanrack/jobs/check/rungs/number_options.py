@@ -45,11 +45,11 @@ class OperandOptions:
 
     def word(self, operand: Resolved | None) -> Choices:
         """Return the possible values of a word."""
-        found = UNKNOWN_CHOICES if operand is None else self.of(operand)
-        options = tuple(map(round, found.options))
+        choices = UNKNOWN_CHOICES if operand is None else self.of(operand)
+        options = tuple(map(round, choices.options))
         if not options or not all(WORD_MIN <= option <= WORD_MAX for option in options):
             return UNKNOWN_CHOICES
-        return Choices(options, found.source, found.names)
+        return Choices(options, choices.source, choices.names)
 
     def of(self, operand: Resolved, depth: int = DEPTH) -> Choices:
         """Return the options of an operand; none if the program does not determine them."""
@@ -58,16 +58,16 @@ class OperandOptions:
         if isinstance(operand, Place) and depth:
             return self._of_place(operand, depth)
         if isinstance(operand, Calculation) and operand.name in OPERATIONS:
-            return _calculated(operand, [self.of(each, depth) for each in operand.operands])
+            return _calculated(operand, [self.of(part, depth) for part in operand.operands])
         return UNKNOWN_CHOICES
 
     def _of_place(self, place: Place, depth: int) -> Choices:
         path = path_of(place)
         if place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return UNKNOWN_CHOICES
-        found = self._values.constants(path)
-        if found is not None:
-            return _of_table(place, found)
+        constants = self._values.constants(path)
+        if constants is not None:
+            return _of_table(place, constants)
         if place.indices or path in self._busy:
             return UNKNOWN_CHOICES
         self._busy.add(path)
@@ -79,7 +79,7 @@ class OperandOptions:
 def _one_of(place: Place, parts: Sequence[Choices]) -> Choices:
     """Return the options of a number that gets any of several values."""
     options = [value for part in parts for value in part.options][:MOST]
-    names = [name for each in parts for name in each.names or _names(place.leaf.path, each.options)]
+    names = [name for part in parts for name in part.names or _names(place.leaf.path, part.options)]
     if place.type.is_integer:
         options = list(map(round, options))
     source = path_of(place) if len(options) > 1 else ""
@@ -95,16 +95,16 @@ def _of_table(place: Place, found: Sequence[float]) -> Choices:
     values = tuple(found)
     if not place.indices:
         return Choices(values) if len(values) == 1 else UNKNOWN_CHOICES
-    at = place.fixed_index
-    if at is not None:
-        return Choices((values[at],)) if 0 <= at < len(values) else UNKNOWN_CHOICES
+    index = place.fixed_index
+    if index is not None:
+        return Choices((values[index],)) if 0 <= index < len(values) else UNKNOWN_CHOICES
     names = tuple(f"{place.leaf.path}[{number}] = {value:.10g}" for number, value in enumerate(values))
     return Choices(values[:MOST], place.text.upper() if len(values) > 1 else "", names[:MOST])
 
 
 def _calculated(operand: Calculation, parts: Sequence[Choices]) -> Choices:
     """Return the results of an expression, one for each option of its only source."""
-    found = combined(parts, OPERATIONS[operand.name])
+    choices = combined(parts, OPERATIONS[operand.name])
     if operand.name == "/" and all(map(is_whole, operand.operands)):
-        return found._replace(options=tuple(map(math.trunc, found.options)))
-    return found
+        return choices._replace(options=tuple(map(math.trunc, choices.options)))
+    return choices

@@ -53,21 +53,21 @@ def written_value(step: LoweredStep) -> Resolved | None:
         return Calculation(RESULTS[step.name], tuple(operands[:-1]))
     if step.name == "TRN":
         return Calculation("TRN", (operands[0],))
-    found: Resolved | None = None
+    value: Resolved | None = None
     if step.name in (*COPIES, *ASSIGNMENTS):
-        found = operands[step.name in ASSIGNMENTS]
-    return Constant(0, step.operands[0].type) if step.name == "CLR" else found
+        value = operands[step.name in ASSIGNMENTS]
+    return Constant(0, step.operands[0].type) if step.name == "CLR" else value
 
 
 def target_of(step: LoweredStep) -> Place | None:
     """Return the only number that an instruction writes; None for other instructions."""
     if step.name in RESULTS or step.name in COPIES:
-        found = step.operands[-1]
+        target = step.operands[-1]
     elif step.name in ASSIGNMENTS or step.name == "CLR":
-        found = step.operands[0]
+        target = step.operands[0]
     else:
         return None
-    return found if isinstance(found, Place) else None
+    return target if isinstance(target, Place) else None
 
 
 class Values:
@@ -135,8 +135,8 @@ class Values:
             case Place():
                 return self._of_place(operand, depth)
             case Calculation(name, operands) if name in OPERATIONS:
-                found = OPERATIONS[name](*(self.of(each, depth) for each in operands))
-                return OPERATIONS["TRN"](found) if name == "/" and all(map(is_whole, operands)) else found
+                value = OPERATIONS[name](*(self.of(part, depth) for part in operands))
+                return OPERATIONS["TRN"](value) if name == "/" and all(map(is_whole, operands)) else value
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
@@ -153,7 +153,7 @@ class Values:
         """Return the ranges of the values written to a number; empty if any of them is unknown."""
         if self._is_other(place):
             return []
-        return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._writes(place)]
+        return [ANY if write is None else self.of(write, DEPTH - 1) for write in self._writes(place)]
 
     def sources(self, place: Place) -> Sequence[Resolved | None]:
         """Return the expressions that are written to a number; None among them for unknown values."""
@@ -169,7 +169,7 @@ class Values:
     def _writes(self, place: Place) -> list[Resolved | None]:
         """Return the expressions that are written to a number's element or to a computed element."""
         keys = dict.fromkeys((path_of(place), *self._same(place)))
-        return [each for key in keys for each in self._written.get(key, ())]
+        return [operand for key in keys for operand in self._written.get(key, ())]
 
     def _same(self, place: Place) -> Iterable[str]:
         """Return the elements that a number may be: its own, or all if its index is computed."""
@@ -190,7 +190,7 @@ class Values:
         start = operand.fixed_index if isinstance(operand, Place) else 0
         if start is None or not isinstance(initial, list):
             return []
-        numbers = [each for each in initial if isinstance(each, int | float)][start : start + count]
+        numbers = [value for value in initial if isinstance(value, int | float)][start : start + count]
         return [*map(exactly, numbers), *[exactly(0)] * (count - len(numbers))]
 
     def is_written(self, path: str) -> bool:
@@ -204,8 +204,8 @@ class Values:
         tag = self._tags.get(tag_in(path))
         if tag is None or place.leaf.frame:
             return None
-        found = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *self._presets.get(path, ())]
-        return joined(*map(exactly, found)) if found else exactly(0)
+        numbers = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *self._presets.get(path, ())]
+        return joined(*map(exactly, numbers)) if numbers else exactly(0)
 
     def _of_place(self, place: Place, depth: int) -> Range:
         limits = type_range(place.type)
@@ -224,10 +224,10 @@ class Values:
         initial = self.initial(place)
         if initial is None or self._is_other(place) or BY_PEOPLE.search(path):
             return limits
-        found = [limits if each is None else self.of(each, depth - 1) for each in self._writes(place)]
+        ranges = [limits if write is None else self.of(write, depth - 1) for write in self._writes(place)]
         if place.type.is_integer:
-            found = [_rounded(each) for each in found]
-        every = joined(initial, *found)
+            ranges = [_rounded(range_) for range_ in ranges]
+        every = joined(initial, *ranges)
         return every if every.within(limits.least, limits.most) else limits
 
     def _is_in_group(self, path: str) -> bool:
@@ -247,11 +247,11 @@ def _counted(
 ) -> Iterator[tuple[str, Range]]:
     """Yield the paths that only FOR writes, with their ranges."""
     by_path = grouped(loops, lambda each: each[0])
-    sites = frozenset().union(*(each for _, _, each in loops))
+    sites = frozenset().union(*(sites_of for _, _, sites_of in loops))
     others = (operand for step in steps if step.site not in sites for operand in written_by(step))
     written = {path_of(other) for other in others if isinstance(other, Place | Group)} if by_path else set()
     for path in sorted(by_path.keys() - written):
-        yield path, joined(*(found for _, found, _ in by_path[path]))
+        yield path, joined(*(range_ for _, range_, _ in by_path[path]))
 
 
 def _element(where: Place | Group) -> str:
@@ -272,7 +272,7 @@ def _member(initial: object, path: str) -> object:
 
 def _numbers(initial: object) -> list[float]:
     if isinstance(initial, list):
-        return [number for each in initial for number in _numbers(each)]
+        return [number for value in initial for number in _numbers(value)]
     return [initial] if isinstance(initial, int | float) else []
 
 

@@ -33,22 +33,22 @@ def first_of(step: LoweredStep, names: Collection[str]) -> Any:
 
 def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
     """Return the structure, such as a timer, that `first_of` finds; None for any other operand."""
-    found = first_of(step, names)
-    return found if isinstance(found, Group) else None
+    group = first_of(step, names)
+    return group if isinstance(group, Group) else None
 
 
 def own_group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
     """Return the same, but only outside add-on instructions."""
-    found = group_of(step, names)
-    return None if found is None or found.frame else found
+    group = group_of(step, names)
+    return None if group is None or group.frame else group
 
 
 def parts_of(operand: object) -> Iterator[object]:
     """Yield an operand and all parts of its expression, outer parts first."""
     yield operand
     if isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from parts_of(each)
+        for part in operand.operands:
+            yield from parts_of(part)
 
 
 def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calculation]:

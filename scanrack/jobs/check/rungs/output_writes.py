@@ -118,8 +118,8 @@ class WriteReader:
         if direct is not None or not isinstance(operand, Place | Group):
             return direct
         slot, first = self._staged.get(path_of(operand), (0, 0))
-        at = operand.fixed_index if isinstance(operand, Place) else 0
-        word = (at or 0) - first
+        index = operand.fixed_index if isinstance(operand, Place) else 0
+        word = (index or 0) - first
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
@@ -175,7 +175,7 @@ class WriteReader:
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
-            sets, clears = (mask * each for each in _of_bit(step))
+            sets, clears = (mask * bit_value for bit_value in _of_bit(step))
             rung = base if step.name in ("OTL", "OTU") else plain  # a false rung also acts
             yield replace(rung, sets=sets, clears=clears)
             return
@@ -183,13 +183,13 @@ class WriteReader:
         computed = self._computed(step, operand)
         written = zip(computed, [*words[:1]] * len(computed), strict=False)
         options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_CHOICES
-        for at, value in written if computed else enumerate(words, plain.word):
+        for index, value in written if computed else enumerate(words, plain.word):
             if value is None:
-                yield replace(base, word=at, sets=0, clears=UNSIGNED_MAX, known=False, value=options)
+                yield replace(base, word=index, sets=0, clears=UNSIGNED_MAX, known=False, value=options)
             else:
                 bits = value & UNSIGNED_MAX
-                given = Choices((signed_word(bits),))
-                yield replace(base, word=at, sets=bits, clears=~bits & UNSIGNED_MAX, value=given)
+                choices = Choices((signed_word(bits),))
+                yield replace(base, word=index, sets=bits, clears=~bits & UNSIGNED_MAX, value=choices)
 
     def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
         """Return the words that a computed subscript may refer to; empty if it is constant or may be any."""
@@ -197,9 +197,13 @@ class WriteReader:
             return ()
         index = operand.indices[-1]
         counts = self._view.counts.get(step.site, {})
-        found = counts.get(path_of(index)) if isinstance(index, Place) else None
-        found = found or self._values.of(index)
-        return range(max(0, int(found.least)), min(WORDS - 1, int(found.most)) + 1) if found.is_known else ()
+        index_range = counts.get(path_of(index)) if isinstance(index, Place) else None
+        index_range = index_range or self._values.of(index)
+        return (
+            range(max(0, int(index_range.least)), min(WORDS - 1, int(index_range.most)) + 1)
+            if index_range.is_known
+            else ()
+        )
 
     def _words(self, step: LoweredStep) -> Sequence[int | None]:
         """Return the values of the words that an instruction writes; None for unknown ones."""
@@ -212,30 +216,30 @@ class WriteReader:
         written = written_value(step)
         if target_of(step) is None or written is None:
             return [None] * WORDS
-        found = self._values.of(written)
-        return [int(found.least) if found.is_constant and found.whole else None]
+        value = self._values.of(written)
+        return [int(value.least) if value.is_constant and value.whole else None]
 
 
 def _constants(view: LadderView) -> Mapping[str, tuple[int | None, ...]]:
     """Return the initial values of integer arrays by path; None for words that are written."""
-    found: dict[str, list[int | None]] = {
+    constants: dict[str, list[int | None]] = {
         name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the remaining words are zero
         for name, tag in view.tags.items()
-        if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
+        if isinstance(tag.initial, list) and all(isinstance(element, int) for element in tag.initial)
     }
     for mention in view.mentions:
-        words = found.get(path_of(mention.where), []) if mention.writes else []
-        for at in _written_at(mention, len(words)):
-            words[at] = None
-    return {name: tuple(words) for name, words in found.items()}
+        words = constants.get(path_of(mention.where), []) if mention.writes else []
+        for index in _written_at(mention, len(words)):
+            words[index] = None
+    return {name: tuple(words) for name, words in constants.items()}
 
 
 def _written_at(mention: Mention, length: int) -> Iterable[int]:
     """Return the elements of an array that an operand may write."""
-    at = mention.where.fixed_index if isinstance(mention.where, Place) else None
-    if at is None or mention.stretch:
-        return range(at or 0, length)
-    return (at,) if length else ()
+    index = mention.where.fixed_index if isinstance(mention.where, Place) else None
+    if index is None or mention.stretch:
+        return range(index or 0, length)
+    return (index,) if length else ()
 
 
 def _handed(step: LoweredStep) -> Iterator[Place | Group]:
@@ -247,7 +251,7 @@ def _handed(step: LoweredStep) -> Iterator[Place | Group]:
 def _in_series(line: LoweredLine, write: Write) -> Write:
     """Return a write with the requirements of the contacts in series with the whole rung."""
     needs = {False: 0, True: 0}  # bits of word 0, by whether it is the output image
-    contacts = [each for node in line.nodes if (each := _contact(node)) is not None]
+    contacts = [contact for node in line.nodes if (contact := _contact(node)) is not None]
     for place in contacts:
         if place.leaf.slot == write.slot and place.fixed_index == 0 and isinstance(place.bit, Constant):
             needs[place.leaf.output] |= 1 << int(place.bit.value)
@@ -257,8 +261,8 @@ def _in_series(line: LoweredLine, write: Write) -> Write:
 
 def _contact(node: Node) -> Place | None:
     """Return the bit of an XIC that is not inside a branch; None for other nodes."""
-    found = first_of(node, ("XIC",)) if isinstance(node, LoweredStep) else None
-    return found if isinstance(found, Place) else None
+    contact = first_of(node, ("XIC",)) if isinstance(node, LoweredStep) else None
+    return contact if isinstance(contact, Place) else None
 
 
 def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
@@ -282,5 +286,5 @@ def output_word(operand: object) -> tuple[int, int] | None:
     leaf = first_leaf(operand)
     if leaf.slot is None or not leaf.output or not leaf.is_image:
         return None
-    at = operand.fixed_index if isinstance(operand, Place) else 0
-    return leaf.slot, at or 0
+    index = operand.fixed_index if isinstance(operand, Place) else 0
+    return leaf.slot, index or 0

@@ -79,8 +79,8 @@ class OutputBits:
             is_input = not place.leaf.output and place.leaf.slot not in self._steppers
             return Bit(f"{INPUT}{base}" if is_input else base, bit.on)
         is_followed = bit.on or any(map(_is_coil, writers))
-        found = self._power(writers, depth - 1, (*seen, base)) if is_followed else None
-        power = found or Bit(base)
+        followed = self._power(writers, depth - 1, (*seen, base)) if is_followed else None
+        power = followed or Bit(base)
         return power if bit.on else negated(power)
 
     def _power(self, writers: Sequence[Point], depth: int, seen: tuple[str, ...]) -> Condition | None:

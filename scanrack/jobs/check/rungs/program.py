@@ -68,12 +68,12 @@ def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
 def _warnings(view: LadderView, calls: RoutineCalls) -> Iterator[tuple[str, Violation]]:
     """Yield the warnings of the build, except about coils in routines that exclude each other."""
     repeated = []
-    for each in view.program.warnings:
-        remark = Violation(place_at(each.site, view.path), each.text)
-        if each.rule == "repeated-coil":
+    for warning in view.program.warnings:
+        remark = Violation(place_at(warning.site, view.path), warning.text)
+        if warning.rule == "repeated-coil":
             repeated.append(remark)
         else:
-            yield each.rule or "repeated-coil", remark
+            yield warning.rule or "repeated-coil", remark
     mixed = calls.mixed(latches=view.path.suffix in EXPORT_SUFFIXES)
     for remark in (*exclusive_repeats(repeated, view.main, calls), *mixed):
         yield "repeated-coil", remark
@@ -83,9 +83,9 @@ def _unreached(view: LadderView) -> Iterator[Violation]:
     """Yield the steps of charts that no path leads to."""
     for routine in view.program.routines:
         origins = {step.number: step.origin for step in routine.chart.steps} if routine.chart else {}
-        for each in unreached(routine.chart) if routine.chart else ():
-            text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-            yield Violation(place_at(origins[each.number], view.path), text)
+        for unreached_step in unreached(routine.chart) if routine.chart else ():
+            text = f"{unreached_step.text}, in chart {routine.name}; only SFR can reach it"
+            yield Violation(place_at(origins[unreached_step.number], view.path), text)
 
 
 def _note_sites(view: LadderView, facts: Facts) -> None:
@@ -103,7 +103,10 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
     sent = SentWords(view, reader, writes)
     homes = [call for call in view.calls if call.call.name == "MC_HOME"]
     facts.configurations = list(sent.configurations())
-    facts.searches = [*sent.searches(), *(SentCommand(e.place, view.axes.get(e.axis)) for e in homes)]
+    facts.searches = [
+        *sent.searches(),
+        *(SentCommand(home.place, view.axes.get(home.axis)) for home in homes),
+    ]
     facts.remarks["command-held"] += held(writes)
     facts.remarks["out-of-range"] += _out_of_range(view, reader, sent, writes)
     facts.not_seen += computed(writes)
@@ -126,8 +129,10 @@ def _out_of_range(
     limits = fastest(profile_in(view.steppers.values(), None).limits, view.drives.values())
     wrong = [*sent.out_of_range(), *parameters_out_of_range(view, limits)]
     yield from wrong
-    reported = {each.place for each in wrong}
-    yield from (each for each in words_out_of_range(writes, view.steppers) if each.place not in reported)
+    reported = {remark.place for remark in wrong}
+    yield from (
+        remark for remark in words_out_of_range(writes, view.steppers) if remark.place not in reported
+    )
     yield from note_drives(view, reader.constants_at)
 
 

@@ -45,15 +45,15 @@ def note_reals(view: LadderView, facts: Facts) -> None:
     cards = ((slot.number, KINDS.get(slot.module)) for slot in view.spec.slot)
     analog = [number for number, kind in cards if kind is not None and kind.channels_in > 0]
     reals = _Reals(view.points, view.values)
-    timers = {path_of(each) for point in view.points if (each := group_of(point.step, TIMERS)) is not None}
+    timers = {path_of(timer) for point in view.points if (timer := group_of(point.step, TIMERS)) is not None}
     for point in view.points:
-        for one, relation, other in _comparisons(point.step):
-            what = _measured(one, other, timers, analog) if relation == "=" else ""
-            if not what and reals.differ(one, relation, other):
-                what = "a calculated REAL"
-            if what:
+        for left, relation, right in _comparisons(point.step):
+            reason = _measured(left, right, timers, analog) if relation == "=" else ""
+            if not reason and reals.differ(left, relation, right):
+                reason = "a calculated REAL"
+            if reason:
                 says = "hardly ever equals" if relation == "=" else "nearly always differs from"
-                facts.remark("real-equality", point.place, f"{point.text}: {what} {says} another number")
+                facts.remark("real-equality", point.place, f"{point.text}: {reason} {says} another number")
                 break
 
 
@@ -92,8 +92,8 @@ class _Reals:
         if _memory(operand) in self._calculated:
             return False
         return all(
-            each is None or self._is_self(each, operand) or self._is_chosen(each, depth - 1)
-            for each in self._sources(operand)
+            source is None or self._is_self(source, operand) or self._is_chosen(source, depth - 1)
+            for source in self._sources(operand)
         )
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
@@ -107,7 +107,7 @@ class _Reals:
         if isinstance(operand, Constant):
             return operand.value == int(operand.value)
         if isinstance(operand, Calculation):
-            return operand.name in WHOLE and all(self._is_whole(each, depth) for each in operand.operands)
+            return operand.name in WHOLE and all(self._is_whole(part, depth) for part in operand.operands)
         if not isinstance(operand, Place) or depth == 0:
             return False
         return operand.type.is_integer or self._gets_whole(operand, depth)
@@ -117,13 +117,15 @@ class _Reals:
         sources, initial = self._sources(operand), self._values.initial(operand)
         if not sources or (initial is not None and initial.least != int(initial.least)):
             return False
-        return all(each is not None and self._is_whole_source(each, operand, depth - 1) for each in sources)
+        return all(
+            source is not None and self._is_whole_source(source, operand, depth - 1) for source in sources
+        )
 
     def _is_whole_source(self, source: Resolved, operand: Place, depth: int) -> bool:
         if self._is_self(source, operand):
             return True
         if isinstance(source, Calculation) and source.name in WHOLE:
-            return all(self._is_whole_source(each, operand, depth) for each in source.operands)
+            return all(self._is_whole_source(part, operand, depth) for part in source.operands)
         return self._is_whole(source, depth)
 
     @staticmethod
@@ -135,7 +137,10 @@ class _Reals:
         if not isinstance(copy, Place) or not isinstance(source, Place):
             return False
         sources = self._sources(copy)
-        return any(isinstance(each, Place) and key_of(each) == key_of(source) for each in sources)
+        return any(
+            isinstance(other_source, Place) and key_of(other_source) == key_of(source)
+            for other_source in sources
+        )
 
 
 def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
@@ -153,8 +158,8 @@ def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: C
 
 def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
     if step.name in ("EQU", "NEQ"):
-        one, other = step.operands[:2]
-        yield one, COMPARISONS[step.name], other
+        left, right = step.operands[:2]
+        yield left, COMPARISONS[step.name], right
     for calculation in calculations_of(step, EQUALITIES):
         if len(calculation.operands) == 2:
             yield calculation.operands[0], calculation.name, calculation.operands[1]
@@ -173,7 +178,7 @@ def _divisors(step: LoweredStep) -> Iterator[str]:
     """Yield the numbers that an instruction divides by."""
     own = step.operands[1:2] if step.name in ("DIV", "MOD") else ()
     inner = (calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD")))
-    yield from (key_of(each) for each in (*own, *inner) if isinstance(each, Place))
+    yield from (key_of(operand) for operand in (*own, *inner) if isinstance(operand, Place))
 
 
 def _memory(place: Place) -> tuple[str, str]:

@@ -33,7 +33,7 @@ class SentWords:
     def __init__(self, view: LadderView, reader: WriteReader, writes: Sequence[Write]) -> None:
         self._view, self._slots = view, view.steppers
         self._reader, self._writes = reader, writes
-        self._copies = [each for line, place in view.lines for each in self._copied(line, place)]
+        self._copies = [copied for line, place in view.lines for copied in self._copied(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
         """Yield the configurations that are sent."""
@@ -52,7 +52,7 @@ class SentWords:
         """Yield the commands that are sent."""
         for copy in self._copies:
             yield from _commands_of(copy)
-        copied = {(each.place, each.slot) for each in self._copies}
+        copied = {(copy_.place, copy_.slot) for copy_ in self._copies}
         for write in self._writes:
             for kind in kinds_of(write.commands) if (write.place, write.slot) not in copied else ():
                 yield _command(kind, write, f"output word 0, {kind}")
@@ -130,11 +130,11 @@ def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
     by_word = grouped(writes, lambda each: each.word)
     commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
     is_moved = any(command.sets & (MOVES | SEARCHES) for command in commands)
-    high = max((each.sets for each in highs), default=0)
-    for each in lows if is_moved and all(each.known for each in (*highs, *lows)) else ():
-        if each.sets or high:
-            speed = {"speed": exactly(1000 * high + each.sets)}
-            yield _command("move_by", each, "output words 4 and 5", speed)
+    high = max((high_word.sets for high_word in highs), default=0)
+    for low in lows if is_moved and all(write.known for write in (*highs, *lows)) else ():
+        if low.sets or high:
+            speed = {"speed": exactly(1000 * high + low.sets)}
+            yield _command("move_by", low, "output words 4 and 5", speed)
 
 
 SPEED_WORDS = (4, 5)

@@ -88,8 +88,8 @@ class Steps:
                 yield point, machine, float(value.value)
 
     def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
-        given = given_by(write.sets, write.clears) if write.known else {"clears": write.clears}
-        yield from self._in_steps(replace(point, place=write.place), axis=f"slot {write.slot}", **given)
+        words = given_by(write.sets, write.clears) if write.known else {"clears": write.clears}
+        yield from self._in_steps(replace(point, place=write.place), axis=f"slot {write.slot}", **words)
 
     def _in_steps(self, point: Point, *, only: str = "", **given: Any) -> Iterator[StepAction]:
         """Yield an action for each machine.
@@ -129,13 +129,16 @@ class Steps:
 
     def _where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which an instruction may act, and whether it acts in every scan of them."""
-        found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
+        steps_by_machine: dict[str, tuple[frozenset[Step] | None, bool]] = {}
         when = self._acts_when(point)
         condition = self._implied(when)
         for machine, steps in self._machines.items():
             there = self._there(condition, machine, steps)
-            found[machine] = (None if there is None else frozenset(there), is_only_of(when, machine))
-        return found
+            steps_by_machine[machine] = (
+                None if there is None else frozenset(there),
+                is_only_of(when, machine),
+            )
+        return steps_by_machine
 
     def use(self, machine: str, step: Step) -> StepUse:
         """Return what the program does in a step."""
@@ -157,18 +160,18 @@ class Steps:
     @cached_property
     def _machines(self) -> dict[str, frozenset[float]]:
         """The numbers that hold a step, each with all its steps."""
-        found: dict[str, set[float]] = {}
+        numbers: dict[str, set[float]] = {}
         for point in self._points:
             goes = self._machine(point.target)
             for leaf in leaves(AllOf((point.own, point.condition)) if goes else point.own):
                 if isinstance(leaf, Compare) and leaf.relation in ("=", "<=", ">="):
                     machine = self._machine(self._places.get(base_of(leaf.name)))
                     if machine:
-                        found.setdefault(machine, set()).add(leaf.number)
+                        numbers.setdefault(machine, set()).add(leaf.number)
         for _, machine, step in self._assigned():
-            if machine in found:
-                found[machine].add(step)
-        return {machine: frozenset(steps) for machine, steps in found.items()}
+            if machine in numbers:
+                numbers[machine].add(step)
+        return {machine: frozenset(steps) for machine, steps in numbers.items()}
 
     def _machine(self, place: Place | None) -> str:
         """Return the key of a number that gets only constants; "" for any other."""
@@ -184,9 +187,9 @@ class Steps:
     @cached_property
     def _writers(self) -> dict[str, list[Point]]:
         """The instructions that write each bit or run each timer, by key."""
-        found = grouped(self._points, lambda point: _written_key(point.step))
-        found.pop("", None)
-        return found
+        writers = grouped(self._points, lambda point: _written_key(point.step))
+        writers.pop("", None)
+        return writers
 
     def _called(self, point: Point) -> Condition:
         """Return the condition of a point, including that of the only call of its routine."""
@@ -196,14 +199,14 @@ class Steps:
 
     def _implied(self, condition: Condition, depth: int = DEPTH) -> Condition:
         """Return a condition together with those of the timers and coils that it needs."""
-        found = [condition]
+        conditions = [condition]
         for bit in needed(condition) if depth else ():
             base = base_of(bit.name)
             timer = base.removesuffix(".DN").removesuffix(".TT")
             writers = self._writers.get(timer, []) if bit.on else []
             if len(writers) == 1 and writers[0].step.name in ("TON", "OTE", ":="):
-                found.append(self._implied(writers[0].power, depth - 1))
-        return AllOf(tuple(found)) if len(found) > 1 else condition
+                conditions.append(self._implied(writers[0].power, depth - 1))
+        return AllOf(tuple(conditions)) if len(conditions) > 1 else condition
 
     def _starts(self, command: Command) -> str:
         """Return the condition of the bit that starts a block; "" if it is not only of bits and steps."""
@@ -234,19 +237,23 @@ class Steps:
     def first(self, machine: str) -> frozenset[Step]:
         """Return the steps in which a machine may start: set in the first scan, otherwise initial values."""
         place = self._places.get(machine)
-        found = None if place is None else self._values.initial(place)
+        initial_range = None if place is None else self._values.initial(place)
         steps = self._machines.get(machine, frozenset())
-        initial = frozenset(step for step in steps if found is not None and found.least <= step <= found.most)
+        initial = frozenset(
+            step
+            for step in steps
+            if initial_range is not None and initial_range.least <= step <= initial_range.most
+        )
         return frozenset(self._begun.get(machine, ())) or initial
 
     @cached_property
     def _begun(self) -> dict[str, set[float]]:
         """The steps to which machines go in the first scan."""
-        found: dict[str, set[float]] = {}
+        steps: dict[str, set[float]] = {}
         for point, machine, step in self._assigned():
             if in_first_scan(needed(point.condition)):
-                found.setdefault(machine, set()).add(step)
-        return found
+                steps.setdefault(machine, set()).add(step)
+        return steps
 
     def _starting(self, command: Command) -> Iterator[Point]:
         """Yield the points that copy a value to the Execute of a block, placed at its call."""
@@ -278,9 +285,9 @@ class Steps:
             return self._status_ends(place, on=on)
         if "." in place.leaf.path:
             return on != (base.rpartition(".")[2] in UNDER_WAY)
-        for each in self._writers.get(base, []) if depth else ():
-            is_opposite = on == (each.step.name == "OTU")
-            if self._ends(negated(each.power) if is_opposite else each.power, depth - 1):
+        for writer in self._writers.get(base, []) if depth else ():
+            is_opposite = on == (writer.step.name == "OTU")
+            if self._ends(negated(writer.power) if is_opposite else writer.power, depth - 1):
                 return True
         return False
 
@@ -294,7 +301,7 @@ class Steps:
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition requires a moving axis."""
         on = (leaf for leaf in leaves(condition) if isinstance(leaf, Bit) and leaf.on)
-        places = (self._places.get(base_of(each.name)) for each in on)
+        places = (self._places.get(base_of(bit.name)) for bit in on)
         return any(_status(place) in MOVING for place in places if self._is_input(place))
 
     def _is_input(self, place: Place | None) -> TypeGuard[Place]:

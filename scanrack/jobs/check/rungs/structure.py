@@ -56,22 +56,22 @@ class Structure:
             self._after(routine.body)
             return
         labels = set(routine.labels.values())
-        for at, (line, following) in enumerate(pairwise(routine.lines), 1):
+        for index, (line, following) in enumerate(pairwise(routine.lines), 1):
             first = line.nodes[0] if line.nodes else None
-            if isinstance(first, LoweredStep) and first.name in LEAVES and at not in labels:
+            if isinstance(first, LoweredStep) and first.name in LEAVES and index not in labels:
                 text = f"{first.name} in rung {line.number} always leaves: this rung is never reached"
                 self._facts.remark("unreachable", self._view.place(following), text)
 
     def _after(self, body: Body) -> None:
         """Note the statement after a RETURN or EXIT."""
-        for each, following in pairwise(body):
-            steps = steps_of(each.line.nodes) if isinstance(each, Act) else ()
+        for statement, following in pairwise(body):
+            steps = steps_of(statement.line.nodes) if isinstance(statement, Act) else ()
             if steps and steps[-1].name in ("RETURN", "EXIT", *LEAVES):
                 text = f"{steps[-1].name} leaves before it: this statement is never reached"
                 self._facts.remark("unreachable", self._view.place(next(lines_in((following,)))), text)
                 return
-        for each in body:
-            for inner in bodies_of(each):
+        for statement in body:
+            for inner in bodies_of(statement):
                 self._after(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
@@ -106,12 +106,14 @@ class Structure:
         program, schedule = program_of(routine).upper(), self._lowered.schedule
         if not program or schedule is None:
             return True
-        return program in (each.name.upper() for each in schedule.programs)
+        return program in (scheduled.name.upper() for scheduled in schedule.programs)
 
     def _recursion(self) -> None:
         recursive = self._lowered.recursive
         for routine in (self._lowered.routines[name] for name in sorted(recursive)):
-            calling = (line for line in routine.lines if any(each in recursive for each in _called_by(line)))
+            calling = (
+                line for line in routine.lines if any(callee in recursive for callee in _called_by(line))
+            )
             for line in islice(calling, 1):
                 text = f"routine {routine.name} calls itself, directly or through others"
                 self._facts.remark("recursion", self._view.place(line), text)
@@ -120,7 +122,7 @@ class Structure:
 
     def _parameters(self) -> None:
         for add_on in self._view.add_ons:
-            used = {each.name.upper() for routine in add_on.routines for each in _addresses(routine)}
+            used = {address.name.upper() for routine in add_on.routines for address in _addresses(routine)}
             used |= hosts_in(add_on)
             for parameter in add_on.parameters:
                 if parameter.name.upper() not in used and not parameter.at:
@@ -130,12 +132,12 @@ class Structure:
 
     def _shadows(self) -> None:
         declared = self._lowered.layout.declarations
-        for name, each in declared.items():
-            program = program_of(each.name)
+        for name, declaration in declared.items():
+            program = program_of(declaration.name)
             short = name.rpartition(".")[2]
             if program and short in declared:
                 text = f"tag {short} of program {program} hides the controller's tag {declared[short].name}"
-                self._facts.remark("shadowed-name", self._view.declaration(each.name), text)
+                self._facts.remark("shadowed-name", self._view.declaration(declaration.name), text)
 
 
 def _called_by(line: LoweredLine) -> Iterator[str]:

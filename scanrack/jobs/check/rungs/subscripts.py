@@ -23,17 +23,17 @@ def note_subscripts(
         seen: routines and subscripts that have already been noted.
     """
     counted = counts.get(point.step.site, {})
-    for each, index, size in _subscripts(point) if counted else ():
-        key = point.routine.name, each.text.partition("]")[0].upper()
+    for mention, index, size in _subscripts(point) if counted else ():
+        key = point.routine.name, mention.text.partition("]")[0].upper()
         count, offset = _counted(index)
-        found = counted.get(count)
-        if found is None or key in seen:
+        range_ = counted.get(count)
+        if range_ is None or key in seen:
             continue
-        subscript = Range(found.least + offset, found.most + offset)
+        subscript = Range(range_.least + offset, range_.most + offset)
         above = subscript.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
         below = subscript.least < 0 and not _is_guarded(point, count, "<", -offset)
         if above or below:
-            text = f"{each.text}: the subscript is {subscript}; must be 0 to {size - 1}"
+            text = f"{mention.text}: the subscript is {subscript}; must be 0 to {size - 1}"
             facts.remark("subscript", point.place, text)
             seen.add(key)
 
@@ -45,10 +45,10 @@ def note_lengths(point: Point, facts: Facts) -> None:
         return
     source, target, length = step.operands[0], step.operands[1], int(step.operands[2].value)
     is_same = isinstance(source, Place) and isinstance(target, Place) and source.leaf.type == target.leaf.type
-    for each in (source, target) if step.name != "FLL" and is_same else (target,):
-        there = _elements_from(each)
+    for operand in (source, target) if step.name != "FLL" and is_same else (target,):
+        there = _elements_from(operand)
         if there is not None and length > there:
-            text = f"{step.name} of {length} elements: {each.text} has {there} from there on"
+            text = f"{step.name} of {length} elements: {operand.text} has {there} from there on"
             facts.remark("subscript", point.place, text)
             return
 
@@ -62,7 +62,7 @@ def _elements_from(operand: object) -> int | None:
 
 def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
     """Yield the subscripts and bit numbers in an instruction, each with the number of elements or bits."""
-    for operand in (part for given in point.step.operands for part in parts_of(given)):
+    for operand in (part for step_operand in point.step.operands for part in parts_of(step_operand)):
         if isinstance(operand, Place):
             for index, size in zip(operand.indices, operand.leaf.dims, strict=True):
                 yield operand, index, size
@@ -85,5 +85,5 @@ def _counted(index: Resolved) -> tuple[str, float]:
 def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:
     """Whether a condition keeps a number within a bound."""
     compared = (leaf for leaf in leaves(point.condition) if isinstance(leaf, Compare))
-    names = sorted({each.name for each in compared if base_of(each.name) == count})
+    names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == count})
     return any(never(AllOf((Compare(name, relation, bound), point.condition))) for name in names)

@@ -35,10 +35,10 @@ class Terminals:
                     text = self._no_terminal(operand) if isinstance(operand, Place | Group) else ""
                     if text:
                         yield Violation(place, text)
-        for each in self._view.lowered.layout.declarations.values():
-            if isinstance(each, SlotAlias) and each.slot not in self._cards:
-                text = f"SLOT {each.name} : {each.slot}: the rack has modules in {self._there()} only"
-                yield Violation(self._view.declaration(each.name), text)
+        for alias in self._view.lowered.layout.declarations.values():
+            if isinstance(alias, SlotAlias) and alias.slot not in self._cards:
+                text = f"SLOT {alias.name} : {alias.slot}: the rack has modules in {self._there()} only"
+                yield Violation(self._view.declaration(alias.name), text)
         yield from map(self._wrong_module, self._named_bits())
 
     def _named_bits(self) -> Iterator[tuple[str, int, FileLine]]:
@@ -55,11 +55,11 @@ class Terminals:
     def _aliased_bits(self) -> Iterator[tuple[str, int, FileLine]]:
         """Yield uses of a slot's bit groups, by name, that the slot's module does not have."""
         declared = self._view.lowered.layout.declarations
-        aliases = {name: each.slot for name, each in declared.items() if isinstance(each, SlotAlias)}
+        aliases = {name: alias.slot for name, alias in declared.items() if isinstance(alias, SlotAlias)}
         for mention in self._view.mentions:
-            name, _, rest = mention.text.partition(".")
+            name, _, members = mention.text.partition(".")
             slot = aliases.get(name.upper())
-            group = rest.lower().partition(".")[0]
+            group = members.lower().partition(".")[0]
             is_group = group.upper() in MEANINGS
             if is_group and self._is_other_module(slot) and group not in self._cards[slot].groups:
                 yield mention.text, slot, self._view.declaration(name)
@@ -75,7 +75,7 @@ class Terminals:
     def _wrong_module(self, use: tuple[str, int, FileLine]) -> Violation:
         text, slot, place = use
         steppers = ", ".join(map(str, self._view.steppers)) or "no slot"
-        module = next(each.module for each in self._view.spec.slot if each.number == slot)
+        module = next(slot_spec.module for slot_spec in self._view.spec.slot if slot_spec.number == slot)
         return Violation(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
 
     def _there(self) -> str:
@@ -105,11 +105,11 @@ class Terminals:
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""
         read = [mention for mention in self._view.mentions if mention.reads]
-        written = [each for each in self._view.mentions if each.writes]
+        written = [mention for mention in self._view.mentions if mention.writes]
         used = {"I": _by_image(read), "O": _by_image(written)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-            return any(_reaches(each, word, bit) for each in used[image].get((slot, image == "O"), ()))
+            return any(_reaches(mention, word, bit) for mention in used[image].get((slot, image == "O"), ()))
 
         return uses
 
@@ -124,7 +124,7 @@ def _reaches(mention: Mention, word: int, bit: int) -> bool:
     where = mention.where
     if isinstance(where, Group):
         return True
-    at = where.fixed_index
-    if at is None or (mention.stretch and at <= word):
+    index = where.fixed_index
+    if index is None or (mention.stretch and index <= word):
         return True
-    return at == word and (not isinstance(where.bit, Constant) or where.bit.value == bit)
+    return index == word and (not isinstance(where.bit, Constant) or where.bit.value == bit)

@@ -46,7 +46,7 @@ def note_timing(view: LadderView, facts: Facts) -> None:
 
 def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:
     """Note a negative preset, or a TON that a one-shot enables."""
-    one_shots = (each for each in needed(point.condition) if each.on and each.name.startswith(EDGE))
+    one_shots = (bit for bit in needed(point.condition) if bit.on and bit.name.startswith(EDGE))
     if preset.is_known and preset.most < 0:
         text = f"{point.text}: the preset is {preset}, and a negative one is a major fault"
         facts.remark("negative-preset", point.place, text)
@@ -85,10 +85,10 @@ def _never_disabled(points: Sequence[Point], targets: set[str], facts: Facts) ->
             calls.setdefault(path_of(timer), []).append((point, timer))
         elif isinstance(bit, Place):
             enabled.setdefault(path_of(bit), []).append(_assigns_one(point))
-    for path, found in calls.items():
+    for path, timer_calls in calls.items():
         ones = enabled.get(f"{path}.TIMERENABLE", [])
         is_reset = not targets.isdisjoint((*around(path), f"{path}.ACC", f"{path}.RESET"))
-        if ones and all(ones) and not is_reset and all(point.condition != TRUE for point, _ in found):
-            point, timer = found[0]
+        if ones and all(ones) and not is_reset and all(point.condition != TRUE for point, _ in timer_calls):
+            point, timer = timer_calls[0]
             text = f"{timer.text} is never disabled or reset: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", point.place, text)

@@ -37,7 +37,7 @@ def own_add_ons(program: LadderLogic) -> list[AddOn]:
 
 def own_routines(program: LadderLogic, lowered: LoweredProgram) -> list[LoweredRoutine]:
     """Return the routines that the user has written."""
-    frames = {"", *(each.name.upper() for each in own_add_ons(program))}
+    frames = {"", *(own_add_on.name.upper() for own_add_on in own_add_ons(program))}
     return [routine for routine in lowered.routines.values() if routine.frame in frames]
 
 
@@ -101,7 +101,7 @@ class LadderView:
             for point in self.main
             for mention in mentions_of(self.lowered.sites[point.step.site], point.step)
         )
-        return frozenset(path_of(each.where).partition(".")[2] for each in mentions if each.writes)
+        return frozenset(path_of(mention.where).partition(".")[2] for mention in mentions if mention.writes)
 
     def place(self, line: LoweredLine) -> FileLine:
         """Return the file and line number of a rung or statement."""
@@ -123,4 +123,4 @@ class LadderView:
         tasks = [task for task in schedule.tasks if task.programs] if schedule is not None else []
         if len(tasks) < 2:
             return {}
-        return {program.name.upper(): each.task.name for each in tasks for program in each.programs}
+        return {program.name.upper(): task.task.name for task in tasks for program in task.programs}

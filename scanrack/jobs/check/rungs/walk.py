@@ -147,26 +147,26 @@ class Walker:
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
         """Note the copies of arguments, which also happen on a false rung."""
-        given: Condition = TRUE
+        own_truth: Condition = TRUE
         for node in nodes:
             if isinstance(node, LoweredStep):
-                value = given if node.name == "OTE" else TRUE
+                value = own_truth if node.name == "OTE" else TRUE
                 self._points.append(self._point(line, node, UNKNOWN, TRUE, argument=True, value=value))
-                given = self._conditions.decided(node)
+                own_truth = self._conditions.decided(node)
 
     # --- structured text
 
     def _body(self, body: Body, reached: Condition) -> None:
-        for each in body:
-            match each:
+        for statement in body:
+            match statement:
                 case Act(line):
                     self._act(line, reached)
                 case Arms():
-                    self._arms(each, reached)
+                    self._arms(statement, reached)
                 case Selection():
-                    self._selection(each, reached)
+                    self._selection(statement, reached)
                 case Loop():
-                    self._loop(each, reached)
+                    self._loop(statement, reached)
 
     def _act(self, line: LoweredLine, reached: Condition) -> Condition:
         return self._series(line, line.nodes, reached)
@@ -186,7 +186,7 @@ class Walker:
         self._act(selection.line, reached)
         (step,) = selection.line.nodes
         assert isinstance(step, LoweredStep)
-        selector, rest = step.operands[0], reached
+        selector, otherwise = step.operands[0], reached
         choices = []
         for labels, body in selection.choices:
             chosen = AnyOf(
@@ -198,11 +198,11 @@ class Walker:
                     for low, high in labels
                 )
             )
-            choices.append((all_of(rest, chosen), body))
-            rest = all_of(rest, negated(chosen))
+            choices.append((all_of(otherwise, chosen), body))
+            otherwise = all_of(otherwise, negated(chosen))
         for condition, body in choices:
             self._body(body, condition)
-        self._otherwise(selection.otherwise, rest)
+        self._otherwise(selection.otherwise, otherwise)
 
     def _otherwise(self, body: Body, reached: Condition) -> None:
         """Walk over an ELSE; it is a guard if only the present values of a number make it unreachable."""

@@ -18,10 +18,10 @@ _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, Co
 def held(writes: Sequence[Write]) -> Iterator[Violation]:
     """Yield the first instruction that sets a command bit, for each bit that is never cleared."""
     for slot, every in grouped(writes, lambda each: each.slot).items():
-        own = [each for each in every if each.word == 0]
+        own = [write for write in every if write.word == 0]
         for bit in _COMMANDS:
-            setting = [each for each in own if each.commands & bit.value]
-            if setting and not any(each.takes_back(bit.value) for each in own):
+            setting = [write for write in own if write.commands & bit.value]
+            if setting and not any(write.takes_back(bit.value) for write in own):
                 text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
                 yield Violation(setting[0].place, text)
 
@@ -29,11 +29,13 @@ def held(writes: Sequence[Write]) -> Iterator[Violation]:
 def computed(writes: Sequence[Write]) -> Iterator[str]:
     """Yield, for each slot, the text of the first instruction that writes unknown words."""
     slots = set()
-    for each in writes:
-        if not each.known and each.slot not in slots:
-            slots.add(each.slot)
-            where = f"{each.place.file}:{each.place.line}"
-            yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
+    for write in writes:
+        if not write.known and write.slot not in slots:
+            slots.add(write.slot)
+            where = f"{write.place.file}:{write.place.line}"
+            yield (
+                f"slot {write.slot}: output words that the program computes or a block writes, as in {where}"
+            )
 
 
 def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:

@@ -53,7 +53,7 @@ def scenes_of(
         ValueError: it is not a trace, has no words of a 3601 in the slot, or never shows the module's state.
     """
     with open_trace(path) as trace:
-        info = next((each for each in trace.head.slots if each.number == slot), None)
+        info = next((slot_info for slot_info in trace.head.slots if slot_info.number == slot), None)
         if info is None or info.module != "amci3601":
             raise ValueError(
                 f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
@@ -75,7 +75,7 @@ def scenes_in(
     Args:
         facts: facts in the trace's header.
     """
-    firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
+    firmware = next(slot_info.firmware for slot_info in recording.slots if slot_info.number == slot) or "4.1"
     captured, sampled = facts.get("source") == "capture", is_sampled(facts)
     rows = forced_rows(plan_of(recording))
     resumed = ResumedOperation(

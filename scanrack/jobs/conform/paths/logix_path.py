@@ -87,7 +87,7 @@ def is_real(client: TagClient) -> bool:
 def product_of(client: TagClient) -> str:
     """Return the product name and revision of a controller, which do not identify its owner."""
     revision = client.info.get("revision") or {}
-    parts = [str(revision[each]) for each in ("major", "minor") if each in revision]
+    parts = [str(revision[key]) for key in ("major", "minor") if key in revision]
     return " ".join([str(client.info.get("product_name", "")), ".".join(parts)]).strip()
 
 
@@ -108,7 +108,7 @@ class LogixPath:
         if probe.error:  # the manufacturer's profile has words of its own
             self._parts: tuple[str, ...] = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
             answers = client.read(*self._parts)
-            if any(each.error for each in answers):
+            if any(answer.error for answer in answers):
                 raise ValueError(f"slot {tags.slot}: no Local:{tags.slot}:I of a 3601: {probe.error}")
         else:
             self._parts = (self._inputs,)
@@ -139,8 +139,8 @@ class LogixPath:
     def _timed(self, *values: tuple[str, Any]) -> Window:
         low = self._count() if self._tags.counter else time.monotonic_ns()
         answers = self._client.write(*values)
-        for each in answers if isinstance(answers, list) else [answers]:
-            _checked(each)
+        for answer in answers if isinstance(answers, list) else [answers]:
+            _checked(answer)
         high = self._count() + self._tags.period_ns if self._tags.counter else time.monotonic_ns()
         return Window(low, high)
 
@@ -155,7 +155,7 @@ class LogixPath:
         answers = self._client.read(*names)
         high = time.monotonic_ns()
         answers = answers if isinstance(answers, list) else [answers]
-        values = [_checked(each) for each in answers]
+        values = [_checked(answer) for answer in answers]
         if self._tags.counter:
             low = self._at(values.pop())
             high = low + self._tags.period_ns

@@ -89,8 +89,8 @@ class FittedScale:
 
 def either(scales: Sequence[FittedScale]) -> str:
     """Return a sentence about several scales that explain the same reads, joined by "or"."""
-    first, *more = (each.sentence.removesuffix(".") for each in scales)
-    return ", or i".join([first, *(each[1:] for each in more)]) + "."
+    first, *others = (scale.sentence.removesuffix(".") for scale in scales)
+    return ", or i".join([first, *(sentence[1:] for sentence in others)]) + "."
 
 
 def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
@@ -100,12 +100,12 @@ def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale
     """
     explains: dict[str, set[int]] = {}
     for number, scales in enumerate(scenes):
-        for each in scales:
-            explains.setdefault(each.what, set()).add(number)
+        for scale in scales:
+            explains.setdefault(scale.what, set()).add(number)
     lesser = {
         kind for kind, explained in explains.items() if any(explained < other for other in explains.values())
     }
-    return [[each for each in scales if each.what not in lesser] for scales in scenes]
+    return [[kept_scale for kept_scale in scales if kept_scale.what not in lesser] for scales in scenes]
 
 
 def scaled(what: str, factor: int) -> Alteration:
@@ -122,10 +122,10 @@ def fitted(trial: Trial) -> Iterator[FittedScale]:
         trial: judges the scene with an altered module.
     """
     alone = False
-    for what, row in SCALED.items():
+    for quantity, row in SCALED.items():
         if len(row.fields) > 1 and alone:
             continue
-        scale = _Fit(what, trial).found()
+        scale = _Fit(quantity, trial).found()
         if scale is not None:
             alone = True
             yield scale
@@ -145,15 +145,15 @@ class _Fit:
 
     def found(self) -> FittedScale | None:
         """Return the factor with its bounds; None if no factor explains every read."""
-        for each in COARSE:
-            self._at(each)
-        while not any(each.explains_all for each in self._known.values()):
+        for candidate in COARSE:
+            self._at(candidate)
+        while not any(fit.explains_all for fit in self._known.values()):
             between = self._between()
             if not between:
                 return None
-            for each in between:
-                self._at(each)
-        inside = next(factor for factor, each in self._known.items() if each.explains_all)
+            for candidate in between:
+                self._at(candidate)
+        inside = next(factor for factor, fit in self._known.items() if fit.explains_all)
         low, high = self._bound(inside, -1), self._bound(inside, 1)
         return None if low is None or high is None else FittedScale(self._what, low / UNIT, high / UNIT)
 
@@ -164,7 +164,7 @@ class _Fit:
         factor is then at the edge of such a row.
         """
         known = sorted(self._known)
-        reads = [self._known[each].reads for each in known]
+        reads = [self._known[factor].reads for factor in known]
         most = max(reads)
         edges = [
             pair

@@ -67,8 +67,8 @@ def _slower(words: list[int]) -> None:
 
 def _slower_if_short(words: list[int]) -> None:
     speed = _value(words, 4)
-    rates = [each for each in words[6:8] if each > 0]
-    if len(rates) == 2 and sum(speed * speed / (2000 * each) for each in rates) > abs(_value(words, 2)):
+    rates = [word for word in words[6:8] if word > 0]
+    if len(rates) == 2 and sum(speed * speed / (2000 * rate) for rate in rates) > abs(_value(words, 2)):
         _slower(words)
 
 
@@ -276,7 +276,7 @@ def without(rule: str, fired: Collection[str]) -> Alteration | None:
     bits = bits_of(rule, WORDS_3601)
     if not bits:
         return STATEMENTS.get(rule)
-    same = {each for each in fired if _kin(rule, each) and not bits_of(each, WORDS_3601) & ~bits}
+    same = {rule_id for rule_id in fired if _kin(rule, rule_id) and not bits_of(rule_id, WORDS_3601) & ~bits}
     return d.silent(f"It does not know {rule}.", rule, *same)
 
 

@@ -42,7 +42,7 @@ class Contacts:
     @property
     def operated(self) -> list[Contact]:
         """The buttons and switches that a person operates."""
-        return [each for each, weight in self._weights.items() if weight != SENSOR]
+        return [contact for contact, weight in self._weights.items() if weight != SENSOR]
 
     def answered(self, contact: Contact) -> None:
         """Record that the program reacts to this contact."""

@@ -109,8 +109,8 @@ class Corpus:
         fresh = self._note_new(firsts)
         if not fresh:
             return None
-        worthy = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
-        points = sorted({firsts[each] for each in worthy})
+        worthy = [feature for feature in fresh if worth_of(feature) > PAIR_WORTH] or fresh
+        points = sorted({firsts[feature] for feature in worthy})
         beginning = cut(scenario, points[-1], scan_ns)
         worth = sum(map(worth_of, fresh))
         if worth < LEAST_WORTH:
@@ -122,13 +122,13 @@ class Corpus:
     def merge(self, other: Corpus) -> None:
         """Add the results of a search that began with a share of this corpus."""
         own = {entry.number: entry for entry in self.entries if entry.number >= 0}
-        for each in other.entries:
-            if each.number in own:
-                own[each.number].update(each)
-            elif each.number < 0 and self._note_new(each.edges.firsts()):
-                self._add(each)
+        for newcomer in other.entries:
+            if newcomer.number in own:
+                own[newcomer.number].update(newcomer)
+            elif newcomer.number < 0 and self._note_new(newcomer.edges.firsts()):
+                self._add(newcomer)
         self.seen |= other.seen
-        self.waiting += [each for each in other.waiting if each[0] is None or each[0] not in self.swept]
+        self.waiting += [entry for entry in other.waiting if entry[0] is None or entry[0] not in self.swept]
         self.swept |= other.swept
         self.answered = list(dict.fromkeys([*self.answered, *other.answered]))
 
@@ -136,13 +136,13 @@ class Corpus:
         """Return the corpus for a round: all seen features, the least varied entries, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
         chosen = [entry for entry in self.entries if id(entry) in turn]
-        for each in chosen:
-            if each.number < 0:
+        for chosen_entry in chosen:
+            if chosen_entry.number < 0:
                 self.numbers += 1
-                each.number = self.numbers
+                chosen_entry.number = self.numbers
         waiting: list[tuple[Hashable, Scenario]] = [(None, scenario) for _, scenario in self.waiting]
         self.waiting.clear()
-        entries = [replace(each, before=each.chosen) for each in chosen]
+        entries = [replace(entry, before=entry.chosen) for entry in chosen]
         return Corpus(entries, {*self.seen}, self.runs, 0, {*self.swept}, waiting, [*self.answered])
 
     def for_task(self, place: int, count: int) -> Corpus:
@@ -174,9 +174,9 @@ class Corpus:
         """Return an entry to vary: half the time the latest new step, else one varied little so far."""
         latest = next(
             (
-                each
-                for each in reversed(self.entries[-6:])
-                if each.worth >= STEP_WORTH and each.chosen < FRESH_CHOICES
+                recent
+                for recent in reversed(self.entries[-6:])
+                if recent.worth >= STEP_WORTH and recent.chosen < FRESH_CHOICES
             ),
             None,
         )
@@ -215,7 +215,7 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
         firsts = edges.firsts()
         if all(feature in firsts for feature in features):
             entry.scenario, entry.edges = scenario, edges
-            entry.points = sorted({firsts[each] for each in features})
+            entry.points = sorted({firsts[feature] for feature in features})
 
 
 def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:

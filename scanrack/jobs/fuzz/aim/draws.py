@@ -225,13 +225,13 @@ class Draws:
             return random.choice(self._conditions)(scenario), first
         if not self._events:
             return scenario, first
-        at = self._when(scenario, edges, first)
+        scan = self._when(scenario, edges, first)
         if self._press in self._events and random.random() < RHYTHM:
-            return self._with_rhythm(scenario, at)
-        part = self._next_part(scenario, at, edges)
-        end = at + getattr(part, "for_ns", 0) // self.scan_ns
+            return self._with_rhythm(scenario, scan)
+        part = self._next_part(scenario, scan, edges)
+        end = scan + getattr(part, "for_ns", 0) // self.scan_ns
         after_end = end < self.scans and random.random() < AFTER_END
-        return with_part(scenario, part), end if after_end else at
+        return with_part(scenario, part), end if after_end else scan
 
     def _next_part(self, scenario: Scenario, at: int, edges: Edges) -> Timed:
         """Return a new event that begins in a scan, or repeat an earlier press there."""
@@ -389,8 +389,8 @@ class Draws:
         return Turn(slot, counts * self._random.choice(WAYS), at * self.scan_ns, for_ns)
 
     def _link(self, at: int, edges: Edges) -> InjectedFault:
-        what, slot = self._random.choice(LINKS), self._random.choice(self._rack.answering)
-        return InjectedFault(at * self.scan_ns, what, slot, self._lasting(at, edges))
+        trouble, slot = self._random.choice(LINKS), self._random.choice(self._rack.answering)
+        return InjectedFault(at * self.scan_ns, trouble, slot, self._lasting(at, edges))
 
     def _power(self, at: int, _edges: Edges) -> InjectedFault:
         slot = self._random.choice([slot.number for slot in self._spec.slot])
@@ -437,7 +437,11 @@ class Draws:
         """Return the firmware versions that the program supports."""
         on_micrologix = self._spec.controller == "micrologix"
         needed = max(Firmware.parse(slot.needs_firmware) for slot in self._spec.slot)
-        return [str(each) for each in KNOWN if each >= needed and (each.micrologix or not on_micrologix)]
+        return [
+            str(version)
+            for version in KNOWN
+            if version >= needed and (version.micrologix or not on_micrologix)
+        ]
 
     def _other_firmware(self, versions: list[str], scenario: Scenario) -> Scenario:
         version = self._random.choice(versions)

@@ -132,7 +132,7 @@ class Probe(QuietListener):
         inputs_before, outputs_before = self._words[place]
         self._words[place] = inputs, outputs
         if outputs != outputs_before:
-            words = tuple(word for word, each in enumerate(outputs) if each != outputs_before[word])
+            words = tuple(word for word, output in enumerate(outputs) if output != outputs_before[word])
             if len(words) > 1:
                 add(TOGETHER, (place, words), scan)
         for word in range(max(known, commanding)):
@@ -218,7 +218,7 @@ class _Lines:
         resumed = [sequence.resumed for sequence in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed
-            self._lines = [("line", each.line) for each in self._sequences]
+            self._lines = [("line", sequence.line) for sequence in self._sequences]
         return self._lines
 
 

@@ -39,7 +39,9 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
     Objects that the program creates later are not read.
     """
     holders = list(enumerate(islice(_holders(logic, module), MOST_HOLDERS)))
-    plain = PLAIN | {each for each in module.values() if isinstance(each, type) and issubclass(each, Enum)}
+    plain = PLAIN | {
+        value for value in module.values() if isinstance(value, type) and issubclass(value, Enum)
+    }
     shared = [
         name for name, value in module.items() if value.__class__ in plain and not name.startswith("__")
     ]
@@ -108,7 +110,7 @@ def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[st
         yield holder
         if depth < DEEP:
             shared = () if type(value) is dict else vars(type(value)).values()
-            waiting += [(depth + 1, each) for each in (*holder.values(), *shared)]
+            waiting += [(depth + 1, inner) for inner in (*holder.values(), *shared)]
 
 
 def _holder(value: object, module: str, *, is_logic: bool) -> Mapping[str, Any] | None:

@@ -92,7 +92,7 @@ class Sweep:
             place, words = kind
             at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[place].number
             for word in words:
-                others = tuple(each for each in words if each != word)
+                others = tuple(word_before for word_before in words if word_before != word)
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
 
@@ -109,7 +109,7 @@ class Sweep:
             }
             fresh = [scans for key, scans in changes.items() if key not in self._corpus.swept]
             self._corpus.swept.update(changes)
-            scans = sorted({scan - 1 for each in fresh for scan in each[:MOST_TORN] if scan > BEGINNING})
+            scans = sorted({scan - 1 for run in fresh for scan in run[:MOST_TORN] if scan > BEGINNING})
             for routine, rung in self._some_rungs() if scans else ():
                 tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in scans)
                 torn = replace(entry.scenario, tears=(*entry.scenario.tears, *tears))
@@ -124,7 +124,7 @@ class Sweep:
         for_ns = LASTING_MS * 1_000_000
         yield from self._faults_at(at_ns, for_ns)
         if Kind.INPUTS in self._kinds:
-            for slot in (each for each in self._spec.slot if each.has(Trait.MACHINE)):
+            for slot in (slot_spec for slot_spec in self._spec.slot if slot_spec.has(Trait.MACHINE)):
                 for bit in (*buttons(slot), *sensors(slot)):
                     short = bit in buttons(slot) and self._random.random() < 0.5
                     yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)

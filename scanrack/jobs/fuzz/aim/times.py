@@ -31,9 +31,11 @@ SHORTEST_SCANS = 3
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
     """Return the program's times that fit into a run, and times between two of them; sorted, ns."""
     inside = unwrapped(logic)
-    found = set(_presets(inside)) if isinstance(inside, Engine) else set(_written(inside, scan_ns))
-    fitting = sorted(each for each in found if SHORTEST_SCANS * scan_ns < each < scans * scan_ns)[:MOST_TIMES]
-    between = {(one + other) // 2 // scan_ns * scan_ns for one, other in pairwise(fitting)}
+    times = set(_presets(inside)) if isinstance(inside, Engine) else set(_written(inside, scan_ns))
+    fitting = sorted(time_ns for time_ns in times if SHORTEST_SCANS * scan_ns < time_ns < scans * scan_ns)[
+        :MOST_TIMES
+    ]
+    between = {(earlier + later) // 2 // scan_ns * scan_ns for earlier, later in pairwise(fitting)}
     return tuple(sorted({*fitting, *between}))
 
 

@@ -43,7 +43,7 @@ class Allowance:
     def covers(self, wall_ns: int, processor_ns: int) -> bool:
         """Return whether the used time is below every limit."""
         used = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
-        return all(limit is None or each < limit for limit, each in used)
+        return all(limit is None or spent < limit for limit, spent in used)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +99,8 @@ def campaign(
     running = _Tasks(work, executor, jobs, has_time, allowance)
     rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, again, suggest)
     try:
-        for given in rounds:
-            for report in running.reports(given, state.tasks):
+        for round_tasks in rounds:
+            for report in running.reports(round_tasks, state.tasks):
                 news(state.add(report))
             if not has_time():
                 return
@@ -160,8 +160,8 @@ class _Tasks:
         self.tried[task.number] += 1
         if self.tried[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
-        given = replace(task, allowance=self.allowance())
-        self.running[self.pool.submit(self.work, given)] = task
+        limited = replace(task, allowance=self.allowance())
+        self.running[self.pool.submit(self.work, limited)] = task
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
         """Store a report; submit a task again if its worker died."""

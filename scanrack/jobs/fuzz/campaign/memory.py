@@ -33,8 +33,8 @@ class Memory:
 
     def __init__(self, folder: Path, origin: Origin, spec: RackSpec, report: Callable[[str], object]) -> None:
         self.corpus, self.finds = (RecipeFolder(folder / name, origin) for name in (CORPUS, FINDS))
-        for each in (self.corpus, self.finds):
-            each.folder.mkdir(parents=True, exist_ok=True)
+        for store in (self.corpus, self.finds):
+            store.folder.mkdir(parents=True, exist_ok=True)
         self._spec, self._report, self._left_out = spec, report, 0
         self._written: set[str] = set()  # names of our files in the corpus folder
         self._spared: frozenset[str] = frozenset()  # those that have not been run again

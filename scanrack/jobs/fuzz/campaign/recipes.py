@@ -86,18 +86,18 @@ class Recipe:
         Raises:
             ValueError: the text is not a recipe; the message says why.
         """
-        given = json_value(text, TextKind.SCENARIO)
-        if not isinstance(given, dict):
-            raise ValueError(f"an object is needed, not {given!r:.40}")
-        scans = given.get("scans")
+        recipe = json_value(text, TextKind.SCENARIO)
+        if not isinstance(recipe, dict):
+            raise ValueError(f"an object is needed, not {recipe!r:.40}")
+        scans = recipe.get("scans")
         if type(scans) is not int or not 0 < scans <= MOST_SCANS:
             raise ValueError(f"scans = {scans!r:.40}: must be 1 to {MOST_SCANS:,}")
-        words = {key: given.get(key, "") for key in ("rack", "program", "version", "broken")}
+        words = {key: recipe.get(key, "") for key in ("rack", "program", "version", "broken")}
         for key, value in words.items():
             if not isinstance(value, str):
                 raise ValueError(f"{key} = {value!r:.40}: a text is needed")
         broken = words.pop("broken")
-        return cls(Scenario.from_json(given.get("scenario")), Origin(scans, **words), broken)
+        return cls(Scenario.from_json(recipe.get("scenario")), Origin(scans, **words), broken)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +149,7 @@ def recipes_in(folder: Path, spec: RackSpec) -> Iterator[tuple[Path, Recipe | st
     """
     if not folder.is_dir():
         return
-    files = sorted(islice((each for each in folder.iterdir() if each.name[0] != "."), MOST_FILES))
+    files = sorted(islice((path for path in folder.iterdir() if path.name[0] != "."), MOST_FILES))
     for file in files:
         try:
             recipe = read_recipe(file)

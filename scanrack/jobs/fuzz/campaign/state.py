@@ -65,7 +65,7 @@ class State(RunTotals):
         self.tasks += 1
         self.add_totals(report)
         self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
-        is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
+        is_new = any(worth_of(feature) > PAIR_WORTH for feature in report.corpus.seen - self.kept.seen)
         self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
         self.kept.merge(report.corpus)
         self.kept.runs += report.runs - report.shrinking
@@ -74,12 +74,12 @@ class State(RunTotals):
     def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
         """Add failures; return those that are new or have a smaller scenario."""
         news = []
-        for each in found:
-            known = self.found.get(each.broken.key)
-            if known is None or each.scenario.size < known.scenario.size:
-                self.found[each.broken.key] = each
-                self._give_folder(each.broken)
-                news.append(each)
+        for counterexample in found:
+            known = self.found.get(counterexample.broken.key)
+            if known is None or counterexample.scenario.size < known.scenario.size:
+                self.found[counterexample.broken.key] = counterexample
+                self._give_folder(counterexample.broken)
+                news.append(counterexample)
         return news
 
     def _give_folder(self, broken: BrokenInvariant) -> None:
@@ -92,11 +92,15 @@ class State(RunTotals):
 
     def drop_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with older firmware than the program needs; return the dropped failures."""
-        gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
+        gone = {
+            key: counterexample
+            for key, counterexample in self.found.items()
+            if not counterexample.scenario.is_possible(spec)
+        }
         for key in gone:
             del self.found[key]
-        self.corpus = {key: each for key, each in self.corpus.items() if each.is_possible(spec)}
-        return [each.broken for _key, each in sorted(gone.items())]
+        self.corpus = {key: scenario for key, scenario in self.corpus.items() if scenario.is_possible(spec)}
+        return [counterexample.broken for _key, counterexample in sorted(gone.items())]
 
     def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
         """Repeat the known failures; return those that no longer occur.
@@ -107,19 +111,23 @@ class State(RunTotals):
         fixed = []
         rules = profile_in(bench.spec.slot, None).rules
         before = {
-            key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
+            key: stored
+            for key, stored in sorted(self.found.items())
+            if stored.broken.invariant in bench.names
         }
         for key in before:
             del self.found[key]
-        for key, each in before.items():
+        for key, counterexample in before.items():
             others = {other for other, known in before.items() if known.broken.cause in rules}
-            broken = bench.run(each.scenario, without=all_but(bench, each.broken, others)).broken
+            broken = bench.run(
+                counterexample.scenario, without=all_but(bench, counterexample.broken, others)
+            ).broken
             if broken is None:
-                self.corpus[key] = each.scenario
-                fixed.append(each.broken)
+                self.corpus[key] = counterexample.scenario
+                fixed.append(counterexample.broken)
             else:  # the failure may now have another line number
                 self.folders.setdefault(broken.key, self.folders[key])
-                self.note([replace(each, broken=broken)])
+                self.note([replace(counterexample, broken=broken)])
         return fixed
 
     def to_json(self) -> dict[str, Any]:
@@ -130,8 +138,8 @@ class State(RunTotals):
             "runs": self.runs,
             "scans": self.scans,
             "rules": dict(sorted(self.rules.items())),
-            "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
-            "found": [_found_json(each) for _, each in sorted(self.found.items())],
+            "corpus": {rule: scenario.to_json() for rule, scenario in sorted(self.corpus.items())},
+            "found": [_found_json(counterexample) for _, counterexample in sorted(self.found.items())],
             "folders": dict(sorted(self.folders.items())),
             "applied": sorted(self.applied),
             "steps": self.steps,
@@ -145,12 +153,12 @@ class State(RunTotals):
             ValueError: a value is illegal.
         """
         try:
-            found = [_found(each) for each in given["found"]]
+            counterexamples = [_found(row) for row in given["found"]]
             state = cls(
                 _text(given["rack"]),
                 _count(given["tasks"]),
-                {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
-                {each.broken.key: each for each in found},
+                {rule: Scenario.from_json(row) for rule, row in given["corpus"].items()},
+                {counterexample.broken.key: counterexample for counterexample in counterexamples},
                 {key: _folder(name) for key, name in given["folders"].items()},
                 _text(given.get("steps", "")),
                 runs=_count(given["runs"]),
@@ -201,7 +209,10 @@ _KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "t
 
 
 def _found(given: dict[str, Any]) -> Counterexample:
-    broken = {each.name: _KINDS[str(each.type)](given[each.name]) for each in fields(BrokenInvariant)}
+    broken = {
+        attribute.name: _KINDS[str(attribute.type)](given[attribute.name])
+        for attribute in fields(BrokenInvariant)
+    }
     return Counterexample(
         Scenario.from_json(given["scenario"]), BrokenInvariant(**broken), _count(given["after"])
     )

@@ -40,8 +40,8 @@ class _Program:
     def branches(self) -> bytearray:
         """Return a byte for each branch: not 0 if it was taken on any bench."""
         taken = self.tally.branches
-        for each in self.noted:
-            taken = bytearray(map(or_, taken, each)) if taken else bytearray(each)
+        for branch_bits in self.noted:
+            taken = bytearray(map(or_, taken, branch_bits)) if taken else bytearray(branch_bits)
         return taken
 
 
@@ -64,7 +64,7 @@ class BenchCoverage(BenchObserver):
             program.tally.lowered = known.logic.build()
             return (_RungListener(logic, program.tally),)
         noted = namespace_of(unwrapped(logic)).get(NAME)
-        if noted is not None and not any(noted is each for each in program.noted):
+        if noted is not None and not any(noted is bits for bits in program.noted):
             program.noted.append(noted)
         return ()
 
@@ -75,33 +75,36 @@ class BenchCoverage(BenchObserver):
         """Return the coverage as plain data, for another process."""
         return {
             name: {
-                "rack": each.rack,
-                "on": {str(line): _text(bits) for line, bits in each.tally.on.items()},
-                "off": {str(line): _text(bits) for line, bits in each.tally.off.items()},
-                "branches": each.branches().hex(),
+                "rack": program.rack,
+                "on": {str(line): _text(bits) for line, bits in program.tally.on.items()},
+                "off": {str(line): _text(bits) for line, bits in program.tally.off.items()},
+                "branches": program.branches().hex(),
             }
-            for name, each in self._programs.items()
+            for name, program in self._programs.items()
         }
 
     def merge(self, row: Mapping[str, Any]) -> None:
         """Add the coverage of another process."""
-        for name, given in row.items():
-            program = self._program(name, given["rack"])
-            program.noted.append(bytearray.fromhex(given["branches"]))
-            for mine, theirs in ((program.tally.on, given["on"]), (program.tally.off, given["off"])):
-                for line, text in theirs.items():
-                    known = mine.get(int(line))
-                    bits = [each == "1" for each in text]
-                    mine[int(line)] = bits if known is None else list(map(or_, known, bits))
+        for name, program_row in row.items():
+            program = self._program(name, program_row["rack"])
+            program.noted.append(bytearray.fromhex(program_row["branches"]))
+            for lines, texts in (
+                (program.tally.on, program_row["on"]),
+                (program.tally.off, program_row["off"]),
+            ):
+                for line, text in texts.items():
+                    known = lines.get(int(line))
+                    bits = [digit == "1" for digit in text]
+                    lines[int(line)] = bits if known is None else list(map(or_, known, bits))
 
     def programs(self) -> Iterator[tuple[str, list[CoveredLine]]]:
         """Yield the file and the lines of each program, sorted by file."""
-        for name, each in sorted(self._programs.items()):
-            job = load_job(each.rack)
+        for name, program in sorted(self._programs.items()):
+            job = load_job(program.rack)
             if isinstance(job.logic, LadderLogic):
-                each.tally.lowered = job.logic.compile().lowered
-            each.tally.branches = each.branches()
-            yield name, covered_lines(each.tally, job)
+                program.tally.lowered = job.logic.compile().lowered
+            program.tally.branches = program.branches()
+            yield name, covered_lines(program.tally, job)
 
 
 class _RungListener(QuietListener):

@@ -25,10 +25,10 @@ def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenI
         rack: path of the rack file, from which a Python program is loaded again.
     """
     row = min(broken.scan, len(recording.scans) - 1)
-    found = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
-    if found is None:
+    change = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
+    if change is None:
         return []
-    changed, address = found
+    changed, address = change
     try:
         return answer_text(chain_of(recording, job, address, changed, load=loading(job, rack))).splitlines()
     except ValueError as error:

@@ -130,8 +130,8 @@ class PowerTally:
         """Add the power after each instruction of a line, by its number in `lines_of`."""
         on = self.on.setdefault(line, [False] * len(truth))
         off = self.off.setdefault(line, [False] * len(truth))
-        for place, each in enumerate(truth):
-            (on if each else off)[place] = True
+        for place, truth_bit in enumerate(truth):
+            (on if truth_bit else off)[place] = True
 
 
 class _TallyProbe(Probe):
@@ -184,7 +184,10 @@ def _gaps(
 ) -> Iterator[str]:
     sites = [lowered.sites[step.site] for step in line.steps]
     if number not in tally.on:
-        if not any((s.routine, s.rung, s.instruction, "reached") in dead for s in sites):
+        if not any(
+            (line_site.routine, line_site.rung, line_site.instruction, "reached") in dead
+            for line_site in sites
+        ):
             yield "never reached"
         return
     for site, on, off in zip(sites, tally.on[number], tally.off[number], strict=False):
@@ -208,8 +211,8 @@ def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
     A missing `else` counts as part of the line of its `if`.
     """
     taken: dict[int, list[int]] = {}
-    for line, each in zip(branch_lines(data, file), branches, strict=False):
-        taken.setdefault(line, []).append(each)
+    for line, branch in zip(branch_lines(data, file), branches, strict=False):
+        taken.setdefault(line, []).append(branch)
     without_else = _ifs_without_else(data, file)
     gaps = {line: _branch_gap(ways, line in without_else) for line, ways in taken.items()}
     return {line: gap for line, gap in gaps.items() if gap}

@@ -158,8 +158,8 @@ class _Futures:
             futures: number of futures; a larger number adds futures to the same sequence.
         """
         known = self._fail.setdefault(scan, [])
-        rest = self._futures.setdefault(scan, self._run_after(scan))
-        known += islice(rest, max(0, futures - len(known)))
+        outcomes = self._futures.setdefault(scan, self._run_after(scan))
+        known += islice(outcomes, max(0, futures - len(known)))
         return sum(known[:futures])
 
     def _run_after(self, scan: int) -> Iterator[bool]:
@@ -181,8 +181,8 @@ def _with_future(beginning: Scenario, scan: int, draws: Draws, random: Random) -
     """Return a beginning with a random future: active events end at random times, and others begin."""
     future = scenario_of((name, _ended(part, scan, draws, random)) for name, part in parts_of(beginning))
     for _ in range(random.randint(0, MOST_EVENTS)):
-        at = scan + int(FAR ** random.random())
-        if at < draws.scans and (part := draws.event(at)) is not None:
+        later = scan + int(FAR ** random.random())
+        if later < draws.scans and (part := draws.event(later)) is not None:
             future = with_part(future, part)
     return future
 

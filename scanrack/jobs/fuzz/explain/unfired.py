@@ -134,10 +134,10 @@ def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
     """Return the error rules of the modules in a rack; if none has any, those of a 3601."""
     slots = tuple(slots)
     models = {model.title: model for slot in slots if (model := model_of(slot.words))}
-    found = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
+    rules = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
     if not models or any(is_stepper(slot.words) for slot in slots):
-        found = {"chapter 6": [rule.id for rule in error_rules(profile_in(slots, None))], **found}
-    return ErrorRules(" and ".join(found), list(dict.fromkeys(chain.from_iterable(found.values()))))
+        rules = {"chapter 6": [rule.id for rule in error_rules(profile_in(slots, None))], **rules}
+    return ErrorRules(" and ".join(rules), list(dict.fromkeys(chain.from_iterable(rules.values()))))
 
 
 class UnfiredReason(IntEnum):

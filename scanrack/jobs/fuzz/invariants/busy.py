@@ -111,8 +111,8 @@ class RestMeter:
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
         """Update the measurement; return a sentence about a command that rests for too long, or None."""
-        found = [axis.too_long(now_ns, linked=linked) for axis in self._axes]
-        return next(filter(None, found), None)
+        violations = [axis.too_long(now_ns, linked=linked) for axis in self._axes]
+        return next(filter(None, violations), None)
 
     @property
     def same_until_ns(self) -> int:

@@ -58,8 +58,8 @@ def reads_of(condition: Callable[..., Any]) -> ConditionReads:
     >>> reads_of(lambda now: now.tags["Delay.ACC"] < 100).name, reads_of(lambda now: now.ns > 5).name
     ('COUNTS', 'ANYTHING')
     """
-    found = list(_reads(condition, DEEP))
-    return max(found, key=lambda each: each.value, default=ConditionReads.IMAGES_AND_TAGS)
+    reads = list(_reads(condition, DEEP))
+    return max(reads, key=lambda each: each.value, default=ConditionReads.IMAGES_AND_TAGS)
 
 
 def _reads(function: object, deep: int) -> Iterator[ConditionReads]:
@@ -100,7 +100,11 @@ def _names(code: CodeType) -> Iterator[str]:
 
 def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]:
     """Yield what each instruction depends on; `outer` has the variables that outlive a call."""
-    steps = [each for each in dis.get_instructions(code) if each.opname not in ("CACHE", "EXTENDED_ARG")]
+    steps = [
+        instruction
+        for instruction in dis.get_instructions(code)
+        if instruction.opname not in ("CACHE", "EXTENDED_ARG")
+    ]
     for step, following in zip(steps, [*steps[1:], None], strict=True):
         if _keeps(step, outer) or _reads_time(step):
             yield ConditionReads.ANYTHING

@@ -125,7 +125,7 @@ class _Eventually:
 
     def same_until_ns(self, counting: bool) -> int:
         """See `Watch`."""
-        least = min(same_until_ns(each, counting) for each in (self._condition, self._after))
+        least = min(same_until_ns(condition, counting) for condition in (self._condition, self._after))
         return (
             least if self._since_ns is None else min(least, self._since_ns + self._paused_ns + self._limit_ns)
         )
@@ -198,10 +198,10 @@ def answer(condition: Condition, now: Snapshot) -> Any:
         return condition(now)
     except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
-        step = [each for each in steps if each.filename == steps[0].filename][-1]
-        what = f"{type(error).__name__}: {error}{_hint(error)}"
+        step = [frame for frame in steps if frame.filename == steps[0].filename][-1]
+        problem = f"{type(error).__name__}: {error}{_hint(error)}"
         where = f"{step.filename}:{step.lineno}"
-        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
+        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {problem} [{where}]"
         raise InvariantError(says) from error
 
 
@@ -231,17 +231,17 @@ def load_invariants(path: Path | str) -> list[Invariant]:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         raise _not_loaded(path, error) from error
-    found = [value for value in vars(module).values() if isinstance(value, Invariant)]
-    if not found:
+    invariants = [value for value in vars(module).values() if isinstance(value, Invariant)]
+    if not invariants:
         raise InvariantError(
             f"{path}: it defines no invariant; write functions under @always, @never, @eventually"
         )
-    return found
+    return invariants
 
 
 def _not_loaded(path: Path, error: BaseException) -> InvariantError:
     """Return the error for a file that raised an exception, with the line."""
     steps = traceback.extract_tb(error.__traceback__)
     line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
-    what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
-    return InvariantError(f"{path}:{line}: {what}")
+    problem = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
+    return InvariantError(f"{path}:{line}: {problem}")

@@ -34,9 +34,9 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
         (any(fault.what in TROUBLES for fault in faults), "lost links"),
-        (any(each.what in REPLIES and each.for_ns for each in faults), "replies that are lost for a time"),
+        (any(fault.what in REPLIES and fault.for_ns for fault in faults), "replies that are lost for a time"),
         (
-            spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in faults),
+            spec.controller != "micrologix" or any(fault.what is FaultKind.TORN_UPDATE for fault in faults),
             "updates that do not wait for the scan's end",
         ),
         (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is not a multiple of 0.25 ms"),
@@ -130,22 +130,22 @@ def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict
     """Return the requests other than words and levels, by scan."""
     acts: dict[int, dict[str, Any]] = {}
     for incident in incidents:
-        at = -(-incident.at_ns // scan_ns)
+        scan = -(-incident.at_ns // scan_ns)
         end = -(-(incident.at_ns + incident.for_ns) // scan_ns)
         if incident.what is FaultKind.PROGRAM_MODE:
-            acts.setdefault(at, {})["plc_mode"] = "program"
+            acts.setdefault(scan, {})["plc_mode"] = "program"
             if incident.for_ns:
                 acts.setdefault(end, {})["plc_mode"] = "run"
         elif incident.slot != slot:
             continue
         elif incident.what is FaultKind.POWER_CYCLE:
-            acts.setdefault(at, {})["power_cycle"] = True
+            acts.setdefault(scan, {})["power_cycle"] = True
         elif incident.what is FaultKind.CONTROLLER_POWER_CYCLE:
-            acts.setdefault(at, {})["device"] = "power_cycle"
+            acts.setdefault(scan, {})["device"] = "power_cycle"
         elif incident.what in REPLIES:
-            acts.setdefault(at, {})["link"] = {REPLIES[incident.what]: 1}
+            acts.setdefault(scan, {})["link"] = {REPLIES[incident.what]: 1}
         elif incident.what is FaultKind.LINE_DOWN:
-            acts.setdefault(at, {})["link"] = "down"
+            acts.setdefault(scan, {})["link"] = "down"
             if incident.for_ns:
                 acts.setdefault(end, {})["link"] = "up"
     return acts

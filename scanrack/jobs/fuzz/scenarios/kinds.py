@@ -81,7 +81,7 @@ def with_trait(spec: RackSpec, trait: Trait) -> list[int]:
 def sensors(slot: SlotSpec) -> list[InputBit]:
     """Return the inputs that the machine energizes."""
     fed = {bit for bit in InputBit if slot.machine.fed_inputs & bit.value}
-    return sorted(fed | {each.input for each in slot.machine.timeline})
+    return sorted(fed | {entry.input for entry in slot.machine.timeline})
 
 
 def buttons(slot: SlotSpec) -> list[InputBit]:

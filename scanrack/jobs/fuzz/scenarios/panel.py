@@ -37,13 +37,14 @@ class PanelTag:
 def settings_of(lowered: LoweredProgram, spec: RackSpec) -> tuple[PanelTag, ...]:
     """Return the panel tags of a program, in the order of its tags."""
     patterns = [
-        each.upper() for each in (*spec.server.writable, *spec.prove.written_outside, *spec.prove.free)
+        writable.upper()
+        for writable in (*spec.server.writable, *spec.prove.written_outside, *spec.prove.free)
     ]
     leaves = [leaf for leaf in lowered.layout.leaves.values() if _is_set(leaf, patterns)][:MOST_SETTINGS]
     if not leaves:
         return ()
     compared = _compared(lowered)
-    return tuple(PanelTag(each.path, tuple(_values(each, compared[each.ident]))) for each in leaves)
+    return tuple(PanelTag(leaf.path, tuple(_values(leaf, compared[leaf.ident]))) for leaf in leaves)
 
 
 def _is_set(leaf: Leaf, patterns: list[str]) -> bool:
@@ -57,15 +58,15 @@ def _is_set(leaf: Leaf, patterns: list[str]) -> bool:
 
 def _compared(lowered: LoweredProgram) -> defaultdict[str, list[int | float]]:
     """Return the constants that share an instruction with each tag, by the tag's identifier."""
-    found: defaultdict[str, list[int | float]] = defaultdict(list)
+    numbers_by_tag: defaultdict[str, list[int | float]] = defaultdict(list)
     for routine in lowered.routines.values():
         for line in routine.lines:
             for step in steps_of(line.nodes):
                 numbers = list(_constants(step))
-                for each in mentions_of(lowered.sites[step.site], step) if numbers else ():
-                    if each.reads and isinstance(each.where, Place):
-                        found[first_leaf(each.where).ident] += numbers
-    return found
+                for mention in mentions_of(lowered.sites[step.site], step) if numbers else ():
+                    if mention.reads and isinstance(mention.where, Place):
+                        numbers_by_tag[first_leaf(mention.where).ident] += numbers
+    return numbers_by_tag
 
 
 def _constants(step: LoweredStep) -> Iterator[int | float]:
@@ -82,5 +83,5 @@ def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | f
         return
     least = -(1 << leaf.type.bits - 1) if leaf.type.is_signed else 0
     most = least + (1 << leaf.type.bits) - 1
-    fitting = [int(each) for each in near if least <= each <= most]
+    fitting = [int(number) for number in near if least <= number <= most]
     yield from dict.fromkeys(fitting[:MOST_VALUES])

@@ -13,7 +13,7 @@ from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, Tor
 Part = tuple[str, Any]
 """A part of a scenario: the name of its field, and the part itself."""
 
-FIELDS = tuple(each.name for each in fields(Scenario))
+FIELDS = tuple(field.name for field in fields(Scenario))
 
 TIMED = {
     Press: "presses",
@@ -40,8 +40,8 @@ def parts_of(scenario: Scenario) -> list[Part]:
 
 def scenario_of(parts: Iterable[Part]) -> Scenario:
     """Return the scenario that consists of the given parts."""
-    given = list(parts)
-    return Scenario(**{name: tuple(part for field, part in given if field == name) for name in FIELDS})
+    pairs = list(parts)
+    return Scenario(**{name: tuple(part for field, part in pairs if field == name) for name in FIELDS})
 
 
 def timed_parts(scenario: Scenario) -> list[Timed]:

@@ -84,11 +84,11 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
 def _move_files(document: Table, before: Path, folder: Path) -> None:
     """Make the paths of modules and stubs relative to a new folder."""
     modules, stubs = document.get("modules", {}), document.get("stubs", {})
-    for name, given in modules.items():
-        modules[name] = relative(before / given, folder)
-    for name, given in stubs.items():
-        if isinstance(given, str) and is_python(given):
-            stubs[name] = relative(before / given, folder)
+    for name, file_name in modules.items():
+        modules[name] = relative(before / file_name, folder)
+    for name, file_name in stubs.items():
+        if isinstance(file_name, str) and is_python(file_name):
+            stubs[name] = relative(before / file_name, folder)
 
 
 def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
@@ -107,13 +107,13 @@ def _shift(machine: Table, steps: int) -> None:
 
 
 def _seconds(time_ns: int) -> Decimal | int:
-    whole, rest = divmod(time_ns, 1_000_000_000)
-    return Decimal(time_ns).scaleb(-9).normalize() if rest else whole
+    whole, fraction = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if fraction else whole
 
 
 def _ms(time_ns: int) -> Decimal | int:
-    whole, rest = divmod(time_ns, 1_000_000)
-    return Decimal(time_ns).scaleb(-6) if rest else whole
+    whole, fraction = divmod(time_ns, 1_000_000)
+    return Decimal(time_ns).scaleb(-6) if fraction else whole
 
 
 def _entry(entry: TimelineEntry) -> Table:

@@ -148,7 +148,7 @@ def _order(given: object) -> OperatorAction:
     if not isinstance(given, Mapping) or type(given.get("at_ns")) is not int or given["at_ns"] < 0:
         raise ValueError("an order is an object with at_ns, a whole number from 0, and do")
     return OperatorAction(
-        given["at_ns"], action_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
+        given["at_ns"], action_of({key: value for key, value in given.items() if key != "at_ns"}, OPERATOR)
     )
 
 
@@ -190,10 +190,10 @@ class Scenario:
         if (machine := self._machine(slot)) is not slot.machine:
             changed["machine"] = machine
         rows: Any = slot.options.get("timeline", ())
-        more = [push_entry(each) for each in of_slot(self.pushes, slot)]
-        more += signal_entries(of_slot(self.signals, slot), rows)
-        if more:
-            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *more])}
+        entries = [push_entry(push) for push in of_slot(self.pushes, slot)]
+        entries += signal_entries(of_slot(self.signals, slot), rows)
+        if entries:
+            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *entries])}
         return slot.model_copy(update=changed) if changed else slot
 
     def _machine(self, slot: SlotSpec) -> MachineSpec:
@@ -201,8 +201,10 @@ class Scenario:
         machine = slot.machine
         for shift in of_slot(self.shifts, slot):
             machine = shifted(machine, shift.steps)
-        slips = tuple(Slip(each.at, each.steps) for each in of_slot(self.lost, slot))
-        entries = tuple(entry for each in of_slot(self.presses, slot) for entry in entries_of(each, machine))
+        slips = tuple(Slip(slip.at, slip.steps) for slip in of_slot(self.lost, slot))
+        entries = tuple(
+            entry for press in of_slot(self.presses, slot) for entry in entries_of(press, machine)
+        )
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
         if turns := of_slot(self.turns, slot):
@@ -247,7 +249,9 @@ class Scenario:
         yield from dict(self.firmware)
         for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
             yield from (part.slot for part in parts)
-        yield from (each.slot for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
+        yield from (
+            incident.slot for incident in self.incidents if incident.what is not FaultKind.PROGRAM_MODE
+        )
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether every module's firmware is recent enough for the rack's program."""
@@ -301,8 +305,11 @@ def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[Mas
     (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
     """
     made: list[MasterTurn] = []
-    given = [*own, *(MasterTurn(each.at_ns, each.counts, each.for_ns) for each in turns)]
-    for turn in sorted(given, key=lambda turn: turn.at_ns):
+    all_turns = [
+        *own,
+        *(MasterTurn(master_turn.at_ns, master_turn.counts, master_turn.for_ns) for master_turn in turns),
+    ]
+    for turn in sorted(all_turns, key=lambda turn: turn.at_ns):
         free_ns = made[-1].end_ns if made else 0
         made.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
     return tuple(made)
@@ -323,7 +330,7 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
         before = kept.setdefault(row["input"], [])
         joined = _joined(before.pop(), row) if before else [row]
         before += joined
-    return [row for each in kept.values() for row in each]
+    return [row for kept_rows in kept.values() for row in kept_rows]
 
 
 def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -387,7 +394,11 @@ def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, Timel
     if machine.fed_inputs & press.input.value:
         level: bool | None = None
     else:
-        before = [each for each in machine.timeline if each.input is press.input and each.at_ns <= end_ns]
+        before = [
+            earlier
+            for earlier in machine.timeline
+            if earlier.input is press.input and earlier.at_ns <= end_ns
+        ]
         level = max(before, key=lambda each: each.at_ns).energized if before else False
     return (
         TimelineEntry(press.at_ns, press.input, press.energized),

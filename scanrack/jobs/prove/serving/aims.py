@@ -53,10 +53,10 @@ def _problem(job: LoadedRack) -> ProgramSystem | None:
     """Return a job's program with all inputs free; None if nothing can be proved about it."""
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
-    given = job.spec.prove
-    outside = (*given.written_outside, *set_outside(facts_of(job)))
+    prove_spec = job.spec.prove
+    outside = (*prove_spec.written_outside, *set_outside(facts_of(job)))
     try:
-        free = given.free
+        free = prove_spec.free
         return ProgramSystem(
             job.logic, _bounds(job.spec), free=free, written_outside=outside, happens=RUN_ONLY
         )
@@ -101,17 +101,19 @@ def scenario_to(
 
 def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> Scenario:
     """Return a run of the prover as a scenario; words that nothing on the rack can set are left out."""
-    found = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
-    at = {scan: at_ns + scan * spec.scan_ns for scan in range(found.scans + 1)}
-    orders = [OperatorAction(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
+    run = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
+    begin_ns = {scan: at_ns + scan * spec.scan_ns for scan in range(run.scans + 1)}
+    orders = [OperatorAction(begin_ns[scan], order) for scan, order in run.orders if isinstance(order, Write)]
     presses: list[Press] = []
     pushes: list[ContactPress] = []
-    forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
-    for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
+    forces = [(begin_ns[scan], force) for scan, force in run.orders if isinstance(force, Force)]
+    for slot, word in (
+        (slot_spec, word) for slot_spec in spec.slot for word in range(len(slot_spec.words.inputs))
+    ):
         name = f"Local:{slot.number}:I.Data[{word}]"
-        levels = [(at_ns, each.value) for at_ns, each in forces if each.tag == name]
+        levels = [(at_ns, force.value) for at_ns, force in forces if force.tag == name]
         if levels:
-            times = [*levels, (at[found.scans], 0)]
+            times = [*levels, (begin_ns[run.scans], 0)]
             presses += _presses(slot, word, times)
             pushes += _pushes(slot, word, times)
     return Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
@@ -124,9 +126,9 @@ Levels = Sequence[tuple[int, bool | int | float | str]]
 def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
     """Yield presses that energize the inputs that are active in a 3601's input word 1 (default polarity)."""
     if is_stepper(slot.words) and word == 1:
-        for each in InputBit:
-            for begin, end in _on(levels, each.value):
-                yield Press(slot.number, each, True, begin, end - begin)
+        for input_bit in InputBit:
+            for begin, end in _on(levels, input_bit.value):
+                yield Press(slot.number, input_bit, True, begin, end - begin)
 
 
 def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]:

@@ -19,18 +19,18 @@ def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
     """
     from scanrack.ladder.prove.solving.solver import is_installed
 
-    if not is_installed() or any(len(each.build().sites) > MOST_INSTRUCTIONS for each in (old, new)):
+    if not is_installed() or any(len(program.build().sites) > MOST_INSTRUCTIONS for program in (old, new)):
         return ()
     from scanrack.ladder.prove.difference import compare
 
     try:
-        found = compare(old, new)
+        difference = compare(old, new)
     except LadderError:
         return ()
     layout = new.build().layout
     names: dict[bool, list[str]] = {True: [], False: []}
-    for each in found.changed:
-        leaf, index = layout.leaf(each.key[0]), each.key[1]
+    for change in difference.changed:
+        leaf, index = layout.leaf(change.key[0]), change.key[1]
         names[leaf.output].append(f"{leaf.path}[{index}]" if leaf.size > 1 else leaf.path)
     return (
         ("outputs that can differ, from power-up on", tuple(names[True]) or ("none",)),

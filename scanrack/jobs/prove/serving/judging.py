@@ -51,7 +51,7 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
 
     if not is_installed():
         return
-    one = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
+    limits = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
     outside = (*job.spec.prove.written_outside, *set_outside(facts))
     try:
         problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
@@ -60,7 +60,7 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     if len(reach(problem.next.values())) > MOST_TERMS:
         return
     seen: set[FileLine] = set()
-    for finding in ask(problem, tuple(RULES), QuestionLimits(one, BUDGET, states=0)).findings:
+    for finding in ask(problem, tuple(RULES), QuestionLimits(limits, BUDGET, states=0)).findings:
         place = FileLine(finding.site.file, finding.site.line or 1)
         counts = finding.rule != "fault" or finding.text.endswith("zero divisor")
         if counts and place in own and place not in seen:
@@ -72,6 +72,6 @@ def set_outside(facts: Facts) -> Iterator[str]:
     """Yield the variables that are also set from outside: an operator's, and bits that are only cleared."""
     for variable, accesses in facts.by_variable():
         writes = [access for access in accesses if access.writes]
-        only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)
+        only_cleared = all(write.use is Touch.UNLATCH and not write.part for write in writes)
         if writes and (only_cleared or BY_PEOPLE.search(variable.name)):
             yield variable.name

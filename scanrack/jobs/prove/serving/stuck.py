@@ -79,9 +79,9 @@ class SolverStep:
         """Ask some questions if the last runs found nothing new; return the scenarios found."""
         if state.stale < self._patience or not self.can_ask:
             return ()
-        found = tuple(dict.fromkeys(self._answers(state)))
-        self.answered += len(found)
-        return found
+        scenarios = tuple(dict.fromkeys(self._answers(state)))
+        self.answered += len(scenarios)
+        return scenarios
 
     @property
     def can_ask(self) -> bool:
@@ -104,7 +104,9 @@ class SolverStep:
         if way in (NEAR, FAR):
             longest_ns = self._near_ns if way == NEAR else FAR_NS
             return scenario_to(self._job, point, limits=LIMITS, longest_ns=longest_ns)
-        fresh = (each for each in entries if (number, repr(each.scenario)) not in self._begun)
+        fresh = (
+            kept_entry for kept_entry in entries if (number, repr(kept_entry.scenario)) not in self._begun
+        )
         entry = next(fresh, None)
         if entry is None:
             return None
@@ -119,8 +121,8 @@ class SolverStep:
         engine = _state_after(self._bench, before, scans)
         if engine is None:
             return None
-        found = scenario_to(self._job, point, engine, at_ns, LIMITS, self._near_ns)
-        return None if found is None else scenario_of([*parts_of(before), *parts_of(found)])
+        continuation = scenario_to(self._job, point, engine, at_ns, LIMITS, self._near_ns)
+        return None if continuation is None else scenario_of([*parts_of(before), *parts_of(continuation)])
 
     def _open(self, state: State) -> list[int]:
         """Return the first open instruction of each rung: never on, and not proved dead.
@@ -163,7 +165,9 @@ class SolverStep:
 
 def _steps(state: State) -> list[Entry]:
     """Return the entries that showed a new step of the program, newest first."""
-    entries = [each for each in reversed(state.kept.entries) if each.worth >= STEP_WORTH and each.points[-1]]
+    entries = [
+        entry for entry in reversed(state.kept.entries) if entry.worth >= STEP_WORTH and entry.points[-1]
+    ]
     return entries[:STATES]
 
 

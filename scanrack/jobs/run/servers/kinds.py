@@ -78,7 +78,7 @@ class ServerAddress:
         Raises:
             ValueError: the protocol is unknown, the address is invalid, or a package is not installed.
         """
-        protocol, _, rest = text.partition(":")
+        protocol, _, remainder = text.partition(":")
         kind = KINDS.get(protocol)
         if kind is None:
             raise ValueError(
@@ -87,10 +87,10 @@ class ServerAddress:
         if kind.package is not None and find_spec(kind.package[0]) is None:
             package, extra = kind.package
             raise ValueError(f"--server {text} needs {package}: {how_to_install(extra)}")
-        if not rest:
+        if not remainder:
             return cls(protocol, HOST, kind.port)
         try:
-            host, port = split_address(rest)
+            host, port = split_address(remainder)
         except ValueError as error:
             raise ValueError(f"--server {text}: {error}") from error
         return cls(protocol, host or HOST, port)
@@ -112,16 +112,18 @@ class ServerAddress:
             ValueError: the port is in use, or not allowed.
         """
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
-        at = (self.host, self.port)
+        host_and_port = (self.host, self.port)
         with ExitStack() as opened:
             try:
-                sockets = [opened.enter_context(socket.create_server(at, family=family, backlog=64))]
+                sockets = [
+                    opened.enter_context(socket.create_server(host_and_port, family=family, backlog=64))
+                ]
                 if self.kind.answers_datagrams:
                     sockets.append(opened.enter_context(socket.socket(family, socket.SOCK_DGRAM)))
                     sockets[1].bind((self.host, sockets[0].getsockname()[1]))
             except OSError as error:
                 text = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
-                where = f"{self.protocol}:{join_address(*at)}"
+                where = f"{self.protocol}:{join_address(*host_and_port)}"
                 raise ValueError(f"--server {where}: {text}: choose another port") from error
             opened.pop_all()
         return sockets
@@ -140,13 +142,15 @@ def addresses(
         ValueError: an address is not allowed, a protocol occurs twice, or there is no OPC UA server to
             secure.
     """
-    servers = [ServerAddress.parse(each) for each in texts or ()]
-    names = [each.protocol for each in servers]
+    servers = [ServerAddress.parse(text) for text in texts or ()]
+    names = [server.protocol for server in servers]
     for name in names:
         if names.count(name) > 1:
             raise ValueError(f"--server {name} is given twice: a rack has one of each")
     _check_security(names, security, users)
-    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in servers)
+    return tuple(
+        _secured(server, security, users) if server.protocol == OPC_UA else server for server in servers
+    )
 
 
 def _check_security(names: Sequence[str], security: str | None, users: Path | None) -> None:

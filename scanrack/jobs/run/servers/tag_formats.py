@@ -157,7 +157,7 @@ def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
         folders |= dict.fromkeys("\\".join(parts[: end + 1]) for end in range(len(parts)))
         lines.append(_hmi_tag(row, name))
     head = [_FACTORYTALK_HEAD, _FACTORYTALK_FIRST, "", ";Folders Section (Must define folders before tags)"]
-    head += [_cells("F", each, "", "F") for each in folders]
+    head += [_cells("F", folder, "", "F") for folder in folders]
     file.text = "\n".join([*head, "", ";Tag Section", *lines]) + "\n"
     return file
 
@@ -181,9 +181,9 @@ def _hmi_tag(row: TagRow, name: str) -> str:
 def _cells(*cells: object) -> str:
     """Return a line of cells: texts are quoted, and `None` is empty."""
     quoted = (
-        '"' + each.replace('"', "'") + '"' if isinstance(each, str) else each for each in map(cell, cells)
+        '"' + value.replace('"', "'") + '"' if isinstance(value, str) else value for value in map(cell, cells)
     )
-    return ",".join("" if each is None else str(each) for each in quoted)
+    return ",".join("" if cell_text is None else str(cell_text) for cell_text in quoted)
 
 
 # --- Ignition
@@ -218,9 +218,9 @@ def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
         if not row.node:
             file.left_out.append(row.name)
             continue
-        for each in [row] if len(row.dims) < 2 else file.single([row], _IGNITION):
-            folder, _, last = _plain(each.name, "/").rpartition("/")
-            _folder(known, folder)["tags"].append(_opc_tag(each, last))
+        for tag_row in [row] if len(row.dims) < 2 else file.single([row], _IGNITION):
+            folder, _, last = _plain(tag_row.name, "/").rpartition("/")
+            _folder(known, folder)["tags"].append(_opc_tag(tag_row, last))
     file.text = json.dumps(root, indent=2) + "\n"
     return file
 

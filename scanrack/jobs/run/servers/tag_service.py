@@ -118,10 +118,10 @@ class TagService:
     def _warning(self, *, writes: bool) -> str:
         """Return a sentence about who can reach the tags without a password."""
         is_trusting = self._security is not None and self._security.trusted is not None
-        who = "each trusted client" if is_trusting else "anyone who reaches this address"
+        readers = "each trusted client" if is_trusting else "anyone who reaches this address"
         tags = f"all {'mapped ' if self._where.kind.maps else ''}tags"
         also = " and writes the listed ones" if writes else ""
-        return f"{who} reads {tags}{also}: the server asks for no password"
+        return f"{readers} reads {tags}{also}: the server asks for no password"
 
     def serve(self, run: JobRun) -> TagDesk:
         """Serve the tags of a run; return its desk, which is a listener of the run."""
@@ -149,8 +149,8 @@ class TagService:
         assert self._desk is not None
         self._desk.renew()
         setup = self._setup_of(self._desk.listing, self._desk.version)
-        for each in _problems(self._job, self._desk.listing, self._where.protocol):
-            self._say(each)
+        for problem in _problems(self._job, self._desk.listing, self._where.protocol):
+            self._say(problem)
         threading.Thread(target=self._offer, args=(setup,), daemon=True).start()
 
     def _setup_of(self, listing: Listing, version: int) -> TagSetup:
@@ -181,11 +181,11 @@ class TagService:
 
     def _start(self) -> None:
         assert self._their_waker is not None
-        ours, theirs = socket.socketpair()
-        handed: list[Handed] = [theirs, self._their_waker, self._mailbox.memory, *self._sockets]
+        own_end, server_end = socket.socketpair()
+        handed: list[Handed] = [server_end, self._their_waker, self._mailbox.memory, *self._sockets]
         self._process = launch(self._where.kind.main, handed=handed, own_session=True)
-        theirs.close()
-        self._pipe = Connection(ours.detach())
+        server_end.close()
+        self._pipe = Connection(own_end.detach())
         with suppress(OSError):  # it has died at once, which the keeper notices
             self._pipe.send_bytes(pickle.dumps(self._setup))
 
@@ -229,17 +229,17 @@ class TagService:
         """End the server; return False if every process died before it served anything."""
         self._ending.set()
         with self._changing:
-            for each in (self._pipe, self._waker, self._their_waker):
-                if each is not None:
-                    each.close()
+            for resource in (self._pipe, self._waker, self._their_waker):
+                if resource is not None:
+                    resource.close()
         if self._pipe is not None:
             try:
                 self._died |= self._process.wait(PATIENCE_S) != 0
             except TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
-        for each in self._sockets:
-            each.close()
+        for resource in self._sockets:
+            resource.close()
         return not self._died or self._mailbox.beats > 0
 
 
@@ -264,8 +264,8 @@ class TagServices:
     ) -> None:
         self._services: list[TagService] = []
         with ExitStack() as opened:
-            for each in addresses:
-                self._services.append(TagService(job, each, say, writes=writes))
+            for address in addresses:
+                self._services.append(TagService(job, address, say, writes=writes))
                 opened.callback(self._services[-1].end)
             opened.pop_all()
         for service in self._services:
@@ -274,35 +274,35 @@ class TagServices:
 
     def serve(self, run: JobRun) -> list[TagDesk]:
         """Serve the tags of a run; return the desks, which are listeners of the run."""
-        desks = [each.serve(run) for each in self._services]
+        desks = [service.serve(run) for service in self._services]
         if run.program.debugger is not None and desks:
             run.program.debugger.on_edit = lambda _edit: self._renew()
         return desks
 
     def _renew(self) -> None:
-        for each in self._services:
-            each.renew()
+        for service in self._services:
+            service.renew()
 
     def rest(self, rests: bool) -> None:
         """Make clients wait while orders of a recording are repeated."""
-        for each in self._services:
-            if each.desk is not None:
-                each.desk.rests = rests
+        for service in self._services:
+            if service.desk is not None:
+                service.desk.rests = rests
 
     def end(self) -> bool:
         """End the servers; return False if every process of some server died before it served anything."""
-        served = [each.end() for each in self._services]
+        served = [service.end() for service in self._services]
         return all(served)
 
 
 def _guarded_by(security: UaSecurity) -> str:
     """Return a line about an encrypted server."""
     certificate = f"{FOLDER}/{CERTIFICATE}, thumbprint {thumbprint(security.certificate)}"
-    who = f"user {' or '.join(security.users)}" if security.users else "no password"
+    identity = f"user {' or '.join(security.users)}" if security.users else "no password"
     trusted = f"clients with any certificate: make {FOLDER}/{TRUSTED} to name those you trust"
     if security.trusted is not None:
         trusted = f"clients with one of {len(security.trusted)} certificates in {FOLDER}/{TRUSTED}"
-    return f"encrypted with Basic256Sha256, {certificate}; {who}; {trusted}"
+    return f"encrypted with Basic256Sha256, {certificate}; {identity}; {trusted}"
 
 
 def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:

@@ -53,9 +53,9 @@ def ua_security(folder: Path, host: str, users: Path | None) -> UaSecurity:
     key, certificate = place / KEY, place / CERTIFICATE
     if not key.exists() and not certificate.exists():
         _make(key, certificate, host)
-    for each, other in ((key, certificate), (certificate, key)):
-        if not each.exists():
-            raise ValueError(f"{each} is missing: restore it, or delete {other.name}, and both are made")
+    for present, other in ((key, certificate), (certificate, key)):
+        if not present.exists():
+            raise ValueError(f"{present} is missing: restore it, or delete {other.name}, and both are made")
     pem, der = _secret(key), _content(certificate)
     uri = _checked(pem, der, key, certificate)
     return UaSecurity(der, uri, pem, names, _trusted(place / TRUSTED))
@@ -106,9 +106,9 @@ def _trusted(folder: Path) -> frozenset[bytes] | None:
     from cryptography.hazmat.primitives.serialization import Encoding
     from cryptography.x509 import load_pem_x509_certificates
 
-    found: set[bytes] = set()
+    trusted: set[bytes] = set()
     try:
-        paths = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)
+        paths = sorted(file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES)
     except OSError as error:
         raise ValueError(f"{folder}: {error.strerror}") from error
     for path in paths:
@@ -118,8 +118,8 @@ def _trusted(folder: Path) -> frozenset[bytes] | None:
             certificates = load_pem_x509_certificates(content) if is_text else [_loaded(content)]
         except ValueError as error:
             raise ValueError(f"{path}: it is no certificate") from error
-        found.update(each.public_bytes(Encoding.DER) for each in certificates)
-    return frozenset(found)
+        trusted.update(certificate.public_bytes(Encoding.DER) for certificate in certificates)
+    return frozenset(trusted)
 
 
 def _loaded(der: bytes) -> Certificate:

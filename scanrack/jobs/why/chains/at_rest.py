@@ -61,23 +61,27 @@ class Looker:
 
     def __call__(self, line: Line, frame: FrameType, reads: Reads) -> None:
         """Evaluate the conditions that begin at a line."""
-        for each in self.writers:
-            if each in self.lacks or each.function != line.function:
+        for writer in self.writers:
+            if writer in self.lacks or writer.function != line.function:
                 continue
-            for test, expected in each.tests:
+            for test, expected in writer.tests:
                 if test.lineno == line.number:
                     parts = list(_false_parts(test, expected, frame, reads))
                     if parts:
-                        self.lacks[each] = parts
+                        self.lacks[writer] = parts
                         break
             else:
-                if each.line == line.number:
-                    self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
+                if writer.line == line.number:
+                    self.lacks[writer] = list(_false_parts(writer.value, True, frame, reads))
 
 
 def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
     """Return the link of a value that has not changed before a scan; None if no line writes it."""
-    writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
+    writers = [
+        candidate
+        for candidate in writers_of(chain.load.program, text)
+        if not _is_constant(candidate.value, present)
+    ]
     if not writers or depth > DEEPEST:
         return None
     parts = {
@@ -87,17 +91,19 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
         "scan": 0,
         "now_ns": chain.recording.times[0],
     }
-    sequence = next((each for each in writers if each.function in chain.names.sequences), None)
+    sequence = next((candidate for candidate in writers if candidate.function in chain.names.sequences), None)
     if sequence is not None:
         wait = chain.of_sequence(sequence.function, row)
         shown_text = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"
         return linked([(wait,)] if wait else [], **parts, text=shown_text, site=_site(chain, sequence.line))
     looker = Looker(writers)
     chain.look(looker, row)
-    found = [(each, looker.lacks[each]) for each in writers if looker.lacks.get(each)]
-    if not found:
+    lacking = [
+        (assignment, looker.lacks[assignment]) for assignment in writers if looker.lacks.get(assignment)
+    ]
+    if not lacking:
         return None
-    writer, lacks = min(found, key=lambda pair: len(pair[1]))
+    writer, lacks = min(lacking, key=lambda pair: len(pair[1]))
     causes = [(link,) for part in lacks for link in _links_of_part(chain, part, row, text, depth)]
     shown_text = f"{' and '.join(part.text for part in lacks)} is false"
     return linked(causes, **parts, text=shown_text, site=_site(chain, writer.line))
@@ -112,7 +118,7 @@ def _links_of_part(
     if not inputs:
         names = (chain.full(name) for name in part.names)
         links = [chain.of_value(name, row, depth + 1) for name in names if name != text]
-    yield from (each for each in links if each is not None)
+    yield from (link for link in links if link is not None)
 
 
 def _site(chain: PythonChain, line: int) -> Site:
@@ -145,7 +151,7 @@ def _writers(
             and part.value is not None
         ):
             targets = part.targets if isinstance(part, ast.Assign) else [part.target]
-            if any(_is_target(each, expected) for each in targets):
+            if any(_is_target(target, expected) for target in targets):
                 yield Writer(part.lineno, function, part.value, tests)
         else:
             yield from _writers(part, expected, function, tests)
@@ -170,9 +176,9 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         yield from _false_parts(test.operand, not expected, frame, reads)
     elif isinstance(test, ast.BoolOp):
-        parts = [list(_false_parts(each, expected, frame, reads)) for each in test.values]
+        parts = [list(_false_parts(part, expected, frame, reads)) for part in test.values]
         if isinstance(test.op, ast.And) is expected:
-            yield from (part for each in parts for part in each)
+            yield from (part for parts_of in parts for part in parts_of)
         elif all(parts):
             yield from min(parts, key=len)
     else:
@@ -191,11 +197,11 @@ def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
     except (OSError, SyntaxError, ValueError):
         return test
     made = [
-        each.value
-        for each in ast.walk(tree)
-        if isinstance(each, ast.Assign)
-        and frame.f_code.co_firstlineno <= each.lineno < test.lineno
-        and any(isinstance(one, ast.Name) and one.id == test.id for one in each.targets)
+        node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign)
+        and frame.f_code.co_firstlineno <= node.lineno < test.lineno
+        and any(isinstance(target, ast.Name) and target.id == test.id for target in node.targets)
     ]
     return made[-1] if made else test
 

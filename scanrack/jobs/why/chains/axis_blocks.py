@@ -13,15 +13,15 @@ MODULE = "AMCI3601"
 def slot_of(lowered: LoweredProgram, path: str) -> int | None:
     """Return the slot of the module that a block's axis is bound to; None for any other structure."""
     calls = list(_calls(lowered))
-    own = next((each for each in calls if each.instance.path.upper() == path.upper()), None)
+    own = next((block_call for block_call in calls if block_call.instance.path.upper() == path.upper()), None)
     axis = own.handed.get("AXIS") if own is not None else None
     if axis is None:
         return None
-    for each in calls:
-        inputs = each.handed.get("INPUTS")
+    for call in calls:
+        inputs = call.handed.get("INPUTS")
         if (
-            each.name == MODULE
-            and each.handed["AXIS"].text.upper() == axis.text.upper()
+            call.name == MODULE
+            and call.handed["AXIS"].text.upper() == axis.text.upper()
             and inputs is not None
         ):
             return getattr(getattr(inputs, "leaf", None), "slot", None)

@@ -36,7 +36,7 @@ def chain_of_partner(
     Returns:
         None if no other rack produces it, or if that rack has run too long to repeat its run.
     """
-    consumed, _, rest = path.partition(".")
+    consumed, _, member = path.partition(".")
     partner = program.stubs.get(consumed.upper())
     source = partner.source if isinstance(partner, Partner) else None
     if not isinstance(source, FromRack) or not source.tag:
@@ -49,9 +49,9 @@ def chain_of_partner(
     recording = _recorded(job, debugger, until_ns)
     if recording is None:
         return None
-    tag = f"{source.tag}.{rest}" if rest else source.tag
-    found = explain(recording, job, debugger, tag)
-    return None if found is None else _named(found, source.rack.path.name, {})
+    tag = f"{source.tag}.{member}" if member else source.tag
+    link = explain(recording, job, debugger, tag)
+    return None if link is None else _named(link, source.rack.path.name, {})
 
 
 def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
@@ -72,12 +72,12 @@ def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> Cau
     """Return a chain whose links name their rack."""
     ahead = [link]
     while ahead:
-        each = ahead[-1]
-        missing = [cause for group in each.causes for cause in group if cause not in known]
+        current = ahead[-1]
+        missing = [cause for group in current.causes for cause in group if cause not in known]
         if missing:
             ahead += missing
             continue
         ahead.pop()
-        causes = tuple(tuple(known[cause] for cause in group) for group in each.causes)
-        known.setdefault(each, replace(each, name=f"{rack}: {each.name}", causes=causes))
+        causes = tuple(tuple(known[cause] for cause in group) for group in current.causes)
+        known.setdefault(current, replace(current, name=f"{rack}: {current.name}", causes=causes))
     return known[link]

@@ -40,21 +40,21 @@ class ProgramChain(PythonChain):
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
         """See `PythonChain`."""
-        scan, found = self.recording.numbers[row], self._last_changes([text], row)
+        scan, changes = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
             return None
         outranked = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
-        stays = outranked is not None and outranked.kind == "fault" and text in found
+        stays = outranked is not None and outranked.kind == "fault" and text in changes
         if outranked is not None and not stays:
             return self._outranked(outranked, text, plain(self.present[text]))
-        return self._of_value(text, found[text]) if text in found else self._never(text, row, depth)
+        return self._of_value(text, changes[text]) if text in changes else self._never(text, row, depth)
 
     def _never(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
         return never(self, text, row, self.present.get(text), depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
         """See `PythonChain`."""
-        steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
+        steps = [step for step in self._steps(name) if step.scan <= self.recording.numbers[row]]
         if not steps:
             return None
         cause = open_wait(self, steps, row)
@@ -63,10 +63,10 @@ class ProgramChain(PythonChain):
 
     def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Explain unchanged bits of an image; an output by the lines that could write it."""
-        found = PythonChain._of_rest(self, bits, name, row)
-        if found is not None or bits.image == "in":
-            return found
-        own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
+        link = PythonChain._of_rest(self, bits, name, row)
+        if link is not None or bits.image == "in":
+            return link
+        own = [own_name for own_name, address in self.names.addresses.items() if address == str(bits.address)]
         return never(self, own[0], row, self.value(bits, row)) if own else None
 
     def _steps(self, sequence: str) -> list[Step]:
@@ -76,14 +76,16 @@ class ProgramChain(PythonChain):
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         again = self._traced(row, "")
-        at = self.recording.span((bits.slot, "out")).start + 2 * bits.word
-        made = [each for each in again.changes.get(row, ()) if _differs(each, at, bits.mask)]
+        base = self.recording.span((bits.slot, "out")).start + 2 * bits.word
+        made = [change for change in again.changes.get(row, ()) if _differs(change, base, bits.mask)]
         values = self.value(bits, row), self.value(bits, row - 1) if row else None
         return self._of_line(bits.slot, name, values, row, again, made)
 
     def _of_value(self, text: str, row: int) -> CauseLink:
         again = self._traced(row, text)
-        made = [each for each in again.changes.get(row, ()) if not same(each.before[1], each.after[1])]
+        made = [
+            change for change in again.changes.get(row, ()) if not same(change.before[1], change.after[1])
+        ]
         values = again.value, made[0].before[1] if made else None
         return self._of_line(0, text, values, row, again, made)
 
@@ -105,7 +107,7 @@ class ProgramChain(PythonChain):
         made: Sequence[TracedChange],
     ) -> CauseLink:
         """Return the link of a change by a line; `values` are the values after and before the scan."""
-        sent = [each for each in made[-1].senders if each.slot == slot] if made else []
+        sent = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
         common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
         common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
@@ -132,8 +134,8 @@ class ProgramChain(PythonChain):
     def _operands(self, change: TracedChange, row: int) -> tuple[Operand, ...]:
         values = [Operand(name, value, changed=False) for name, value in change.values.items()]
         bits = [
-            Operand(self.name(each), self.value(each, row), changed=changed)
-            for each, changed in self._read(change, row)
+            Operand(self.name(read), self.value(read, row), changed=changed)
+            for read, changed in self._read(change, row)
         ]
         return (*values, *bits)
 
@@ -150,19 +152,23 @@ class ProgramChain(PythonChain):
         for bits in new:
             yield self._of_change(bits, self.name(bits), row)
         if not new and row:
-            names = [name for _, each in change.stands.inside for name in each]
-            found = self._last_changes([self.full(name) for name in (*names, *change.stands.names)], row - 1)
-            last = max(found.values(), default=None)
-            yield from (self._of_value(name, at) for name, at in found.items() if at == last)
+            names = [name for _, inner in change.stands.inside for name in inner]
+            changes = self._last_changes(
+                [self.full(name) for name in (*names, *change.stands.names)], row - 1
+            )
+            last = max(changes.values(), default=None)
+            yield from (
+                self._of_value(name, change_row) for name, change_row in changes.items() if change_row == last
+            )
             if last is None:
                 yield from self._of_old_reads(change, row)
 
     def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
         """Of the inputs read, yield the one that changed last."""
         links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
-        found = [each for each in links if each is not None]
-        last = max((each.scan for each in found), default=None)
-        yield from (each for each in found if each.scan == last)
+        known_links = [link for link in links if link is not None]
+        last = max((link.scan for link in known_links), default=None)
+        yield from (link for link in known_links if link.scan == last)
 
     # --- values
 
@@ -188,23 +194,29 @@ class ProgramChain(PythonChain):
                         codes[text] = compile(_source(namespace, text), "<watched>", "eval")
             return lambda: {text: eval(code, namespace) for text, code in codes.items()}
 
-        found, self.present = last_changes(self.recording, self.spec, self.load, row, watched)
-        return found
+        changes, self.present = last_changes(self.recording, self.spec, self.load, row, watched)
+        return changes
 
     # --- sequences
 
     def _waited(self, line: Line, row: int) -> list[CauseLink]:
         """Return the wait that had to end before a sequence reached a line."""
         scan = self.recording.numbers[row]
-        steps = [each for each in self._steps(line.function) if each.scan < scan]
+        steps = [step for step in self._steps(line.function) if step.scan < scan]
         return [self._of_end(steps, len(steps) - 1, row)] if steps else []
 
     def _of_sender(self, line: Line, row: int) -> list[CauseLink]:
         """Return the wait that ended before a sequence reached the line that awaits an axis command."""
         scan, file = self.recording.numbers[row], Path(line.file).name
-        steps = [each for each in self._steps(line.function) if each.scan <= scan]
-        at = [number for number, each in enumerate(steps) if (each.file, each.line) == (file, line.number)]
-        return [self._of_end(steps, at[-1] - 1, self._row(steps[at[-1]]))] if at and at[-1] else []
+        steps = [step for step in self._steps(line.function) if step.scan <= scan]
+        positions = [
+            number for number, step in enumerate(steps) if (step.file, step.line) == (file, line.number)
+        ]
+        return (
+            [self._of_end(steps, positions[-1] - 1, self._row(steps[positions[-1]]))]
+            if positions and positions[-1]
+            else []
+        )
 
     def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
         """Return the link of a wait that has begun; its cause is the end of the previous wait."""
@@ -218,20 +230,27 @@ class ProgramChain(PythonChain):
     def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
         """Return the link of a wait's end in a scan, caused by what it waited for or by the previous wait."""
         ends = [row]  # the rows in which this wait ended, then the previous one, and so on
-        while not (causes := [(each,) for each in self._of_condition(steps[number], ends[-1])]) and number:
+        while not (causes := [(cause,) for cause in self._of_condition(steps[number], ends[-1])]) and number:
             ends.append(self._row(steps[number]))
             number -= 1
         while True:
             step, row = steps[number], ends.pop()
-            found = linked(causes, **self._parts(step, row, f"{step.wait} is over"))
+            link = linked(causes, **self._parts(step, row, f"{step.wait} is over"))
             if not ends:
-                return found
-            causes, number = [(found,)], number + 1
+                return link
+            causes, number = [(link,)], number + 1
 
     def _parts(self, step: Step, row: int, text: str) -> dict[str, Any]:
         line = Line(str(self.load.folder / step.file), step.line, step.sequence)
-        at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
-        return {"kind": "wait", "name": step.sequence, "value": None, **at, "text": text, "site": _site(line)}
+        moment = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+        return {
+            "kind": "wait",
+            "name": step.sequence,
+            "value": None,
+            **moment,
+            "text": text,
+            "site": _site(line),
+        }
 
     def _row(self, step: Step) -> int:
         return bisect_left(self.recording.numbers, step.scan)
@@ -281,5 +300,7 @@ def _site(line: Line) -> Site:
 
 def _differs(change: TracedChange, at: int, mask: int) -> bool:
     """Return whether a change affects the masked bits of the word at an offset in the memory block."""
-    before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
+    before, after = (
+        int.from_bytes(state[0][at : at + 2], "little") for state in (change.before, change.after)
+    )
     return bool((before ^ after) & mask)

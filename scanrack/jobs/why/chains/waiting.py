@@ -26,8 +26,8 @@ def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink 
     edge = _EDGE.search(step.wait)
     if edge is not None and edge[1] in chain.names.addresses:
         return _of_edge(chain, steps, edge[1], edge[2], row)
-    found = next(_parts(chain, step, row), None)
-    return found or _of_dwell(chain, step, row)
+    link = next(_parts(chain, step, row), None)
+    return link or _of_dwell(chain, step, row)
 
 
 def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
@@ -48,16 +48,16 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
     rises = way == "rises"
     words = chain.slot(bits.slot).words
     edges = [
-        each
-        for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)
-        if bool(past.words(bits.slot, bits.image, each)[bits.word] & bits.mask) is rises
-        and not words.configures("in", past.words(bits.slot, "in", each))
+        change
+        for change in past.changes(bits.slot, bits.image, bits.word, bits.mask)
+        if bool(past.words(bits.slot, bits.image, change)[bits.word] & bits.mask) is rises
+        and not words.configures("in", past.words(bits.slot, "in", change))
     ]
     last = edges[-1] if edges else None
     missed = last is not None and _meanwhile(chain, steps, last)
     if last is None or not missed:
-        found = chain.of_bits(bits, name, row)
-        return None if found is None else replace(found, causes=(), depth=1)
+        link = chain.of_bits(bits, name, row)
+        return None if link is None else replace(link, causes=(), depth=1)
     verb = "rose" if rises else "fell"
     new = "rise" if rises else "fall"
     text = f"{verb} at {seconds(chain.recording.times[last])} s while {missed}; it needs a new {new}"
@@ -68,19 +68,19 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
 def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
     """Return where a sequence was at the time of an edge; "" if it was already waiting for it."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
-    before = [each for each in steps if each.scan < scan]
-    at = before[-1] if before else None
-    if at is None:
+    before = [step for step in steps if step.scan < scan]
+    previous = before[-1] if before else None
+    if previous is None:
         return f"{waits_now.sequence} had not begun"
-    if (at.file, at.line, at.wait) == (waits_now.file, waits_now.line, waits_now.wait):
+    if (previous.file, previous.line, previous.wait) == (waits_now.file, waits_now.line, waits_now.wait):
         return ""
-    return f"{at.sequence} was at line {at.line} ({at.wait})"
+    return f"{previous.sequence} was at line {previous.line} ({previous.wait})"
 
 
 def _of_dwell(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
-    found = _DWELL.search(step.wait)
-    if found is None:
+    dwell = _DWELL.search(step.wait)
+    if dwell is None:
         return None
-    left = step.now_ns + parse_duration(found[1]) - chain.recording.times[row]
-    text = f"runs since {seconds(step.now_ns)} s: {found[0]}, done in {seconds(max(left, 0))} s"
+    left = step.now_ns + parse_duration(dwell[1]) - chain.recording.times[row]
+    text = f"runs since {seconds(step.now_ns)} s: {dwell[0]}, done in {seconds(max(left, 0))} s"
     return CauseLink("timer", step.sequence, None, step.scan, step.now_ns, text)

@@ -31,9 +31,9 @@ class Names:
             new = fresh(logic)
             new.__attach_logic__(bare_slots(words))
             parts = parts_of(new)
-            self.addresses = {each.name: str(each.at) for each in parts if isinstance(each, Signal)}
-            self.axes = {each.name: each.slot for each in parts if isinstance(each, Axis3601)}
-            self.sequences = tuple(each.name for each in sequences_of(logic))
+            self.addresses = {part.name: str(part.at) for part in parts if isinstance(part, Signal)}
+            self.axes = {part.name: part.slot for part in parts if isinstance(part, Axis3601)}
+            self.sequences = tuple(sequence.name for sequence in sequences_of(logic))
 
     def own(self, text: str) -> str:
         """Return a name without the class's own name: `cycle` for `line.cycle`."""

@@ -97,22 +97,22 @@ def names_read(node: ast.AST) -> Iterator[str]:
     for part in ast.walk(node):
         if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
             text = ast.unparse(part)
-            if all(each.isidentifier() for each in text.split(".")):
+            if all(identifier.isidentifier() for identifier in text.split(".")):
                 seen.setdefault(text)
     yield from seen
 
 
 def values_of(names: tuple[str, ...], frame: FrameType) -> dict[str, str]:
     """Return the values of names in a frame as text. Names without a plain value are left out."""
-    found = {}
+    values = {}
     for name in names:
         try:
             value = _value(name.split("."), frame)
         except (AttributeError, LookupError, TypeError, ValueError):
             continue  # no value here, or none that can be read without running the program's code
         if isinstance(value, PLAIN):
-            found[name] = _shown(value)
-    return found
+            values[name] = _shown(value)
+    return values
 
 
 def _shown(value: object) -> str:
@@ -121,10 +121,10 @@ def _shown(value: object) -> str:
 
 
 def _value(parts: list[str], frame: FrameType) -> object:
-    first, *rest = parts
+    first, *attributes = parts
     spaces: Mapping[str, Any] = ChainMap(frame.f_locals, frame.f_globals)
     value: object = spaces[first]
-    for name in rest:
+    for name in attributes:
         value = _attribute(value, name)
     return value.read() if isinstance(value, Input) else value
 
@@ -133,14 +133,14 @@ def _attribute(value: object, name: str) -> object:
     """Return an attribute without running the program's code."""
     if isinstance(value, type):
         raise AttributeError(name)  # MoveKind.ABSOLUTE explains itself
-    found = inspect.getattr_static(value, name)
-    if isinstance(found, MemberDescriptorType):
-        return found.__get__(value)
-    if isinstance(found, Output | InputWord):
-        return found.__get__(value, type(value))
-    if isinstance(found, property):
-        file = getattr(getattr(found.fget, "__code__", None), "co_filename", "")
+    attribute = inspect.getattr_static(value, name)
+    if isinstance(attribute, MemberDescriptorType):
+        return attribute.__get__(value)
+    if isinstance(attribute, Output | InputWord):
+        return attribute.__get__(value, type(value))
+    if isinstance(attribute, property):
+        file = getattr(getattr(attribute.fget, "__code__", None), "co_filename", "")
         if not file or is_the_users(file):
             raise AttributeError(name)
         return getattr(value, name)
-    return found
+    return attribute

@@ -60,7 +60,7 @@ class WatchedWords:
         if not self._reads.on and isinstance(value, int):
             return value
         if not isinstance(value, int):
-            return [self[each] for each in range(*index.indices(len(self._words)))]
+            return [self[index_] for index_ in range(*index.indices(len(self._words)))]
         word = range(len(self._words))[index]
         self._note(self._slot, word, 0)
         return WatchedWord(value, lambda mask: self._note(self._slot, word, mask))

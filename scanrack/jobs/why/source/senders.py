@@ -41,9 +41,9 @@ def _sender(logic: Logic, axis: Axis3601) -> Sender:
     if not command.busy:
         became = command.outcome.value
         return Sender(axis.slot, f"{axis.name}, after {command!r}: {became}", NOWHERE)
-    waiting = [each for each in sequences_of(logic) if repr(command) in each.waits_for]
-    at = NOWHERE
+    waiting = [sequence for sequence in sequences_of(logic) if repr(command) in sequence.waits_for]
+    line = NOWHERE
     if waiting:
         first = waiting[0]
-        at = Line(first.file or "", first.line or 0, first.name)
-    return Sender(axis.slot, f"{axis.name} for {command!r}", at)
+        line = Line(first.file or "", first.line or 0, first.name)
+    return Sender(axis.slot, f"{axis.name} for {command!r}", line)
