@@ -2,6 +2,7 @@
 
 import pytest
 from ladder_bench import Named
+from scanrack.io_images.enip.listing import StructuredKind
 from scanrack.ladder import LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program, program_text
@@ -145,6 +146,7 @@ def test_clients_see_a_second_name_at_the_place_of_what_it_names(second):
     own = "TYPE In (V : INT[5], W : INT)\nTYPE K (Arr : DINT[4], T : TIMER[3], J : In[2], On : BOOL[32], "
     program = parse_program(f"PROGRAM p\n{own}{second})\nTAG X : K\nROUTINE Main\nNOP();\nEND\n")
     (tag,) = listing_of(program.build().layout).tags
+    assert isinstance(tag.kind, StructuredKind)
     part = tag.kind.parts[-1]
     assert (part.name, part.dims, part.offset, part.bit) == (second.split()[0], *PLACES[second])
 
