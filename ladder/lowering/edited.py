@@ -26,7 +26,6 @@ from .checks import check_whole, exclusive_places, warnings_of
 from .guess import type_at
 from .runnable import LadderLogic
 from .text import parse_rung
-from .type_inference import Guesses
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
 """Types that a number's use can't tell apart."""
@@ -317,7 +316,7 @@ class EditedProgram:
             return type_at(declared.get(full(program, address.name)), address)
 
         program = self._program
-        guesses = Guesses(missing, known, program.operands_of, program.specs, program.structures())
+        guesses = program.guesses(missing, known)
         owned: dict[str, str] = {}
         for rung in self.rungs:
             if rung.rung is not None:

@@ -35,6 +35,7 @@ class Guess:
     weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
     bit: int = -1  # the highest accessed bit, -1 without one
     copied: int = 0  # elements that COP and the like name, 0 without such a use
+    number: DataType = DINT  # a number without other evidence
     single: bool = False  # whether a use takes it as a whole, as a single value
     twin: Guess | None = None  # has the evidence of both, see `same_as`
     _made: DataType | None = None
@@ -77,7 +78,7 @@ class Guess:
     def member(self, name: str) -> Guess:
         """Return a member, created if new."""
         root = self.root
-        return root.members.setdefault(name.upper(), Guess(name, root.structures))
+        return root.members.setdefault(name.upper(), Guess(name, root.structures, number=root.number))
 
     def subscripts(self, step: SubscriptStep) -> None:
         """Note subscripts."""
@@ -110,14 +111,14 @@ class Guess:
         if self.members:
             return self._structure(path)
         if self.bit >= 0:
-            return LINT if self.bit > 31 else DINT
+            return LINT if self.bit > 31 else self.number
         for votes in (self.votes, self.weak):
             for kind in (BOOL, REAL, LINT, DINT):
                 if kind in votes:
-                    return kind
+                    return self.number if votes is self.weak and kind is DINT else kind
             if votes:
                 return votes[0]
-        return DINT
+        return self.number
 
     @property
     def asks_for_structure(self) -> bool:

@@ -13,6 +13,8 @@ subscripts only it has `COMPUTED` elements.
 | `MOV(2.5,Level)` | REAL |
 | `CONCAT(Text,'a',Text)` | STRING |
 | `Recipe[2].Step` | an array of a structure with a member Step |
+
+With `files`, as in an SLC 500, a number is an INT, and timers, counters and controls are those of data files.
 """
 
 from __future__ import annotations
@@ -20,7 +22,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, repeat
 
-from ..instructions import BY_NAME
 from ..model.operators import RELATIONS
 from ..model.predefined.block_types import BLOCK_STRUCTURES
 from ..model.predefined.motion_types import (
@@ -31,6 +32,7 @@ from ..model.predefined.motion_types import (
     MOTION_INSTRUCTION,
 )
 from ..model.predefined.safety_types import SAFETY
+from ..model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER, SLC_TYPES
 from ..model.predefined.structures import HMIBC, PREDEFINED_TYPES, SERIAL_PORT_CONTROL
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.routine import Routine
@@ -70,6 +72,7 @@ from ..model.types import (
     CONTROL,
     COUNTER,
     DINT,
+    INT,
     MESSAGE,
     PID,
     REAL,
@@ -93,6 +96,9 @@ BY_USE: Mapping[Use, DataType] = {
     Use.TIMER: TIMER,
     Use.COUNTER: COUNTER,
     Use.CONTROL: CONTROL,
+    Use.SLC_TIMER: SLC_TIMER,
+    Use.SLC_COUNTER: SLC_COUNTER,
+    Use.SLC_CONTROL: SLC_CONTROL,
     Use.MESSAGE: MESSAGE,
     Use.SERIAL: SERIAL_PORT_CONTROL,
     Use.HMI_BUTTON: HMIBC,
@@ -108,6 +114,7 @@ BY_USE: Mapping[Use, DataType] = {
 
 _LIKELY: Mapping[Use, DataType | None] = {
     Use.RESETTABLE: TIMER,
+    Use.SLC_RESETTABLE: SLC_TIMER,
     Use.PARAMETERS: None,
     **dict.fromkeys((Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT), DINT),
 }
@@ -145,10 +152,13 @@ class Guesses:
         of_call: OfCall,
         specs: Mapping[str, Spec],
         structures: Iterable[Structure] = (),
+        *,
+        files: bool = False,
     ) -> None:
         self._missing, self._known = missing, known
         self._of_call, self._specs = of_call, specs
-        self._structures = (*_BY_MEMBERS, *structures)
+        self._number = INT if files else DINT
+        self._structures = (*(SLC_TYPES.values() if files else ()), *_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
         self._copies: list[tuple[Guess, Guess]] = []
         self._parameters = ParameterPairs()
@@ -223,7 +233,7 @@ class Guesses:
     def _uses(self, name: str) -> Sequence[Use]:
         if name == "JSR":
             return Use.ROUTINE, Use.CONSTANT
-        spec = self._specs.get(name.upper()) or BY_NAME.get(name)
+        spec = self._specs.get(name.upper())
         return spec.operands if spec else ()
 
     def _extent(self, here: Guess, operand: Address, use: Use, instruction: Instruction) -> None:
@@ -395,7 +405,7 @@ class Guesses:
         """Note that a subscript is an integer, whatever its other uses suggest."""
         for address in [index] if isinstance(index, Address) else addresses_in(index):
             if not (address.steps and isinstance(address.steps[-1], BitStep)):
-                self._address(program, address, DINT, None)
+                self._address(program, address, self._number, None)
 
     # --- addresses
 
@@ -407,7 +417,7 @@ class Guesses:
         if missing is None:
             return None
         name, steps = missing
-        guess = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        guess = self.found.setdefault(name.upper(), Guess(name, self._structures, number=self._number))
         element = False
         for step in steps:
             guess.single = guess.single or not (element or isinstance(step, SubscriptStep | WordStep))

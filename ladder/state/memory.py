@@ -17,7 +17,6 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.site import Site
 
-from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.operands import subscripts_of
 from ..model.stretches import Spot
@@ -26,6 +25,7 @@ from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_o
 from .initials import load_bytes
 from .named_parts import meant_by
 from .tag_bytes import TagBytes, chars, set_chars
+from .values import checked
 
 Value = bool | int | float
 
@@ -566,23 +566,6 @@ def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) 
     for number in range(room):
         code = codes[number] if number < len(codes) else 0
         store.write(data, at * room + number, code - 256 if code > 127 else code)
-
-
-def checked(name: str, kind: Elementary, value: object) -> Value:
-    """Return a value as a tag's type stores it; raise a ValueError for a wrong type or range."""
-    if kind.is_bool:
-        if value in (0, 1) and isinstance(value, int):
-            return bool(value)
-        raise ValueError(f"{name}: {value!r} is not a BOOL: must be False or True")
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
-    if kind.is_real or kind.is_double:
-        return real(value) if kind.is_real else float(value)
-    if isinstance(value, float):
-        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
-    if not kind.lowest <= value <= kind.highest:
-        raise ValueError(f"{name}: {value} is out of range: must be {kind.lowest} to {kind.highest}")
-    return value
 
 
 def same(a: object, b: object) -> bool:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from scanrack.io_images.site import Site
 from scanrack.ladder import LadderLogic
+from scanrack.ladder.instructions.slc.status import STATUS
+from scanrack.ladder.lowering.dialects import SLC
 from scanrack.ladder.model.chart_checks import unreached
 from scanrack.ladder.model.tags import tag_in
 from scanrack.runtime.config.rackspec import RackSpec, profile_in
@@ -150,6 +152,8 @@ def _note_tags(view: LadderView, facts: Facts) -> None:
 def _note_unused(view: LadderView, facts: Facts) -> None:
     """Note tags that no instruction names and that are not recorded."""
     tags_used = {tag_in(path_of(mention.where)) for mention in view.mentions}
+    if view.program.dialect == SLC:
+        tags_used.add(STATUS)  # of the processor, also in what instructions do
     for name, tag in view.tags.items():
         recorded = any(fnmatch(name, pattern.upper()) for pattern in view.spec.tags)
         if name not in tags_used and not recorded:
